@@ -9,6 +9,7 @@ from typer.core import TyperGroup
 
 from pellucid.commands import cases, checks, machine, meshes, runs
 from pellucid.errors import PellucidError, Terminated, printable
+from pellucid.ranks.group import processes
 from pellucid.system.interrupts import termination_raised
 
 
@@ -17,22 +18,34 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
+            processes.join()
             with warnings.catch_warnings(), termination_raised():
-                warnings.showwarning = lambda message, *_where, **_to: typer.echo(f"warning: {message}", err=True)
+                warnings.showwarning = _show
                 return super().invoke(ctx)
         except PellucidError as error:
-            typer.echo("\n    ".join([f"pellucid: {error}", *getattr(error, "__notes__", ())]), err=True)
-            raise typer.Exit(error.exit_status) from None
+            message = "\n    ".join([f"pellucid: {error}", *getattr(error, "__notes__", ())])
+            raise _end(error, message, error.exit_status) from None
         except KeyboardInterrupt as error:
-            typer.echo("pellucid: interrupted", err=True)
-            raise typer.Exit(143 if isinstance(error, Terminated) else 130) from None
+            raise _end(error, "pellucid: interrupted", 143 if isinstance(error, Terminated) else 130) from None
         except OSError as error:
             if error.errno == errno.EPIPE:  # whoever reads the output has left: typer ends in silence
                 raise
             place = f"{error.filename}: " if error.filename else ""
             reason = f"{place}{error.strerror or error or type(error).__name__}"
-            typer.echo(f"pellucid: {printable(reason)}\n    mend this, and give the command again", err=True)
-            raise typer.Exit(3) from None
+            raise _end(error, f"pellucid: {printable(reason)}\n    mend this, and give the command again", 3) from None
+
+
+def _show(message: Warning | str, *_where: Any, **_to: Any) -> None:
+    if processes.is_first:
+        typer.echo(f"warning: {message}", err=True)
+
+
+def _end(error: BaseException, message: str, status: int) -> typer.Exit:
+    """Say why the command ends: once, where all processes that share a run end for the same reason."""
+    if processes.is_first:
+        typer.echo(message, err=True)
+    processes.end(error)
+    return typer.Exit(status)
 
 
 app = typer.Typer(
@@ -66,5 +79,9 @@ for _module in (cases, meshes, runs, checks, machine):
 
 
 def main() -> None:
-    """Run the command line of this process."""
-    app()
+    """Run the command line of this process; where it fails unforeseen, those that share a run with it end too."""
+    try:
+        app()
+    except Exception as error:
+        processes.end(error)
+        raise

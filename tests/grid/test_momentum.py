@@ -8,7 +8,8 @@ from pellucid import energy
 from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
-from pellucid.grid.momentum import CHUNK, ExternalAction
+from pellucid.grid.listed import CHUNK
+from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.nodal_momentum import NodalMomentum
 from pellucid.grid.velocity_field import VelocityField
@@ -43,7 +44,7 @@ def advanced(nodes, walls, gravity, external=None):
 def momentum_of(nodes, walls, gravity, external=None):
     """Of these nodes, on which nothing else acts where `external` is left out."""
     free = allocate(ExternalAction, 0)
-    return NodalMomentum(nodes, walls, gravity, SMALL, flip=1.0, external=external or free)
+    return NodalMomentum(nodes, np.array([0, len(nodes.mass)]), walls, gravity, SMALL, flip=1.0, external=external or free)
 
 
 @pytest.mark.parametrize("counts", [(3, 3, 3), (20, 20, 20)])  # one chunk of nodes, several

@@ -32,7 +32,7 @@ def heavy_nodes(*support, held=()):
 def momentum_of(nodes, walls):
     """Of these nodes, on which nothing acts but forces, gravity and walls."""
     nothing = allocate(ExternalAction, 0)
-    return NodalMomentum(nodes, walls, GRAVITY, SMALL, flip=1.0, external=nothing)
+    return NodalMomentum(nodes, np.array([0, len(nodes.mass)]), walls, GRAVITY, SMALL, flip=1.0, external=nothing)
 
 
 def stepped(grid, walls):

@@ -1,6 +1,7 @@
 """What every body of points on the grid shares: its arrays, sorting, and the stages of a step but for straining."""
 
 from collections.abc import Callable, Mapping
+from math import fsum
 
 import numpy as np
 
@@ -46,8 +47,10 @@ from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import TakesDrag, TakesExternalForces
 from pellucid.parts.families import GridBody, TransferLoss
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, swings, told
-from pellucid.reductions import ordered_sum
+from pellucid.ranks.domain import domain
+from pellucid.reductions import exact_parts, ordered_sum
 from pellucid.state import of_owner, with_owner
+from pellucid.system.released import release
 
 HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
 
@@ -62,6 +65,9 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     sorting_cost = 1.0
     """For each point, in vectors of points with the same nodes: 50 ns, and 15 of the next step, at 60 to 65 ns a vector."""
+
+    is_spread = False
+    """Whether processes that share a simulation spread its points among them; else each has all, and does its own slabs."""
 
     contact_surface: GridSurface | None = None
     """By which others touch it, where that is not told by the nodes."""
@@ -87,12 +93,13 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         if isinstance(velocity_transfer, Apic):
             arrays["affine"] = np.zeros((len(arrays["mass"]), FIELD_ENERGY + 1))
         self._scratch: dict[int, np.ndarray] = {}
-        self._order: np.ndarray | None = None
+        self._orders = dict[bool, np.ndarray]()
         self._heat = np.zeros(len(arrays["mass"]) if self.keeps_heat else 0)
         self._goes_on = False
         self.totals = Totals()
         self.slabs = slabs_of(self.grid.lattice, functions)
         self.n_slabs = len(self.slabs.layers)
+        self._of_slabs = self.slabs.first
         self.slabs.first[-1] = len(arrays["mass"])
         self._bind()
         self._make_bundles()
@@ -156,7 +163,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         """The work of the pressure on what volumes lack of the growth of full cells."""
         if self.keeps_heat and self._cells is not None:
             full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
-            self.totals.stored += float(ordered_sum(self.slabs.sums)[GAINED])  # for USF, as in `end_grid_to_particle`
+            self.totals.stored += float(self._sums()[GAINED])  # for USF, as in `end_grid_to_particle`
 
     @property
     def on_grid(self) -> ContactBody:
@@ -172,34 +179,110 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     @property
     def n_there(self) -> int:
-        """Number of points that have not left the grid: the first ones, which slabs count. Those behind them have no mass."""
-        return int(self.slabs.first[-1])
+        """Number of points that have not left the grid: the first ones, which slabs count. Those behind them have no mass.
+
+        Where processes spread the points, of those that this process has.
+        """
+        return int(self._of_slabs[-1])
 
     def order(self) -> np.ndarray:
         """Where the points that are there are stored, by their numbers; found once between sortings."""
-        if self._order is None:
-            self._order = np.argsort(self._there("id"))
-        return self._order
+        if domain.joins_in_first not in self._orders:
+            self._orders[domain.joins_in_first] = np.argsort(self._everywhere(self._there("id")))
+        return self._orders[domain.joins_in_first]
 
     def sort(self) -> None:
         """Sort the points by their nodes and divide them into slabs."""
-        self._order = None
-        there = {name: array[: self.n_there] for name, array in self.arrays.items()}
-        sort_by_nodes(there, self._scratch, self.grid.lattice, self.functions, self.slabs)
+        self.complete_arrays()
+        self._orders.clear()
+        self._sort_those(self.n_there)
+        if domain.is_cut and self.is_spread:
+            self._sort_those(domain.migrate(self.arrays, self.slabs.first, self.n_there))
+        elif domain.is_cut:
+            self._do_own_slabs()
         self._follow_order()
-        self._short_runs = ShortRuns(self.n_there, self.sorting_cost)
+        self._short_runs = ShortRuns(int(self._first_of_all()[-1]), self.sorting_cost)
+
+    def _sort_those(self, n: int) -> None:
+        there = {name: array[:n] for name, array in self.arrays.items()}
+        sort_by_nodes(there, self._scratch, self.grid.lattice, self.functions, self.slabs)
+
+    def share_out(self) -> None:
+        """The rows of slabs are cut among processes: do those of this process from now on."""
+        self._orders.clear()
+        if not self.is_spread:
+            self._do_own_slabs()
+            self._follow_order()
+            return
+        first = self.slabs.first
+        own = slice(*first[[domain.slabs.start, domain.slabs.stop]])
+        for array in self.arrays.values():
+            array[: own.stop - own.start] = array[own]
+            release(array[own.stop - own.start :])
+        first[:] = np.clip(first, own.start, own.stop) - own.start
+
+    def _do_own_slabs(self) -> None:
+        """Let loops over slabs find no points in those of other processes."""
+        first = self.slabs.first
+        self._of_slabs = first.copy()
+        first[:] = np.clip(first, *first[[domain.slabs.start, domain.slabs.stop]])
+
+    def hand_over(self) -> Callable[[], None]:
+        """Before the rows are cut anew: complete what other processes may have then. What takes up the new rows after it."""
+        self.complete_arrays()
+        domain.complete(self.slabs.left_slab)
+        if not self.is_spread:
+            return self._take_own_slabs
+        first = self._first_of_all()
+        return lambda: self._take_points(first)
+
+    def _take_own_slabs(self) -> None:
+        self.slabs.first[:] = self._of_slabs
+        self._do_own_slabs()
+
+    def _take_points(self, first: np.ndarray) -> None:
+        """first: where the points of each slab begin among those of all processes, and behind the last."""
+        self._orders.clear()
+        domain.migrate(self.arrays, self.slabs.first, self.n_there)
+        own = first[[domain.slabs.start, domain.slabs.stop]]
+        self.slabs.first[:] = np.clip(first, *own) - own[0]
+
+    def _everywhere(self, there: np.ndarray) -> np.ndarray:
+        """What the points that are there have, shape (n_there, ...), of all processes."""
+        return domain.whole(there) if self.is_spread else there
+
+    def _complete(self, *names: str) -> None:
+        """Fill arrays of which this process found those of its own slabs with what others found."""
+        if domain.is_cut and not self.is_spread:
+            for name in names:
+                there = self._there(name)
+                there[...] = domain.group.joined(there[self.slabs.first[0] : self.slabs.first[-1]])
+
+    def _complete_by_number(self, values: np.ndarray) -> None:
+        """The same of what has the order of the numbers of the points."""
+        if domain.is_cut:
+            number = self.arrays["id"]
+            values[number] = domain.group.joined(values[number[self.slabs.first[0] : self.slabs.first[-1]]])
+
+    def complete_arrays(self) -> None:
+        """Fill all arrays so, before points of other slabs are asked for their state."""
+        self._complete(*(name for name in self.arrays if name not in ("id", "mass")))
+
+    def _sums(self) -> np.ndarray:
+        """What the points of all slabs add up to, by the columns of `Slabs.sums`."""
+        return ordered_sum(domain.complete(self.slabs.sums))
 
     def _put_behind(self, left: np.ndarray) -> None:
         """Put those of the points that are there which have left, shape (n_there,), behind the others; they must be sorted."""
         order = np.argsort(left, kind="stable")
         for array in self.arrays.values():
             array[: len(order)] = array[order]
-        self._order = None
-        self.slabs.first[-1] = len(order) - np.count_nonzero(left)
+        self._orders.clear()
+        self._of_slabs[-1] = len(order) - np.count_nonzero(left)
 
     def sort_if_needed(self) -> None:
         """Sort again where a point left its slab, or short runs of points with the same nodes cost more than sorting."""
-        if self._short_runs.sorting_pays or np.count_nonzero(self.slabs.left_slab):
+        if self._short_runs.sorting_pays or domain.any(bool(np.count_nonzero(self.slabs.left_slab))):
             self.sort()
 
     def passes(self) -> dict[str, PassAlone]:
@@ -227,10 +310,12 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
             to_rows = self.mapped.content._replace(nodes=self._nodes._replace(inertia=rows))
             scatter(giving(to_rows, inertia_of(to_rows, 0.0, self._affine)))
             self.velocity_field.add_drag((1.0 - kept) * rows.reshape(-1, 4)[:, :3])
-            self.arrays["velocity"] *= kept
+            there = self._there("velocity")
+            there *= kept
             if self._affine is not None:
-                self._affine[:, :FIELD_ENERGY] *= kept
-                self._affine[:, FIELD_ENERGY:] *= kept**2
+                affine = self._there("affine")
+                affine[:, :FIELD_ENERGY] *= kept
+                affine[:, FIELD_ENERGY:] *= kept**2
             totals.kinetic, totals.affine = kept**2 * totals.kinetic, kept**2 * totals.affine
             totals.momentum = kept * totals.momentum
         return lost, impulse
@@ -253,7 +338,8 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         """What else leads the points; totals."""
         if self.is_led(by_slabs=False):
             self._lead(remap)
-        sums = ordered_sum(self.slabs.sums)
+        self._complete("velocity")
+        sums = self._sums()
         self._short_runs.add(float(sums[VECTORS]))
         lumping, loss = float(sums[LUMPING]), float(sums[LOSS])
         if self._affine is not None:
@@ -280,12 +366,13 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         before, increment = self.totals.kinetic, self.velocity_field.second_increment
         reached = self.slabs.reached(self.velocity_field.second_layers(), self._stencil)
         kernels.add_increments(self.n_slabs, self.mapped, increment, reached)
-        self._collect_momentum_sums(ordered_sum(self.slabs.sums))
+        self._complete("velocity")
+        self._collect_momentum_sums(self._sums())
         won = self.totals.kinetic - before
         if self.constraint is not None:
             self.constrain_again()
             kernels.sum_momentum(self.n_slabs, self.mapped)
-            self._collect_momentum_sums(ordered_sum(self.slabs.sums))
+            self._collect_momentum_sums(self._sums())
         return won
 
     def kept_energy(self) -> np.ndarray:
@@ -302,6 +389,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         if self.constraint is None or self.constraint.strains:
             move_points(self._by_nodes, dt)
         self.prescribe_positions()
+        self._complete("position")
         if self.contact_surface is not None:
             self.contact_surface.follow(dt)
 
@@ -312,7 +400,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     def _collect_strain_sums(self, last: bool) -> None:
         """Totals after straining; last: after the momentum equation and not before."""
-        sums = ordered_sum(self.slabs.sums)
+        sums = self._sums()
         self.totals.half_power = (-0.5 if last else 0.5) * float(sums[POWER])
         self.totals.stored, self.totals.heating = float(sums[STORED]), float(sums[HEATING])
         self._bound_rate(float(self.slabs.sums[:, RATE].max()))
@@ -329,6 +417,17 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         swing = getattr(self.constraint, "swing", 0.0)
         led = [motion_in_cells(self.grid.lattice.cell, prescribed), swings(swing, "spring")]
         return told(self.totals.rate, [self.signal_limit(), *led])
+
+    def fastest(self) -> float:
+        """The largest speed of its points [m/s]."""
+        return domain.largest(float(np.sqrt(np.max(np.sum(self._there("velocity") ** 2, axis=1), initial=0.0))))
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg], the same to the last bit in whatever order the points are stored, and on whatever process."""
+        if not (domain.is_cut and self.is_spread):
+            return super().mass
+        return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
 
     def signal_limit(self) -> StepLimit:
         """How signals in it bound the step, what leads it left out."""
@@ -348,7 +447,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
     def renew_totals(self) -> None:
         """Find the totals of the state as it is."""
         kernels.sum_momentum(self.n_slabs, self.mapped)
-        self._collect_momentum_sums(ordered_sum(self.slabs.sums))
+        self._collect_momentum_sums(self._sums())
         self.grid.nodes.strain_velocity.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
         if self._cells is not None:
@@ -357,18 +456,28 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the point, where a kernel found a fault in this step."""
-        if np.count_nonzero(self.slabs.fault[:, 0]):
-            code, p = self.slabs.fault[np.flatnonzero(self.slabs.fault[:, 0])[0]]
-            self.stop(int(code), int(p), n_steps, time)
+        if not domain.any(bool(np.count_nonzero(self.slabs.fault[:, 0]))):
+            return
+        fault = domain.complete(self.slabs.fault)
+        slab = int(np.flatnonzero(fault[:, 0])[0])
+        with domain.told_by(slab) as has_it:
+            if has_it:
+                code, p = map(int, fault[slab])
+                self.stop(code, p, n_steps, time)
 
     # checkpoint
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of the points and elements, and their division into slabs."""
-        slabs = with_owner("slabs", kept_of(self.slabs))
+        self.complete_arrays()
+        domain.complete(self.slabs.left_slab)
+        slabs = with_owner("slabs", kept_of(self.slabs) | {"first": self._first_of_all()})
         elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
         surface = self.contact_surface.state_arrays() if self.contact_surface is not None else {}
-        return {**self.arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts, **surface}
+        arrays = self.arrays
+        if domain.is_cut and self.is_spread:
+            arrays = {name: domain.whole(self._there(name)) for name in arrays}
+        return {**arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts, **surface}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
@@ -377,7 +486,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
         restore_slabs(self.slabs, of_owner("slabs", arrays))
-        self._order = None
+        self._orders.clear()
         self._short_runs.counts[:] = arrays["slabs/short_runs"]
         if self.contact_surface is not None:
             self.contact_surface.restore(arrays)
@@ -393,6 +502,13 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         self.sort()
         self._goes_on = True
         self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
+
+    def _first_of_all(self) -> np.ndarray:
+        """Where the points of each slab begin among those of all processes, and behind the last."""
+        if not (domain.is_cut and self.is_spread):
+            return self._of_slabs
+        counts = domain.complete(np.diff(self.slabs.first))
+        return np.concatenate([[0], np.cumsum(counts)])
 
     # results
 
@@ -411,6 +527,11 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     def stored_field(self, name: str) -> np.ndarray:
         """The same in the order in which they are stored at the moment. Raises KeyError where there is no such field."""
+        self._complete(*([name] if name in self.arrays else self.arrays))
+        return self._everywhere(self._field_there(name))
+
+    def _field_there(self, name: str) -> np.ndarray:
+        """The same of the points that this process has."""
         if name == "density":
             return self._there("mass") / self._there("volume")
         if name == "pressure":
@@ -427,7 +548,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
     def frame(self) -> dict[str, np.ndarray]:
         """The fields of all points in their original order; of those that left zeros, and where they left the grid."""
         fields, left = super().frame(), self.arrays["id"][self.n_there :]
-        if not len(left):
+        if not len(left) or (domain.is_cut and self.is_spread):  # those behind are with other processes
             return fields
         there = fields["id"]
         for name, values in fields.items():

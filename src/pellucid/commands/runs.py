@@ -21,6 +21,7 @@ from pellucid.commands.arguments import (
 )
 from pellucid.commands.table import print_metrics
 from pellucid.errors import CaseError, Interrupted, Terminated
+from pellucid.ranks.group import processes
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -64,7 +65,7 @@ def run(
             chosen = chosen.with_settings({"output.frames": interval})
         except CaseError as error:
             raise error.blame(f"--every {every}") from None
-    if out:
+    if out and processes.is_first:
         RunFolder(out).check_replaceable()
     folder = out or unused(Path("runs"), case_name(case, chosen))
 
@@ -75,6 +76,7 @@ def run(
     try:
         with watching() as progress, resumable(folder):
             wanted = {"report": not no_report, "foretell": True}
+            folder = processes.told(folder)
             finished = run_case(chosen, folder, threads=threads, until=end, progress=progress, **wanted)
     except CaseError as error:  # what only the set-up of the run can find
         raise located(error, case, quick, settings or ()) from None
@@ -166,6 +168,8 @@ def conclude(finished: "Run", folder: Path) -> None:
     """Say in a line or two what a run came to."""
     from pellucid.progress import clock
 
+    if not processes.is_first:
+        return
     summary = finished.summary
     typer.echo(
         f"done: t = {summary['end_time']:.6g} s after {summary['steps']} steps of {summary['points']} points, "

@@ -15,7 +15,9 @@ from pellucid.grid.passes.moving import displacement
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import add_shares, node_at
 from pellucid.jit import generic, kernel, point_function, pointwise
+from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, size
+from pellucid.jit.joint import joint_region
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_by_colour, parallel_by_colour
 from pellucid.jit.vector import LANES, load, splat, store, total
@@ -166,9 +168,13 @@ def _slab(s, mapped, drive, nodes, task):
 
 
 @kernel()
-def constrain_nodes(n, mapped, drive, nodes):
-    """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
+def _constrain_nodes_of(n, mapped, drive, nodes):
     parallel_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Constrain())
+
+
+def constrain_nodes(n: int, mapped: Bundle, drive: Bundle, nodes: Bundle) -> None:
+    """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
+    joint_region.give_at_once(lambda: _constrain_nodes_of(n, mapped, drive, nodes), [nodes.mass, nodes.momentum])
 
 
 @kernel()

@@ -17,6 +17,7 @@ from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import TakesMotions
 from pellucid.parts.families import GridBody
+from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ class PrescribedPoints(ActiveCondition):
                 self._velocity[number, axis] = (reached - function(time)) / dt if dt > 0.0 else 0.0
         if self._own_nodes is not None:
             self._own_nodes.set_motion_velocities(self._velocity)
-        if self._points is not None:
+        if self._points is not None and self._nodes is not None:
             self._velocity *= self.body.load_rate  # points and nodes of the grid go by the time of the step
             driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
 
@@ -114,7 +115,7 @@ class PrescribedPoints(ActiveCondition):
         done = self._layout.no_work()
         if self._points is None:
             return done
-        taken = ordered_sum(self._taken[: self._points.n_slabs])
+        taken = ordered_sum(domain.complete(self._taken[: self._points.n_slabs]))
         done.works[MOTION], done.works[IMPACT] = taken[driven_points.WORK], taken[driven_points.LOSS]
         impulses = taken[driven_points.IMPULSE :].reshape(-1, 3)
         return done._replace(motions=dict(zip(self.names, impulses, strict=True)))

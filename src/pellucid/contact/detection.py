@@ -25,6 +25,7 @@ from pellucid.contact.normals import NORMAL, VOLUME, Along, Areas, NumberedNodes
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
+from pellucid.ranks.domain import OfListed, domain
 
 CLOSE = 0.1
 """Distance in cells at which two membranes touch: less than one may turn round in, and than a quarter of a cell.
@@ -77,12 +78,27 @@ class ContactDetection:
             n = shared.list_shared(*masses, self._shared)
         self.node = self._shared[:n]
         self.normal, self.gap, self.room = np.zeros((n, 3)), np.full(n, -np.inf), np.zeros(n)
-        if n:
+        if domain.any(n > 0):
             strides = self._grid.lattice.strides
             shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, True)
-            shared.bounding_box(self.node, self._grid.lattice, self._reach, self._box, self._narrow)
+            shared.bounding_box(self._extent(), self._grid.lattice, self._reach, self._box, self._narrow)
             self._measure(n)
             shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, False)
+
+    def _extent(self) -> np.ndarray:
+        """Nodes with the extent of those of all processes along each axis."""
+        if not domain.is_cut:
+            return self.node
+        strides, rest, ends = self._grid.lattice.strides, self.node, np.zeros(2, np.int64)
+        for axis in np.argsort(strides)[::-1]:
+            place, rest = rest // strides[axis], rest % strides[axis]
+            first = -domain.largest(float(-place.min()) if len(place) else -np.inf)
+            last = domain.largest(float(place.max()) if len(place) else -np.inf)
+            ends += strides[axis] * np.array([first, last]).astype(np.int64)
+        return ends
+
+    def _listed(self, values: np.ndarray) -> OfListed:
+        return OfListed(values, self.node)
 
     def _measure(self, n: int) -> None:
         moments = NUMBERED["moments"].allocate(n, 2)
@@ -94,7 +110,7 @@ class ContactDetection:
             normals.membrane_normals(moments[surfaces[0]], direction, crumpled)
         if self._faced:
             self._measure_faces(moments, crumpled)
-        elif len(surfaces) == 1 and not crumpled.any():
+        elif len(surfaces) == 1 and not domain.any(bool(crumpled.any())):
             foremost = self._detect_smooth(surfaces[0], moments[surfaces[0]], direction)
             normals.keep_widest_gap(direction, foremost, self.normal, self.gap)
         else:
@@ -115,7 +131,7 @@ class ContactDetection:
             if not self._surfaces[side]:
                 for found in points[side]:
                     beside, areas = np.empty(len(found.areas.vector), np.int64), Areas(found.areas.vector, at_rest=1.0)
-                    to = moments[side].reshape(-1), beside
+                    to = self._listed(moments[side].reshape(-1)), beside
                     normals.sum_moments(found.n_slabs, found.mapped, self._where, areas, *to)
                 faces.move_inwards(moments[side], self._grid.lattice.cell)
         for direction in self._directions(moments[0], moments[1], crumpled):
@@ -124,7 +140,7 @@ class ContactDetection:
             for side, sign in enumerate(SIGNS):
                 for found in points[side]:
                     how = self._where, found.areas, Along(direction, sign)
-                    faces.sum_places(found.n_slabs, found.mapped, *how, sums[side])
+                    faces.sum_places(found.n_slabs, found.mapped, *how, self._listed(sums[side]))
             normals.keep_widest_gap(direction, faces.mean_places(sums), self.normal, self.gap)
 
     def _sum_moments(self, side: int, sums: np.ndarray) -> None:
@@ -132,14 +148,14 @@ class ContactDetection:
             areas = OF_VOLUME
             if self._surfaces[side] and is_membrane(body):
                 areas = Areas(body.vector_areas(), 1.0 / body.areal_density)
-            normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, sums.reshape(-1), beside)
+            normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, self._listed(sums.reshape(-1)), beside)
 
     def _detect_smooth(self, membrane: int, moments: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Orient the normals of a membrane; as `_foremost`, with one pass over the points of the volume, not two."""
         volume, foremost = 1 - membrane, NUMBERED["foremost"].allocate(len(normal), 2)
         found = NUMBERED["extents"].allocate(len(normal))
         for body in self._bodies[volume]:
-            extents.extents_along(body.n_slabs, body.mapped, self._where, normal, body.half_width(), found)
+            extents.extents_along(body.n_slabs, body.mapped, self._where, normal, body.half_width(), self._listed(found))
         extents.orient_membrane_normals(moments, found, SIGNS[volume], normal, foremost[volume])
         self._reach_of(membrane, normal, foremost[membrane])
         return foremost
@@ -171,7 +187,7 @@ class ContactDetection:
     def _reach_of(self, side: int, normal: np.ndarray, foremost: np.ndarray) -> None:
         for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
             how = self._where, beside, Along(normal, SIGNS[side]), body.half_width()
-            normals.foremost_along(body.n_slabs, body.mapped, *how, foremost)
+            normals.foremost_along(body.n_slabs, body.mapped, *how, self._listed(foremost))
 
 
 def _surface_of(body: ContactBody) -> Callable[[], Faces] | None:

@@ -1,5 +1,6 @@
 """How far a volume reaches about the numbered nodes along the normals of a membrane there, which may point either way."""
 
+import numpy as np
 from numpy import uintp
 
 from pellucid.contact.normals import CENTRE, VOLUME, NumberedNodes, reach_of_point
@@ -10,10 +11,13 @@ from pellucid.grid.passes.blocks import about_lanes, fetch, find_functions, func
 from pellucid.grid.points import ByIndex
 from pellucid.grid.stencil import node_at
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
+from pellucid.jit.joint import joint_region
 from pellucid.jit.local import indices, numbers
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.jit.vector import LANES, larger, load, row, splat, store, total, where_positive
+from pellucid.ranks.domain import OfListed
 from pellucid.tensors import ZERO_VECTOR
 
 AHEAD, BEHIND, PLACES, VOLUMES, COLUMNS = range(5)
@@ -105,9 +109,15 @@ def _extents_slab(s, mapped, where, normal, radius, extents):
 
 
 @kernel()
-def extents_along(n, mapped, where, normal, radius, extents):
-    """Extents of the points of n slabs about each numbered node, shape (nodes, COLUMNS), along its normal; `NOWHERE` before."""
+def _extents_along(n, mapped, where, normal, radius, extents):
     parallel_by_colour(_extents_slab, n, mapped.slabs.across, mapped, where, normal, radius, extents)
+
+
+def extents_along(
+    n: int, mapped: Bundle, where: Bundle, normal: np.ndarray, radius: tuple[float, float, float], extents: OfListed
+) -> None:
+    """Extents of the points of n slabs about each numbered node, shape (nodes, COLUMNS), along its normal; `NOWHERE` before."""
+    joint_region.give_at_once(lambda: _extents_along(n, mapped, where, normal, radius, extents.values), [extents])
 
 
 @kernel()

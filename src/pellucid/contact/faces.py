@@ -9,13 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.contact.normals import CENTRE, NORMAL, VOLUME
+from pellucid.contact.normals import CENTRE, NORMAL, VOLUME, Along
 from pellucid.contact.shared import beyond
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.joint import joint_region
 from pellucid.jit.parallel import parallel_by_colour
+from pellucid.ranks.domain import OfListed
 
 
 class FaceAreas(NamedTuple):
@@ -60,12 +62,16 @@ def _sum_places_slab(s, mapped, where, areas, along, sums):
 
 
 @kernel()
-def sum_places(n, mapped, where, areas, along, sums):
+def _sum_places(n, mapped, where, areas, along, sums):
+    parallel_by_colour(_sum_places_slab, n, mapped.slabs.across, mapped, where, areas, along, sums)
+
+
+def sum_places(n: int, mapped: Bundle, where: Bundle, areas: FaceAreas, along: Along, sums: OfListed) -> None:
     """Areas that face along sign times the normal of each numbered node, and these times the places along it, (n, 2).
 
     areas: `FaceAreas`; along: an `Along` of `pellucid.contact.normals`.
     """
-    parallel_by_colour(_sum_places_slab, n, mapped.slabs.across, mapped, where, areas, along, sums)
+    joint_region.give_at_once(lambda: _sum_places(n, mapped, where, areas, along, sums.values), [sums])
 
 
 def mean_places(sums: np.ndarray) -> np.ndarray:

@@ -1,6 +1,5 @@
 """Works of contact impulses: kernels. Sides and nodes are as in `pellucid.contact.impulses`."""
 
-from pellucid.contact.impulses import CHUNK
 from pellucid.energy import CONTACT, FIRST_LOAD, MOTION, SUPPORT
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
@@ -13,7 +12,7 @@ def _sum_side(chunk, side, at, mobility, sign, impulse, works):
     driven_mass, driven_impulse = external.driven_mass, external.impulse
     contact = support = moved = 0.0
     first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
+    for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = node[e]
         for d in range(3):
             j, new = sign * impulse[e, d], velocity[I, d]
@@ -54,7 +53,7 @@ def sum_works(chunks, one, other, at, impulse, works):
 @kernel(inner=True)
 def _lag_work_chunk(chunk, side, number, at, impulse, small, sums):
     nodes, driven_mass, mobility, work = side.nodes, side.external.driven_mass, at.mobility[number], 0.0
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+    for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         for d in range(3):
             led = len(driven_mass) > 0 and driven_mass[I, d] > 0.0  # such points do not take what the node got

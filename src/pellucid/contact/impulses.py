@@ -41,11 +41,7 @@ class ContactNodes(NamedTuple):
     node: np.ndarray  # (n,)
     normal: np.ndarray  # (n, 3) unit normals from the first side to the second, zero where these do not touch
     mobility: np.ndarray  # (2, n, 3) 1/m of both sides along each axis [1/kg], 0 where a node is constrained
-
-
-def chunks_of(nodes: ContactNodes) -> int:
-    """How many chunks they are."""
-    return len(nodes.node) // CHUNK + 1
+    edges: np.ndarray  # of the chunks in which threads take them, see `pellucid.grid.listed`
 
 
 @kernel(inner=True)
@@ -61,7 +57,7 @@ def _mobility_of(side, first, end, node, mobility):
 
 @kernel(inner=True)
 def _mobility_chunk(chunk, one, other, at):
-    first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))
+    first, end = at.edges[chunk], at.edges[chunk + 1]
     _mobility_of(one, first, end, at.node, at.mobility[0])
     _mobility_of(other, first, end, at.node, at.mobility[1])
 
@@ -128,7 +124,7 @@ def _add_to_node(nodes, I, d, more):
 @kernel(inner=True)
 def _resolve_chunk(chunk, friction, anew, one, other, at, allowed, total):
     first, second, share = one.nodes, other.nodes, 1.0 if anew else 0.0
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+    for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         given = (share * total[e, 0], share * total[e, 1], share * total[e, 2])
         impulse = _impulse_at(friction, at, e, allowed, first.velocity, second.velocity, given)
@@ -153,7 +149,7 @@ def resolve(chunks, friction, anew, one, other, at, allowed, total):
 
 @kernel(inner=True)
 def _apply_chunk(chunk, one, other, at, impulse, total):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+    for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         for d in range(3):
             _add_to_node(one.nodes, I, d, at.mobility[0, e, d] * impulse[e, d])
@@ -170,7 +166,7 @@ def apply(chunks, one, other, at, impulse, total):
 @kernel(inner=True)
 def _stop_straining_chunk(chunk, friction, one, other, at, allowed, total):
     first, second = one.nodes.strain_velocity, other.nodes.strain_velocity
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+    for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         impulse = _impulse_at(friction, at, e, allowed, first, second, (0.0, 0.0, 0.0))
         if not _any(impulse):
@@ -197,7 +193,7 @@ def _velocity_at_start(nodes, mobility, e, I, d):
 
 @kernel(inner=True)
 def _parting_chunk(chunk, one, other, at, least, allowed):
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(at.node))):
+    for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I, parting = at.node[e], 0.0
         for d in range(3):
             v = _velocity_at_start(one.nodes, at.mobility[0], e, I, d)

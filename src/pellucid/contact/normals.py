@@ -14,9 +14,12 @@ from pellucid.grid.nodal_fields import MAX, STEP, SUM, NodalField
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.bundle import Bundle
 from pellucid.jit.elementary import cube_root
+from pellucid.jit.joint import joint_region
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.jit.vector import load, row, splat, store
+from pellucid.ranks.domain import OfListed
 
 SMOOTH = 0.7
 """Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
@@ -103,13 +106,17 @@ def _sum_moments_slab(s, mapped, where, areas, moments, beside):
 
 
 @kernel()
-def sum_moments(n, mapped, where, areas, moments, beside):
+def _sum_moments(n, mapped, where, areas, moments, beside):
+    parallel_by_colour(_sum_moments_slab, n, mapped.slabs.across, mapped, where, areas, moments, beside)
+
+
+def sum_moments(n: int, mapped: Bundle, where: Bundle, areas: Areas, moments: OfListed, beside: np.ndarray) -> None:
     """Sums about each numbered node: vector areas, or where `areas` has no rows volume gradients; places and volumes.
 
-    moments: shape (n COLUMNS,). The points that reach such nodes are listed in `beside` from the slab's first one on, and after
-    them -1.
+    moments: values, shape (n COLUMNS,). The points that reach such nodes are listed in `beside` from the slab's first one on,
+    and after them -1.
     """
-    parallel_by_colour(_sum_moments_slab, n, mapped.slabs.across, mapped, where, areas, moments, beside)
+    joint_region.give_at_once(lambda: _sum_moments(n, mapped, where, areas, moments.values, beside), [moments])
 
 
 @kernel()
@@ -151,9 +158,22 @@ def _foremost_slab(s, mapped, where, beside, along, radius, foremost):
 
 
 @kernel()
-def foremost_along(n, mapped, where, beside, along, radius, foremost):
-    """How far the points beside the numbered nodes reach along sign times the normals [m], each with its own extent; (n,)."""
+def _foremost_along(n, mapped, where, beside, along, radius, foremost):
     parallel_by_colour(_foremost_slab, n, mapped.slabs.across, mapped, where, beside, along, radius, foremost)
+
+
+def foremost_along(
+    n: int,
+    mapped: Bundle,
+    where: Bundle,
+    beside: np.ndarray,
+    along: Along,
+    radius: tuple[float, float, float],
+    foremost: OfListed,
+) -> None:
+    """How far the points beside the numbered nodes reach along sign times the normals [m], each with its own extent; (n,)."""
+    how = n, mapped, where, beside, along, radius
+    joint_region.give_at_once(lambda: _foremost_along(*how, foremost.values), [foremost])
 
 
 @kernel()

@@ -8,12 +8,13 @@ from pellucid.contact import impulse_works, impulses
 from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.impulses import ContactNodes, Friction
+from pellucid.grid.listed import by_row
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
+from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
 
 SIGNS = 1.0, -1.0  # of the impulses on the first side and on the second
-NOWHERE = ContactNodes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((2, 0, 3)))
 
 
 class ContactPair:
@@ -33,7 +34,7 @@ class ContactPair:
         """The bodies that can take second impulses."""
         self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
         self._second_sides = [Bundle(side._replace(moves_points=False)) for side in self._sides]  # the bodies count theirs
-        self._at, self._chunks = NOWHERE, impulses.chunks_of(NOWHERE)
+        self._meet_at(self.detection.node)
         self._up_to_gap, self._allowed = np.zeros(0), np.zeros(0)  # speeds of approach [m/s], (n,)
         self.impulses, self.second = np.zeros((2, 0, 3))
         """On the first side at each node of `detection` in this step [N s], shape (n, 3); and what stopped the approach of the
@@ -52,18 +53,24 @@ class ContactPair:
         """Find where the velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
-        self.touches = bool(self.detection.normal.any())
-        self._at = ContactNodes(self.detection.node, self.detection.normal, np.zeros((2, n, 3)))
-        self._chunks = impulses.chunks_of(self._at)
+        self.touches = domain.any(bool(self.detection.normal.any()))
+        self._meet_at(self.detection.node)
         self.impulses, self.second = np.zeros((n, 3)), np.zeros((n, 3))
         self._up_to_gap = self._allowed = self.detection.room / dt if dt > 0.0 else np.zeros(n)
         if self.touches:
             impulses.measure_mobility(self._chunks, *self._sides, self._at)
 
+    def _meet_at(self, node: np.ndarray) -> None:
+        """Take the nodes of a step."""
+        self._by_row = by_row(self.fields[0].grid.rows, node, impulses.CHUNK)
+        self._chunks = self._by_row.chunks.n
+        self._at = ContactNodes(node, self.detection.normal, np.zeros((2, len(node), 3)), self._by_row.chunks.edges)
+
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
         closed = (self.detection.room == 0.0) | self.impulses.any(axis=1)
-        nodes = self.detection.node[self.detection.normal.any(axis=1) & closed]
+        here = np.flatnonzero(self.detection.normal.any(axis=1) & closed)
+        nodes = domain.of_nodes(self.detection.node[here], self.detection.node[here])
         return ((body, nodes) for body in self.bodies)
 
     # impulses
@@ -90,7 +97,7 @@ class ContactPair:
         if not self.touches:
             return
         impulses.resolve(self._chunks, self._friction, anew, *self._sides, self._at, self._allowed, self.impulses)
-        if self.impulses.any():
+        if domain.any(bool(self.impulses.any())):
             for field in self.fields:
                 field.pressed = True
 
@@ -100,7 +107,10 @@ class ContactPair:
 
     def impulse(self) -> np.ndarray:
         """On the first velocity field over this step [N s], shape (3,)."""
-        return self.impulses.sum(axis=0)
+        return self._total(self.impulses)
+
+    def _total(self, impulses: np.ndarray) -> np.ndarray:
+        return domain.of_nodes(impulses, self._at.node).sum(axis=0)
 
     def works(self, row: int) -> np.ndarray:
         """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""
@@ -109,13 +119,13 @@ class ContactPair:
     def lag_work(self, fields: Collection[VelocityField]) -> float:
         """See `ContactPairs.lag_work`."""
         total = 0.0
-        if not self.impulses.any():
+        if not domain.any(bool(self.impulses.any())):
             return total
         for number, (field, side, sign) in enumerate(zip(self.fields, self._sides, SIGNS, strict=True)):
             if field in fields:
                 sums = np.zeros((self._chunks, 1))
                 impulse_works.sum_lag_works(self._chunks, side, number, self._at, self.impulses, field.small_mass, sums)
-                total += sign * float(ordered_sum(sums)[0])
+                total += sign * float(ordered_sum(domain.of_chunks(sums, self._by_row))[0])
         return total
 
     # the same on what was mapped again
@@ -129,19 +139,23 @@ class ContactPair:
     def begin_second(self) -> bool:
         """Add what second impulses change to the second increments of both fields; whether there are any, which all bodies
         take."""
-        if not (self.touches and self._takes_second and self.second.any()):
+        if not (self.touches and self._takes_second and domain.any(bool(self.second.any()))):
             return False
         for field, mobility, sign in zip(self.fields, self._at.mobility, SIGNS, strict=True):
             field.add_second_increments(self._at.node, sign * mobility * self.second)
         return True
+
+    def second_impulse(self) -> np.ndarray:
+        """The sum of these impulses on the first velocity field [N s], shape (3,)."""
+        return self._total(self.second)
 
     def second_works(self, row: int) -> np.ndarray:
         """Of these impulses on constrained nodes alone; see `works`."""
         return self._works(self._second_sides, self.second, row)
 
     def _works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
-        if not given.any():
+        if not domain.any(bool(given.any())):
             return np.zeros(row)
         works = np.zeros((self._chunks, row))
         impulse_works.sum_works(self._chunks, *sides, self._at, given, works)
-        return ordered_sum(works)
+        return ordered_sum(domain.of_chunks(works, self._by_row))

@@ -139,7 +139,7 @@ class ContactPairs:
                 total += pair.second_works(self._row)
                 bodies |= {id(body): body for body in pair.taking_second}
                 if pair.name is not None:
-                    named[pair.name] = pair.second.sum(axis=0)
+                    named[pair.name] = pair.second_impulse()
         done = step_work(total, self._columns)
         done.works[CONTACT] += sum(body.take_second_impulses(dt) for body in bodies.values())
         self.done = self.done.add(ContactWork(done, named))

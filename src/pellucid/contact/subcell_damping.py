@@ -16,6 +16,8 @@ from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, SUM, NodalField
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.joint import joint_region
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 
 CHUNK = 1024  # nodes of the grid that a thread takes at a time
@@ -103,7 +105,24 @@ def _loss_slab(s, mapped, mean, taken, loss):
 
 
 @kernel()
-def damp_subcell_velocities(n, mapped, reached, motion, loss):
+def _find_means(chunks, mapped, reached, motion):
+    contact, momentum, mass = mapped.nodes.velocity_increment, mapped.nodes.momentum, mapped.nodes.mass
+    parallel_for(_mean_chunk, chunks, reached, contact, momentum, mass, motion.mean, motion.fluctuation)
+
+
+@kernel()
+def _measure(n, mapped, motion):
+    parallel_by_colour(_measure_slab, n, mapped.slabs.across, mapped, motion.mean, motion.fluctuation)
+
+
+@kernel()
+def _find_losses(chunks, n, mapped, reached, motion, loss):
+    nodes, mean, fluctuation = mapped.nodes, motion.mean, motion.fluctuation
+    parallel_for(_part_chunk, chunks, reached, nodes.velocity_increment, nodes.mass, fluctuation)
+    parallel_for(_loss_slab, n, mapped, mean, fluctuation, loss)
+
+
+def damp_subcell_velocities(n: int, mapped: Bundle, reached: np.ndarray, motion: Bundle, loss: np.ndarray) -> None:
     """The velocities against the mean that contact takes from the nodes of n slabs [m/s], into loss, shape (n, 3).
 
     Σ_I N_I β_I n_I n_I·(v_K - p_I/m_I), with what the nodes of the grid have: velocity increments by contact [m/s], and
@@ -111,10 +130,7 @@ def damp_subcell_velocities(n, mapped, reached, motion, loss):
     stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). reached: the nodes of the grid that those of the
     membrane reach, shape (m,); motion: a bundle of `SubcellMotion`.
     """
-    contact, momentum, mass = mapped.nodes.velocity_increment, mapped.nodes.momentum, mapped.nodes.mass
-    mean, fluctuation = motion.mean, motion.fluctuation
     chunks = (len(reached) + CHUNK - 1) // CHUNK
-    parallel_for(_mean_chunk, chunks, reached, contact, momentum, mass, mean, fluctuation)
-    parallel_by_colour(_measure_slab, n, mapped.slabs.across, mapped, mean, fluctuation)
-    parallel_for(_part_chunk, chunks, reached, contact, mass, fluctuation)
-    parallel_for(_loss_slab, n, mapped, mean, fluctuation, loss)
+    _find_means(chunks, mapped, reached, motion)
+    joint_region.give_at_once(lambda: _measure(n, mapped, motion), [motion.fluctuation])
+    _find_losses(chunks, n, mapped, reached, motion, loss)

@@ -4,11 +4,21 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from pellucid.approximants import GRID_FUNCTIONS
+from pellucid.grid.listed import NodesByRow, by_row
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
 
 PAD = 2  # one node more than cells, and one beyond the upper wall that spline stencils name with weight zero
 LARGEST_STENCIL = 4
+MOST_ROWS = 64  # of slabs
+
+
+def row_edges(layers: int, stencil: int, most: int) -> np.ndarray:
+    """Where rows of slabs begin and the last ends, of so many layers of cells along an axis, shape (rows + 1,): as narrow as
+    two colours allow, see `pellucid.grid.sorting.slabs_of`."""
+    n = max(min(most, layers // (3 if stencil == 2 else 5)), 1)
+    return -(-np.arange(n + 1) * layers // n)  # from a wide one on: threads end together then
 
 
 class Lattice(NamedTuple):
@@ -83,6 +93,12 @@ class Grid:
         self.volume = self.cell_volume * float(np.prod(counts))
         """Of the cells [m³], those of the slice where axes are thin."""
         self.nodes = allocate(Nodes, n)
+        layer, last = strides[slab_axis], n // strides[slab_axis]
+        rows = row_edges(counts[slab_axis], GRID_FUNCTIONS[case.functions](1).stencil, MOST_ROWS)
+        self.rows = layer * np.append(rows[:-1], last)
+        """The first node of each row of slabs, and behind the last."""
+        self.all_nodes: NodesByRow = by_row(self.rows)
+        """Its nodes in chunks."""
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).

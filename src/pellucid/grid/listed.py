@@ -12,6 +12,40 @@ ALL = np.zeros(0, np.int64)
 """In place of a list: of no nodes there are no chunks, and no pass is made."""
 
 
+class ChunkedNodes(NamedTuple):
+    """Nodes in chunks, of which threads take one at a time, and whose sums are added up in order."""
+
+    node: np.ndarray  # (m,) a list, or `ALL`
+    edges: np.ndarray  # (chunks + 1,) the number of the first of each chunk, and behind the last
+
+    @property
+    def n(self) -> int:
+        """How many chunks these are."""
+        return len(self.edges) - 1
+
+
+class NodesByRow(NamedTuple):
+    """Nodes in chunks, each within a row of slabs: processes that have rows have chunks."""
+
+    chunks: ChunkedNodes
+    of_row: np.ndarray  # (rows + 1,) the first chunk of each row of slabs, and behind the last
+
+
+def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> NodesByRow:
+    """Nodes in chunks, all or those of a list in order, shape (m,).
+
+    rows, shape (rows + 1,): the first node of each row of slabs, and behind the last; most: nodes in a chunk.
+    """
+    begin = rows if node is ALL else np.searchsorted(node, rows)
+    length = np.diff(begin)
+    pieces = -(-length // most)
+    of_row = np.concatenate([[0], np.cumsum(pieces)])
+    row = np.repeat(np.arange(len(pieces)), pieces)
+    within = np.arange(of_row[-1]) - of_row[row]
+    edges = np.append(begin[row] + length[row] * within // np.maximum(pieces[row], 1), begin[-1])
+    return NodesByRow(ChunkedNodes(node, edges), of_row)
+
+
 class NodeFlags(NamedTuple):
     """Flags of nodes, 0 or 1, by which lists are made."""
 

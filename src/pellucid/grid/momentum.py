@@ -9,7 +9,6 @@ import numpy as np
 
 from pellucid.energy import FIRST_LOAD, FRICTION, IMPACT, SUPPORT
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import CHUNK
 from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField
 from pellucid.grid.supports import Supports, is_beside, leaves, rub
 from pellucid.jit import kernel, pointwise
@@ -49,6 +48,7 @@ class AdvancedNodes(NamedTuple):
     load: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N", "the sum of the external forces, where there are any")]
     separate_forces: np.ndarray  # see `FieldNodes`
     work: np.ndarray  # (rows, ...) works as `pellucid.energy` lays them out, a row for each chunk
+    edges: np.ndarray  # of the chunks of all nodes, see `pellucid.grid.listed`
 
 
 @pointwise
@@ -152,7 +152,7 @@ def advance_chunk(chunk, field, dt, small, flip):
     pushed = lost = rubbed = 0.0
     yields = len(field.supports.walls.held) > 0
     first = FIRST_LOAD + len(external.loads) + 1  # of the impulses
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
+    for I in range(field.edges[chunk], field.edges[chunk + 1]):
         m = mass[I]
         if m < MASS_EPS:
             if nodes.has_mass[I]:
@@ -230,7 +230,7 @@ def advance_chunk(chunk, field, dt, small, flip):
 def sum_loads_chunk(chunk, field):
     """The sum of the external forces on the nodes of a chunk."""
     loads = field.external.loads
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(field.load))):
+    for I in range(field.edges[chunk], field.edges[chunk + 1]):
         for d in range(3):
             external_force = 0.0
             for k in range(len(loads)):
@@ -242,5 +242,5 @@ def sum_loads_chunk(chunk, field):
 def add_separate_forces_chunk(chunk, field):
     """Add the separate internal forces to the others on the nodes of a chunk."""
     forces, separate = field.nodes.forces, field.separate_forces
-    for k in range(4 * CHUNK * chunk, min(4 * CHUNK * (chunk + 1), len(separate)), LANES):
+    for k in range(4 * field.edges[chunk], 4 * field.edges[chunk + 1], LANES):
         store(forces, k, load(forces, k) + load(separate, k))

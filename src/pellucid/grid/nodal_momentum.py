@@ -6,26 +6,29 @@ import numpy as np
 
 from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import ALL, NodeFlags, chunks_of
+from pellucid.grid.listed import ALL, NodeFlags, by_row
 from pellucid.grid.momentum import MASS_EPS, AdvancedNodes, ExternalAction
 from pellucid.grid.nodal_fields import ROW, VECTOR, fields_of
 from pellucid.grid.nodal_passes import advance, count_works, project, sum_strain_lag
 from pellucid.grid.nodal_works import NOWHERE
 from pellucid.grid.supports import Supports
 from pellucid.jit.bundle import Bundle
+from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
 
 
 class NodalMomentum:
     """Advances the momentum of the nodes of one velocity field.
 
-    supports: their velocities [m/s] are read at every step, and so is `external`; small_mass [kg]: nodes with less do not
-    strain points by their internal forces; flip: share of FLIP in the transfer to the points.
+    rows: as `pellucid.grid.listed.by_row` takes them; supports: their velocities [m/s] are read at every step, and so is
+    `external`; small_mass [kg]: nodes with less do not strain points by their internal forces; flip: share of FLIP in the
+    transfer to the points.
     """
 
     def __init__(
         self,
         nodes: Nodes,
+        rows: np.ndarray,
         supports: Supports,
         gravity: tuple[float, float, float],
         small_mass: float,
@@ -38,17 +41,21 @@ class NodalMomentum:
         self.is_counted = False
         """Whether the works of this step are counted already: nothing may change the velocities of nodes any more, but of those
         that await impulses."""
-        self._chunks = chunks_of(len(nodes.mass))
+        self._rows, self._all = rows, by_row(rows)
+        self._chunks = self._all.chunks.n
         self._columns = FIRST_LOAD + len(external.loads)
-        self._awaiting, self._list, self._lag_is_counted = NOWHERE, ALL, False
-        rows = 2 * self._chunks  # of all nodes, and of those that are listed
-        self._sums = np.zeros((rows, row_length(self._columns, len(supports.velocity) + 1)))
-        self._lags = np.zeros((rows, 1))
+        self._awaiting, self._lag_is_counted = NOWHERE, False
+        self._listed, self._waits = by_row(rows, ALL[:0]), False
+        n = 2 * self._chunks  # of all nodes, and of those that are listed
+        self._sums = np.zeros((n, row_length(self._columns, len(supports.velocity) + 1)))
+        self._lags = np.zeros((n, 1))
         load = fields_of(AdvancedNodes)["load"].allocate(external.loads.shape[1] if len(external.loads) else 0)
         self._full_gravity, self._gravity_share = np.array(gravity, float), 1.0
         self._gravity = self._full_gravity.copy()
         separate = np.zeros(0) if separate_forces is None else separate_forces
-        self._bundle = Bundle(AdvancedNodes(nodes, supports, self._gravity, external, load, separate, self._sums))
+        self._bundle = Bundle(
+            AdvancedNodes(nodes, supports, self._gravity, external, load, separate, self._sums, self._all.chunks.edges)
+        )
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act."""
@@ -58,12 +65,13 @@ class NodalMomentum:
         """Let the nodes of these lists, and no others, await impulses in this step after their momentum is advanced."""
         if not len(self._awaiting):
             self._awaiting = fields_of(NodeFlags)["awaiting"].allocate(len(self._bundle.nodes.mass))
-        self._awaiting[self._list] = 0
+        self._awaiting[self._listed.chunks.node] = 0
         lists = [ALL]
         for node in nodes:
             lists.append(node[self._awaiting[node] == 0])
             self._awaiting[node] = 1
-        self._list = np.concatenate(lists)
+        self._listed = by_row(self._rows, np.sort(np.concatenate(lists)))
+        self._waits = domain.any(self._listed.chunks.n > 0)
 
     def advance(self, dt: float, counted: bool = False) -> None:
         """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity.
@@ -72,7 +80,8 @@ class NodalMomentum:
         once.
         """
         self._sums.fill(0.0)
-        advance(self._chunks, self._bundle, dt, self.small_mass, self.flip, int(counted), ALL, self._awaiting)
+        how = self._bundle, dt, self.small_mass, self.flip, int(counted)
+        advance(self._chunks, *how, self._all.chunks, self._awaiting)
         self.is_counted, self._lag_is_counted = counted, False
 
     def works(self, dt: float) -> StepWork:
@@ -87,10 +96,10 @@ class NodalMomentum:
         """
         how = self._bundle, dt, self.small_mass
         if not self.is_counted:
-            count_works(self._chunks, 0, ALL, NOWHERE, *how)
-        elif len(self._list):
-            count_works(chunks_of(len(self._list)), self._chunks, self._list, NOWHERE, *how)
-        done = step_work(ordered_sum(self._sums), self._columns)
+            count_works(self._chunks, 0, self._all.chunks, NOWHERE, *how)
+        elif self._waits:
+            count_works(self._listed.chunks.n, self._chunks, self._listed.chunks, NOWHERE, *how)
+        done = step_work(self._summed(self._sums), self._columns)
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 
     def strain_lag_work(self, dt: float) -> float:
@@ -99,10 +108,18 @@ class NodalMomentum:
         how = self._bundle, dt, self.small_mass, self._lags
         if not self._lag_is_counted:
             self._lags.fill(0.0)
-            sum_strain_lag(self._chunks, 0, ALL, NOWHERE, *how)
-        elif len(self._list):
-            sum_strain_lag(chunks_of(len(self._list)), self._chunks, self._list, NOWHERE, *how)
-        return float(ordered_sum(self._lags)[0])
+            sum_strain_lag(self._chunks, 0, self._all.chunks, NOWHERE, *how)
+        elif self._waits:
+            sum_strain_lag(self._listed.chunks.n, self._chunks, self._listed.chunks, NOWHERE, *how)
+        return float(self._summed(self._lags)[0])
+
+    def _summed(self, sums: np.ndarray) -> np.ndarray:
+        """The sum of what chunks of all nodes have, and after them those of the listed."""
+        of_all, of_listed = sums[: self._chunks], sums[self._chunks :]
+        if self._waits:
+            of_listed = of_listed[: self._listed.chunks.n]
+            return ordered_sum(np.concatenate([domain.of_chunks(of_all, self._all), domain.of_chunks(of_listed, self._listed)]))
+        return ordered_sum(domain.of_chunks(of_all, self._all))
 
     def drag_work(self, momentum: np.ndarray, dt: float) -> float:
         """Work that forces of points without heat would do over half a step dt [s] along what nodal velocities were slower at
@@ -116,7 +133,7 @@ class NodalMomentum:
         """Work in half a step dt [s] of forces of points without heat on velocity increments of nodes, shape (n, 3) [J]."""
         nodes, separate = self._bundle.nodes, self._bundle.separate_forces.reshape(-1, ROW)[:, VECTOR]
         force = nodes.force[node] - separate[node] if len(separate) else nodes.force[node]
-        return 0.5 * dt * float(np.sum(force * increment))
+        return 0.5 * dt * float(np.sum(domain.of_nodes(force * increment, None if isinstance(node, slice) else node)))
 
     def impulse_velocity(self) -> np.ndarray:
         """The mean velocity along which impulses work that nodes got after their momentum was advanced [m/s]: that
@@ -135,5 +152,5 @@ class NodalMomentum:
         """
         self._lag_is_counted = counted
         self._lags.fill(0.0)
-        how = ALL, self._awaiting, dt or 0.0, self.small_mass, self._lags
+        how = self._all.chunks, self._awaiting, dt or 0.0, self.small_mass, self._lags
         project(self._chunks, self._bundle, int(dt is not None), int(counted), *how)

@@ -1,6 +1,6 @@
 """Passes over the nodes of a velocity field by all threads: their momentum equation, and the works of a step.
 
-node: a list of nodes, or `ALL` of them; awaiting: flags of the nodes that await impulses of contact, or `NOWHERE`.
+chunks: the nodes (`ChunkedNodes`), n of them; awaiting: flags of the nodes that await impulses of contact, or `NOWHERE`.
 """
 
 from pellucid.grid.momentum import add_separate_forces_chunk, advance_chunk, sum_loads_chunk
@@ -11,45 +11,45 @@ from pellucid.jit.parallel import parallel_for
 
 
 @kernel(inner=True)
-def _advance_chunk(chunk, field, dt, small, flip, counted, node, awaiting):
+def _advance_chunk(chunk, field, dt, small, flip, counted, chunks, awaiting):
     advance_chunk(chunk, field, dt, small, flip)
     if counted:
-        count_works_chunk(chunk, 0, node, awaiting, field, dt, small)
+        count_works_chunk(chunk, 0, chunks, awaiting, field, dt, small)
 
 
 @kernel()
-def advance(chunks, field, dt, small, flip, counted, node, awaiting):
+def advance(n, field, dt, small, flip, counted, chunks, awaiting):
     """The momentum equation of all nodes; where `counted`, their works too, while the nodes are at hand."""
     if len(field.separate_forces) > 0:
-        parallel_for(add_separate_forces_chunk, chunks, field)
+        parallel_for(add_separate_forces_chunk, n, field)
     if len(field.load) > 0:  # by themselves: loops over the channels within the momentum equation would slow down all nodes
-        parallel_for(sum_loads_chunk, chunks, field)
-    parallel_for(_advance_chunk, chunks, field, dt, small, flip, counted, node, awaiting)
+        parallel_for(sum_loads_chunk, n, field)
+    parallel_for(_advance_chunk, n, field, dt, small, flip, counted, chunks, awaiting)
 
 
 @kernel()
-def count_works(chunks, first, node, awaiting, field, dt, small):
+def count_works(n, first, chunks, awaiting, field, dt, small):
     """Works of the step and impulses on nodes, in rows from the first on; see `NodalMomentum.works`."""
-    parallel_for(count_works_chunk, chunks, first, node, awaiting, field, dt, small)
+    parallel_for(count_works_chunk, n, first, chunks, awaiting, field, dt, small)
 
 
 @kernel(inner=True)
-def _project_chunk(chunk, field, advanced, counted, node, awaiting, dt, small, sums):
+def _project_chunk(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
     project_chunk(chunk, field, advanced)
     if counted:
-        sum_strain_lag_chunk(chunk, 0, node, awaiting, field, dt, small, sums)
+        sum_strain_lag_chunk(chunk, 0, chunks, awaiting, field, dt, small, sums)
 
 
 @kernel()
-def project(chunks, field, advanced, counted, node, awaiting, dt, small, sums):
+def project(n, field, advanced, counted, chunks, awaiting, dt, small, sums):
     """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`; where `counted`, the lag of work too.
 
     advanced: whether the momentum was, of the mass that the nodes have.
     """
-    parallel_for(_project_chunk, chunks, field, advanced, counted, node, awaiting, dt, small, sums)
+    parallel_for(_project_chunk, n, field, advanced, counted, chunks, awaiting, dt, small, sums)
 
 
 @kernel()
-def sum_strain_lag(chunks, first, node, awaiting, field, dt, small, sums):
+def sum_strain_lag(n, first, chunks, awaiting, field, dt, small, sums):
     """See `NodalMomentum.strain_lag_work`; a sum for each chunk, in rows from the first on."""
-    parallel_for(sum_strain_lag_chunk, chunks, first, node, awaiting, field, dt, small, sums)
+    parallel_for(sum_strain_lag_chunk, n, first, chunks, awaiting, field, dt, small, sums)

@@ -7,7 +7,7 @@ then and done afterwards: they are flagged and listed.
 import numpy as np
 
 from pellucid.energy import ABSORBED, FIRST_LOAD, FRICTION, GRAVITY, IMPACT, INTERNAL, MOTION
-from pellucid.grid.listed import CHUNK, end_of, listed
+from pellucid.grid.listed import listed
 from pellucid.grid.momentum import (
     apply_prescribed_velocity,
     driven_fraction,
@@ -31,7 +31,7 @@ def _awaits(awaiting, I):
 
 
 @kernel(inner=True)
-def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
+def count_works_chunk(chunk, first, chunks, awaiting, field, dt, small):
     """Works and impulses of a chunk of the listed nodes, but of those that await impulses, into a row of works; `first` is that
     of the first chunk. See `NodalMomentum.works`. The momentum of the nodes is zero then, so that it can be mapped again."""
     nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
@@ -44,8 +44,8 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
     internal = gravity_work = sum_of_masses = absorbed = moved = lost = 0.0
     columns = FIRST_LOAD + len(external.loads)
     others = columns + 1 + 3 * len(field.supports.velocity)
-    for e in range(CHUNK * chunk, end_of(chunk, node, len(mass))):
-        I = listed(node, e)
+    for e in range(chunks.edges[chunk], chunks.edges[chunk + 1]):
+        I = listed(chunks.node, e)
         if nodes.has_mass[I] == 0 or _awaits(awaiting, I):
             continue
         m, energy = mass[I], 0.0
@@ -105,12 +105,12 @@ def count_works_chunk(chunk, first, node, awaiting, field, dt, small):
 
 
 @kernel(inner=True)
-def sum_strain_lag_chunk(chunk, first, node, awaiting, field, dt, small, sums):
+def sum_strain_lag_chunk(chunk, first, chunks, awaiting, field, dt, small, sums):
     """See `NodalMomentum.strain_lag_work`: the same of a chunk, into its row of sums."""
     nodes, external, work, several = field.nodes, field.external, 0.0, len(field.separate_forces) > 0
     power = row(0.0, 0.0, 0.0, 0.0)
-    for e in range(CHUNK * chunk, end_of(chunk, node, len(nodes.mass))):
-        I = listed(node, e)
+    for e in range(chunks.edges[chunk], chunks.edges[chunk + 1]):
+        I = listed(chunks.node, e)
         if nodes.has_mass[I] == 0 or _awaits(awaiting, I):
             continue
         m = nodes.mass[I]

@@ -1,6 +1,5 @@
 """Velocities of nodes from momentum that was mapped from the points, with what constrains and leads them."""
 
-from pellucid.grid.listed import CHUNK
 from pellucid.grid.momentum import MASS_EPS, apply_prescribed_velocity, is_unconstrained
 from pellucid.grid.supports import meet_walls
 from pellucid.jit import kernel, pointwise
@@ -35,7 +34,7 @@ def project_node(nodes, supports, external, I):
 def _meet_chunk(chunk, field):
     """Let walls that open hold the nodes of a chunk that no step has moved yet, or let them go."""
     nodes = field.nodes
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
+    for I in range(field.edges[chunk], field.edges[chunk + 1]):
         if nodes.has_mass[I] == 0 and nodes.mass[I] >= MASS_EPS:
             meet_walls(nodes, field.supports, I)
 
@@ -46,6 +45,6 @@ def project_chunk(chunk, field, advanced):
     nodes = field.nodes
     if not advanced and len(field.supports.walls.held) > 0:
         _meet_chunk(chunk, field)
-    for I in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes.mass))):
+    for I in range(field.edges[chunk], field.edges[chunk + 1]):
         if nodes.has_mass[I] or (not advanced and nodes.mass[I] >= MASS_EPS):
             project_node(nodes, field.supports, field.external, I)

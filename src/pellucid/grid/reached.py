@@ -24,6 +24,7 @@ from pellucid.grid.stencil import node_at, stencil
 from pellucid.grid.supports import Supports
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.joint import joint_region
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 from pellucid.jit.vector import load, row, splat, store
 
@@ -63,8 +64,13 @@ def _scatter_slab(s, mapped, force, counted, flags):
 
 
 @kernel()
-def _scatter(n, mapped, force, counted, flags):
+def _scatter_by_colour(n, mapped, force, counted, flags):
     parallel_by_colour(_scatter_slab, n, mapped.slabs.across, mapped, force, counted, flags)
+
+
+def _scatter(n: int, mapped: Bundle, force: np.ndarray, counted: float, flags: np.ndarray) -> None:
+    given = [mapped.nodes.inertia, flags[: len(mapped.nodes.mass)], *([mapped.nodes.forces] if len(force) else [])]
+    joint_region.give_at_once(lambda: _scatter_by_colour(n, mapped, force, counted, flags), given)
 
 
 @kernel()

@@ -8,12 +8,12 @@ import numpy as np
 from pellucid.approximants import GridFunctions
 from pellucid.approximants.axis import axis_numbers
 from pellucid.errors import UsageError
-from pellucid.grid.lattice import Lattice
+from pellucid.grid.lattice import MOST_ROWS, Lattice, row_edges
 from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
 from pellucid.jit.parallel import parallel_for
 
-MOST_ROWS, MOST_SLABS = 64, 256
+MOST_SLABS = 256
 FEWEST_CELLS = 120  # in a slab of a row that is cut: of fewer, what it costs beside its points counts
 CHUNK = 4096  # points that a thread reorders at a time
 EACH_SORTING = 2000.0
@@ -156,10 +156,8 @@ def _divided(lattice: Lattice, functions: GridFunctions) -> tuple[np.ndarray, in
     piece of a row it is. They are the same for all bodies, wherever these are, and each as narrow as two colours allow."""
     edges, most = [], MOST_ROWS
     for axis in (lattice.slab_axis, lattice.cut_axis):
-        width = 3 if functions[axis].stencil == 2 else 5
-        n = max(min(most, lattice.counts[axis] // width), 1)
-        edges.append(-(-np.arange(n + 1) * lattice.counts[axis] // n))  # from a wide one on: threads end together then
-        most = min(int(np.prod(lattice.counts)) // FEWEST_CELLS, MOST_SLABS) // n
+        edges.append(row_edges(lattice.counts[axis], functions[axis].stencil, most))
+        most = min(int(np.prod(lattice.counts)) // FEWEST_CELLS, MOST_SLABS) // (len(edges[-1]) - 1)
     rows, pieces = (np.stack([ends[:-1], ends[1:]], axis=1) for ends in edges)
     layers = np.concatenate([np.repeat(rows, len(pieces), axis=0), np.tile(pieces, (len(rows), 1))], axis=1)
     return layers, len(pieces), [np.repeat(np.arange(len(ends) - 1), np.diff(ends)) for ends in edges]

@@ -1,10 +1,13 @@
 """Vectors between points and nodes: forces and other vectors that points have, to the nodes; nodal vectors to the points."""
 
+import numpy as np
 from numpy import uintp
 
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import add_vector, gather, stencil
 from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.joint import joint_region
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
 
 
@@ -19,9 +22,13 @@ def _scatter_vectors_slab(s, mapped, values, target):
 
 
 @kernel()
-def scatter_vectors(n, mapped, values, target):
-    """Add vectors that the points of n slabs have, shape (points, 3), to those of the nodes, shape (nodes, 3)."""
+def _scatter_vectors(n, mapped, values, target):
     parallel_by_colour(_scatter_vectors_slab, n, mapped.slabs.across, mapped, values, target)
+
+
+def scatter_vectors(n: int, mapped: Bundle, values: np.ndarray, target: np.ndarray) -> None:
+    """Add vectors that the points of n slabs have, shape (points, 3), to those of the nodes, shape (nodes, 3)."""
+    joint_region.give_at_once(lambda: _scatter_vectors(n, mapped, values, target), [target])
 
 
 @kernel()

@@ -13,6 +13,7 @@ from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField, alloca
 from pellucid.grid.nodal_impulses import add_impulses
 from pellucid.grid.nodal_momentum import NodalMomentum
 from pellucid.grid.supports import Supports
+from pellucid.ranks.domain import domain
 
 
 class FieldNodes(NamedTuple):
@@ -72,7 +73,7 @@ class VelocityField:
         self._act(external)
         self._walls = supports.walls
         forces = self._own.separate_forces
-        self._momentum = NodalMomentum(self.grid.nodes, supports, gravity, small_mass, flip, external, forces)
+        self._momentum = NodalMomentum(self.grid.nodes, self.grid.rows, supports, gravity, small_mass, flip, external, forces)
 
     def _act(self, external: ExternalAction) -> None:
         self.external, self._clear_external = external, Clearing(STEP, external)
@@ -110,7 +111,8 @@ class VelocityField:
         if not len(self._walls.held):
             return {}
         nodes, walls = self.grid.nodes, self._walls
-        return {"constrained": nodes.constrained, "has_mass": nodes.has_mass, "held": walls.held, "stuck": walls.stuck}
+        kept = {"constrained": nodes.constrained, "has_mass": nodes.has_mass, "held": walls.held, "stuck": walls.stuck}
+        return {name: domain.of_nodes(array) for name, array in kept.items()}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""
@@ -144,8 +146,8 @@ class VelocityField:
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _ in self._given)]))
         works[: len(done.works)] = done.works
         for impulse, column, sign in self._given:
-            works[column] += sign * float(np.sum(impulse * self._momentum.impulse_velocity()))
-            done.impulse[:] += impulse.sum(axis=0)
+            works[column] += sign * float(np.sum(domain.of_nodes(impulse * self._momentum.impulse_velocity())))
+            done.impulse[:] += domain.of_nodes(impulse).sum(axis=0)
         return done._replace(works=works)
 
     def strain_lag_work(self, dt: float) -> float:
@@ -176,7 +178,7 @@ class VelocityField:
         """The first and the last layer of nodes along the axis of the slabs that have such increments."""
         lattice = self.grid.lattice
         layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
-        return int(layers.min()), int(layers.max())
+        return (int(layers.min()), int(layers.max())) if len(layers) else (self.grid.n_nodes, -1)
 
     def second_work(self, dt: float) -> float:
         """Work of the forces of points without heat on these increments in half a step dt [s] [J]."""

@@ -6,12 +6,26 @@ So bodies that add to the same nodes do not meet there, for their chunks are the
 one order on any number of threads. A loop may take what an earlier one of its kind left in the same chunk.
 """
 
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
 import numba
 
-from pellucid.jit.region import COUNT, MOST, OPEN, ROOM, USED, make_known, waiting
+from pellucid.jit.region import COUNT, LEFT_OUT, MOST, OPEN, ROOM, USED, make_known, waiting
 
 OF_A_BODY, BYTES_EACH = 8, 256
 """So many loops a body begins at most in a region, and their arguments take so many bytes each."""
+
+
+@contextmanager
+def leaving_out(rows: int) -> Iterator[None]:
+    """Let loops leave out EVEN_ROWS or ODD_ROWS of `pellucid.jit.region`."""
+    waiting[LEFT_OUT] = rows
+    try:
+        yield
+    finally:
+        waiting[LEFT_OUT] = 0
 
 
 class JointRegion:
@@ -19,6 +33,27 @@ class JointRegion:
 
     What the loops take must live until then; what they give is there after it. Regions do not contain each other.
     """
+
+    by_parity: Callable[[Callable[[], None], Sequence[Any]], None] | None = None
+    """Where several processes share the rows: does loops that give to nodal arrays row parity by row parity."""
+
+    def __init__(self) -> None:
+        self._given: list[Any] = []
+
+    def give(self, begin: Callable[[], None], given: Sequence[Any]) -> None:
+        """Begin joint loops by colour that give to these arrays of the nodes of the grid, or of lists of them."""
+        if self.by_parity is not None and waiting[OPEN]:
+            self._given += [array for array in given if not any(array is known for known in self._given)]
+            begin()
+        else:
+            self.give_at_once(begin, given)
+
+    def give_at_once(self, do: Callable[[], None], given: Sequence[Any]) -> None:
+        """Do loops by colour that give to these arrays and never wait."""
+        if self.by_parity is None:
+            do()
+        else:
+            self.by_parity(do, given)
 
     def __enter__(self) -> None:
         if not numba.config.DISABLE_JIT:
@@ -41,9 +76,14 @@ class JointRegion:
                 self._run()
         finally:
             waiting[USED] = waiting[COUNT] = 0
+            self._given = []
 
     def _run(self) -> None:
-        make_known()()
+        if self.by_parity is None:
+            make_known()()
+        else:
+            self.by_parity(make_known(), self._given)
+        self._given = []
         waiting[USED] = waiting[COUNT] = 0
 
 

@@ -15,7 +15,18 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from pellucid.jit.region import BEGIN, BEGIN_LOOP, BYTES, COLOURS, DO_CHUNK, INTP, make_known
+from pellucid.jit.region import (
+    BEGIN,
+    BEGIN_LOOP,
+    BYTES,
+    COLOURS,
+    DO_CHUNK,
+    EVEN_ROWS,
+    INTP,
+    LEFT_OUT,
+    make_known,
+    waiting,
+)
 
 
 def _driver(joint: bool) -> Any:
@@ -41,12 +52,14 @@ def _driver_by_colour(joint: bool) -> Any:
 
 
 def _plain(kernel: Any, count: int, *arguments: Any) -> None:
-    for chunk in range(count):
+    for chunk in range(0 if waiting[LEFT_OUT] & EVEN_ROWS else count):
         kernel(chunk, *arguments)
 
 
 def _plain_by_colour(kernel: Any, count: int, across: int, *arguments: Any) -> None:
     for colour in range(COLOURS):
+        if waiting[LEFT_OUT] & 1 << colour // 2:
+            continue
         for row in range(colour // 2 * across, count, 2 * across):
             for chunk in range(row + colour % 2, row + across, 2):
                 kernel(chunk, *arguments)

@@ -45,11 +45,14 @@ that go by colour or else 0, and whether the loop may wait."""
 
 MOST, ROOM = 256, 65536
 """So many loops can wait, and their arguments take so many bytes; what is beyond is done at once."""
-WAITING = ir.LiteralStructType([INTP, INTP, INTP, ir.ArrayType(ir.ArrayType(LOOP, MOST), COLOURS),
+WAITING = ir.LiteralStructType([INTP, INTP, INTP, INTP, ir.ArrayType(ir.ArrayType(LOOP, MOST), COLOURS),
                                 ir.ArrayType(ir.IntType(8), ROOM)])  # fmt: skip
-"""Whether loops wait, the bytes in use, how many loops there are, these for each colour, their arguments."""
-OPEN, USED, COUNT, LOOPS, ARGUMENTS = range(5)
-waiting = np.zeros(3 + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64)
+"""Whether loops wait, the bytes in use, how many loops there are, which rows are left out (EVEN_ROWS, ODD_ROWS or 0), the loops
+for each colour, their arguments."""
+OPEN, USED, COUNT, LEFT_OUT, LOOPS, ARGUMENTS = range(6)
+EVEN_ROWS, ODD_ROWS = 1, 2
+"""With the even rows go the chunks of loops that do not go by colour."""
+waiting = np.zeros(4 + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64)
 """The memory of WAITING."""
 
 
@@ -169,6 +172,9 @@ def _define_run(module: Any, share: Any) -> Any:
             loop = builder.gep(loops, [builder.add(builder.mul(INTP(colour), to_next), each.index)])
             several, most = builder.load(_member(builder, loop, len(LOOP.elements) - 1)), builder.load(numbers)
             builder.store(builder.select(builder.icmp_signed(">", several, most), several, most), numbers)
+        left_out = builder.and_(builder.load(_member(builder, _waiting_loops(), LEFT_OUT)), INTP(1 << colour // 2))
+        with builder.if_then(builder.icmp_signed("!=", left_out, INTP(0))):
+            builder.store(INTP(0), numbers)
         total = builder.add(total, builder.load(numbers))
     args = cgutils.alloca_once_value(builder, ir.Constant(BYTES, None))
     steps, dimensions = cgutils.alloca_once_value(builder, INTP(1)), cgutils.alloca_once(builder, INTP)

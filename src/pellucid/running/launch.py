@@ -1,7 +1,7 @@
 """From a case to a finished run in a folder, and from a folder on."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,7 @@ from pellucid.compilation.reporting import compilation_told, laws_blamed
 from pellucid.errors import CaseError, RunStopped, UsageError
 from pellucid.jit import set_threads
 from pellucid.progress import Progress, WarningsOnly
+from pellucid.ranks.domain import domain
 from pellucid.registry import Registry
 from pellucid.results.storage import checkpoint
 from pellucid.results.storage.files import explained
@@ -44,18 +45,22 @@ def run_case(
     """
     from pellucid.case.spec import required
 
-    progress, case = progress or WarningsOnly(), required(case)
+    domain.group.join()
+    progress, case = _seen(progress), required(case)
     _check_until(until, case)
-    if out is not None:
+    if out is not None and domain.is_first:
         RunFolder(out).check_replaceable()  # before the set-up, which may take long
         if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
             raise UsageError(f"{out} is the run from which the case starts (start.path): give another folder for the results")
     start = read_start(case, progress.message)
     # before the folder is touched: a bad case erases nothing
-    with _simulation(case, threads, progress, start) as (simulation, compiling):
+    with domain.together(), _simulation(case, threads, progress, start) as (simulation, compiling):
         check_probes(case.probe, simulation.bodies)
-        folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None else out)
+        folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None and domain.is_first else out or "")
+        folder = domain.group.told(folder)
         recorder = Recorder(folder, case, compiling, start=start)
+        if not domain.is_first:
+            return _take_part(simulation, recorder, until)
         with explained(folder.path), folder.made():
             if folder.case.is_file():
                 progress.note(f"replacing the earlier run in {folder.path}")
@@ -77,9 +82,11 @@ def resume_case(
     `settings` change what may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output); then
     it goes on with these. Raises `UsageError` where there is no run or a setting may not change, otherwise as `run_case`.
     """
-    progress = progress or WarningsOnly()
+    progress = _seen(progress)
+    domain.group.join()
     folder = RunFolder(out)
-    with explained(folder.path), folder.held():
+    held = folder.held() if domain.is_first else nullcontext()
+    with domain.together(), explained(folder.path), held:
         return _go_on(folder, until, threads, progress, report, settings or {}, foretell)
 
 
@@ -105,6 +112,8 @@ def _go_on(
         start = read_start(case, progress.message)
         with _simulation(case, threads, progress, start) as (simulation, compiling):
             recorder = Recorder(folder, case, compiling, start=start)
+            if not domain.is_first:
+                return _take_part(simulation, recorder, until)
             folder.start(case)
             if settings:
                 folder.write_case(case)
@@ -122,9 +131,11 @@ def _go_on(
         if case.time.passed(simulation.time):
             text = f"time.end = {case.time.end:g} s is before {simulation.time:g} s, where the run in {folder.path} is"
             raise UsageError(f"{text}; give a later end, or start a new run")
+        recorder = Recorder(folder, case, compiling, recorded, start)
+        if not domain.is_first:
+            return _take_part(simulation, recorder, until)
         if settings:
             folder.write_case(case)
-        recorder = Recorder(folder, case, compiling, recorded, start)
         if not recorder.resumes_record:
             folder.discard_record(case)
         return _finish(simulation, recorder, until, progress, report, foretell)
@@ -187,6 +198,19 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
             raise UsageError(f"{path} has changed since the run began: put the old file back to go on, or start a new run")
 
 
+def _seen(progress: Progress | None) -> Progress:
+    """Who tells of a run: of processes that share it the first."""
+    return progress if progress is not None and domain.is_first else WarningsOnly()
+
+
+def _take_part(simulation: Any, recorder: Recorder, until: float | None) -> Run:
+    """Share a simulation with the process that writes its results, and wait until these are there."""
+    simulation.run(recorder, until=until)
+    domain.leave()
+    domain.group.wait()
+    return Run(recorder.folder.path)
+
+
 def _finish(
     simulation: Any,
     recorder: Recorder,
@@ -202,6 +226,7 @@ def _finish(
     try:
         with pace_learned(simulation, recorder):
             simulation.run(recorder, until=until, progress=progress)
+        domain.leave()
     except RunStopped as error:
         if recorder.facts:  # it stopped itself in a step, not while it was set up
             folder.write_summary(recorder.facts, {})
@@ -213,6 +238,7 @@ def _finish(
     run = Run(folder.path, temporary)
     if not report:
         folder.write_summary(recorder.facts, run.metrics)
+        domain.group.wait()
         return run
 
     from pellucid.results.pictures.painter import drawing_helpers
@@ -222,6 +248,7 @@ def _finish(
     with helped(helpers):  # they get ready while the metrics are found
         folder.write_summary(recorder.facts, run.metrics)
         draw_report(run, progress=progress, helpers=helpers)
+    domain.group.wait()
     return run
 
 

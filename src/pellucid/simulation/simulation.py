@@ -31,12 +31,14 @@ from pellucid.parts.capabilities import LosesPoints, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
 from pellucid.parts.step_limit import StepLimit, time_to_fall
 from pellucid.progress import Progress
+from pellucid.ranks.domain import domain
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
+from pellucid.simulation.ranks import SharedSlabs, check_ranks
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
@@ -87,6 +89,7 @@ class Simulation:
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
         standing = {body.name: standing_of(body, body.name in start) for body in self.bodies}
         refuse(case, standing, start.keys())
+        check_ranks(case)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
@@ -102,6 +105,7 @@ class Simulation:
         own_steps = all(body.has_own_step for body in case.body) and not self._on_grid
         self._watch = Watch(case.energy, own_steps, case.grid_or_none is not None, case.time.transfer)
         self.timers: dict[str, float] = {}
+        self._shared: SharedSlabs | None = None
         self._shown = 0.0
         for text in warnings_of(case, standing, start.keys()):
             warnings.warn(text, stacklevel=2)
@@ -176,6 +180,8 @@ class Simulation:
     def advance_bodies(self) -> None:
         """One step, of which the energy balance is not judged."""
         dt = self.clock.next_step(self.bodies)
+        if domain.group.size > 1:
+            self._share_slabs()
         self.stages.sort()
         self._begin(dt)
         self._scheme(self.stages, dt)
@@ -186,6 +192,12 @@ class Simulation:
         for body in self._losing_points:
             if left := body.let_leave():
                 self.budget.let_go(self.bodies, left, dt)
+
+    def _share_slabs(self) -> None:
+        """With other processes: from the first step on, in balance."""
+        if self._shared is None:
+            self._shared = SharedSlabs(self.bodies, self.grid)
+        self._shared.balance()
 
     def _share_gravity(self, share: float) -> None:
         for field in self.velocity_fields:
@@ -238,13 +250,13 @@ class Simulation:
                     if self.clock.missed is not None:
                         recorder.keep_last(self)
                         raise RunStopped(self.clock.missed, step=self.n_steps, time=self.time)
-                    if caught:
+                    if signals := domain.caught(caught):
                         recorder.checkpoint(self)
-                        raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
+                        raise Interrupted(by_keyboard=signals[0] == signal.SIGINT)
                     self.show(progress)
                 recorder.end(self)
-                if caught:
-                    raise Interrupted(by_keyboard=caught[0] == signal.SIGINT)
+                if signals := domain.caught(caught):
+                    raise Interrupted(by_keyboard=signals[0] == signal.SIGINT)
             except RunStopped as error:
                 recorder.failed(self, error)
                 raise

@@ -32,6 +32,7 @@ from pellucid.materials.point_state import in_arrays, initial_arrays
 from pellucid.model import Vector
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface, HasPointsAtWalls, KeepsHeat, LosesPoints
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_seen, swings, tightest
+from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
 
 NOBODY = np.zeros(0, dtype=bool)
@@ -39,6 +40,8 @@ NOBODY = np.zeros(0, dtype=bool)
 
 class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, KeepsHeat):
     """Points that fill a volume, each with the state of its law."""
+
+    is_spread = True
 
     def __init__(
         self,
@@ -131,13 +134,13 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     def fluid_volume(self) -> float:
         """That of its points where they flow."""
-        return float(self.arrays["volume"].sum()) if self.material.flows else 0.0
+        return float(self.stored_field("volume").sum()) if self.material.flows else 0.0
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces. What nothing strains has the stress that it began with: mostly none."""
         if force and not self._strains:
             if self._stressed is None:
-                self._stressed = bool(self.points.stress.any())
+                self._stressed = domain.any(bool(self._there("stress").any()))
             force = self._stressed
         if inertia or force:
             super().particle_to_grid(inertia, force)
@@ -170,9 +173,9 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """Totals, the bound on the step; positions of a rigid body."""
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
-        squares = None if self._strains else np.einsum("pi,pi->p", self.points.velocity, self.points.velocity)
+        squares = None if self._strains else np.einsum("pi,pi->p", self._there("velocity"), self._there("velocity"))
         if move and self.contact_surface is not None:
-            if squares is None or squares.any():
+            if squares is None or domain.any(bool(squares.any())):
                 self.contact_surface.follow(dt)
             else:
                 self.contact_surface.rest()
@@ -180,7 +183,8 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
             self._collect_strain_sums(last=move)
         else:
             swing = self.contact_surface.contact_rate() if self.contact_surface is not None else 0.0
-            self._bound_rate(max(float(np.sqrt(squares.max())) * self.grid.lattice.inverse_cell, swing))
+            fastest = domain.largest(float(np.sqrt(squares.max(initial=0.0))))
+            self._bound_rate(max(fastest * self.grid.lattice.inverse_cell, swing))
 
     @property
     def keeps_heat(self) -> bool:  # type: ignore[override]
@@ -189,7 +193,8 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     def return_heat(self, share: float) -> None:
         """Give up this share of the heat that it kept in this step."""
-        self.arrays["internal_energy"] -= share * np.maximum(self._heat, 0.0)
+        energy = self._there("internal_energy")
+        energy -= share * np.maximum(self._heat[: self.n_there], 0.0)
         self.totals.stored -= share * self.transfer_loss.kept
 
     def _collect_strain_sums(self, last: bool) -> None:
@@ -197,7 +202,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         if self.material.keeps_heat:
             self.totals.half_power = 0.0  # its energy follows that of the points step by step
         if "dissipated_energy" in self.arrays:
-            lost = float(ordered_sum(self.slabs.sums)[DISSIPATED])
+            lost = float(self._sums()[DISSIPATED])
             self.totals.parts["dissipated"] = lost
             self.totals.stored += lost
 
@@ -257,15 +262,15 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         energy = self.material.energy_field
         return names if energy in names else [*names, energy]
 
-    def stored_field(self, name: str) -> np.ndarray:
+    def _field_there(self, name: str) -> np.ndarray:
         """As for every body; pressure and stored energy are those of the law."""
         if name == "pressure":
-            return point_pressures(self.law, self._state, self.stored_field("density"))
+            return point_pressures(self.law, self._state, self._field_there("density"))
         if name == "stored_energy":
-            return self._there("mass") * self.stored_field(self.material.energy_field)
+            return self._there("mass") * self._field_there(self.material.energy_field)
         if name == self.material.energy_field and name not in self.arrays:
-            return point_energies(self.law, self._state, self.stored_field("density"))
-        return super().stored_field(name)
+            return point_energies(self.law, self._state, self._field_there("density"))
+        return super()._field_there(name)
 
 
 def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:

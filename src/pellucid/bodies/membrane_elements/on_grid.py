@@ -55,7 +55,7 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def _follow_order(self) -> None:
-        self.surface.bind(self.arrays["id"], self.slabs.first)
+        self.surface.bind(self.arrays["id"], self._of_slabs)
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
@@ -97,6 +97,7 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         before = self.points.position.copy()
         move_points(self._by_nodes, dt)
         self.prescribe_positions()
+        self._complete("position")
         moved = self.points.position - before
         velocity = moved / dt if dt > 0.0 else moved  # without a step nothing moved
         rate = self.surface.strain(self.points.position, velocity, dt, self.totals)

@@ -164,6 +164,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         """Prescribed positions, frames, volumes, stresses, totals."""
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
+        self._complete("position")
         kernels.find_normals(len(self._triangles) // kernels.CHUNK + 1, self.points.position, self.fans)
         if self._mean is None:
             kernels.strain(self.n_slabs, self._surface, dt)
@@ -171,14 +172,18 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
             self._strain_with_mean(self._mean, dt)
         self._collect_strain_sums(last=move)
         if isinstance(self.damage, Elastodamage):
+            self._complete("dissipated_energy")
             self.totals.parts["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
-        elif (recoverable := self.material.recoverable_energy(self._state.in_plane)) is not None:
+            return
+        self._complete("strain_energy", "in_plane")
+        if (recoverable := self.material.recoverable_energy(self._state.in_plane)) is not None:
             lost = self._state.strain_energy - recoverable
             self.totals.parts["dissipated"] = float((self.points.mass * lost).sum())
 
     def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
         number = self.arrays["id"]
         kernels.stretch(self.n_slabs, self._surface, number, self.arrays["torn"], mean.local, self._kinematics, dt)
+        self._complete_by_number(mean.local)
         if mean.local.max() > self.damage.elastic_limit:  # else no mean is beyond it, and damage cannot grow
             mean.update()
         kernels.respond(self.n_slabs, self._surface, number, mean.mean, self._kinematics, dt)

@@ -1,8 +1,12 @@
 """Forces of a pressure that follows a membrane."""
 
+import numpy as np
+
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import add_vector, stencil
 from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.joint import joint_region
 from pellucid.jit.parallel import parallel_by_colour
 
 
@@ -27,6 +31,10 @@ def _press_slab(s, mapped, fans, load, pressure):
 
 
 @kernel()
-def press(n, mapped, fans, load, pressure):
-    """Forces of a pressure [Pa] along the normals of a membrane's points, added to the nodes' `load` [N]."""
+def _press(n, mapped, fans, load, pressure):
     parallel_by_colour(_press_slab, n, mapped.slabs.across, mapped, fans, load, pressure)
+
+
+def press(n: int, mapped: Bundle, fans: Bundle, load: np.ndarray, pressure: float) -> None:
+    """Forces of a pressure [Pa] along the normals of a membrane's points, added to the nodes' `load` [N]."""
+    joint_region.give_at_once(lambda: _press(n, mapped, fans, load, pressure), [load])

@@ -1,6 +1,6 @@
 """Contact of a body with its own nodes: transfers to and from the grid through an index of the nodes by cell."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from pellucid.grid.points import (
 from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import gather_vectors
 from pellucid.jit.bundle import Bundle
+from pellucid.ranks.domain import domain
 
 
 class GridCoupling:
@@ -47,6 +48,7 @@ class GridCoupling:
         """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
         grid, index = velocity_field.grid, ByIndex(self._order)
         self.slabs = slabs_of(grid.lattice, functions)
+        self._of_slabs = self.slabs.first
         self.n_slabs = len(self.slabs.layers)
         mapped = MappedPoints(functions, grid.lattice, grid.nodes, self._points, self.slabs, index)
         self.mapped, self._staying = Bundle(mapped), moving(mapped, Stay())
@@ -56,10 +58,34 @@ class GridCoupling:
         """Renew the index."""
         ordered = {"order": self._order, "position": self._points.position[self._order]}
         sort_by_nodes(ordered, self._scratch, self.velocity_field.grid.lattice, self.functions, self.slabs)
+        if domain.is_cut:
+            self.share_out()
+
+    def share_out(self) -> None:
+        """Let loops over slabs find no nodes in those of other processes: each has all nodes of the body, and does its own."""
+        first = self.slabs.first
+        self._of_slabs = first.copy()
+        first[:] = np.clip(first, *first[[domain.slabs.start, domain.slabs.stop]])
+
+    def hand_over(self) -> Callable[[], None]:
+        """As a body of points on the grid does before the rows are cut anew."""
+        domain.complete(self.slabs.left_slab)
+        return self._take_own_slabs
+
+    def _take_own_slabs(self) -> None:
+        self.slabs.first[:] = self._of_slabs
+        self.share_out()
+
+    def _complete(self, values: np.ndarray) -> np.ndarray:
+        """Fill what nodes of its own slabs have, shape (n, 3), with what other processes found. Returns it."""
+        if domain.is_cut:
+            own = self._order[self.slabs.first[0] : self.slabs.first[-1]]
+            values[self._order] = domain.group.joined(values[own])
+        return values
 
     def sort_if_needed(self) -> None:
         """Renew the index where a node left its slab; to be called before the first scatter of a step."""
-        if self.slabs.left_slab.any():
+        if domain.any(bool(self.slabs.left_slab.any())):
             self.sort()
 
     def scatter(self, force: np.ndarray | None = None) -> None:
@@ -74,6 +100,7 @@ class GridCoupling:
         """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
         if self.velocity_field.pressed:
             gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
+            self._complete(self.increment)
         else:
             self.increment.fill(0.0)
         return self.increment
@@ -82,7 +109,7 @@ class GridCoupling:
         """The second increments of this step [m/s], shape (n, 3)."""
         second = np.empty_like(self.increment)
         gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
-        return second
+        return self._complete(second)
 
     def subcell_loss(self) -> np.ndarray:
         """Velocities that contact takes from the motion of the nodes within a cell [m/s], shape (n, 3).
@@ -91,17 +118,18 @@ class GridCoupling:
         """
         loss = np.zeros_like(self.increment)
         damp_subcell_velocities(self.n_slabs, self.mapped, self.velocity_field.reached, self._within, loss)
-        return loss
+        return self._complete(loss)
 
     def check_positions(self) -> tuple[int, int] | None:
         """After the nodes moved: mark slabs that a node left; a fault (of `pellucid.grid.points`) and its node, if any."""
         move_points(self._staying, 0.0)
-        found = np.flatnonzero(self.slabs.fault[:, 0])
+        found = np.flatnonzero(domain.complete(self.slabs.fault)[:, 0])
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps."""
-        return {"order": self._order} | kept_of(self.slabs)
+        domain.complete(self.slabs.left_slab)
+        return {"order": self._order} | kept_of(self.slabs) | {"first": self._of_slabs}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""

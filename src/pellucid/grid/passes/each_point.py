@@ -22,13 +22,14 @@ from pellucid.grid.passes.blocks import (
     largest_of_column,
     run_end,
 )
-from pellucid.grid.passes.gifts import WEIGHTS, scatter_block
+from pellucid.grid.passes.gifts import WEIGHTS, arrays_given, scatter_block
 from pellucid.grid.passes.places import bounds_of, comes_first, fault_of_place, in_cells, outside, strays
 from pellucid.grid.passes.points_pass import NotToCells, ToCells, at_point, gathered, in_cell, looked_up
 from pellucid.grid.points import INVERTED, LOST, OK, VECTORS, cell_at, place_of
 from pellucid.jit import generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, put, put_like, size, take, take_lanes
+from pellucid.jit.joint import joint_region
 from pellucid.jit.local import indices, numbers, zeros
 from pellucid.jit.parallel import joint_by_colour, joint_for
 from pellucid.jit.vector import LANES, load, total
@@ -195,6 +196,7 @@ def each_point(points: Bundle, dt: float, which: int = 0) -> None:
     and VECTORS; faults; and where it gives points new places `left_slab` and `of_lost`.
     """
     if points.by_colour:  # always, so that in a joint region it is one kind of loop, before or after others of the body
-        _each_point_by_colour(len(points.mapped.slabs.layers), points, dt, which)
+        n, given = len(points.mapped.slabs.layers), [*arrays_given(points.gives, which), *arrays_given(points.to_cells)]
+        joint_region.give(lambda: _each_point_by_colour(n, points, dt, which), given)
     else:
         _each_point(len(points.mapped.slabs.layers), points, dt)

@@ -18,6 +18,7 @@ from pellucid.grid.stencil import node_at, node_behind
 from pellucid.jit import default_function, generic, kernel, point_function, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take
+from pellucid.jit.joint import joint_region
 from pellucid.jit.local import indices, numbers
 from pellucid.jit.parallel import joint_by_colour
 from pellucid.jit.products import no_sums, outer, plus
@@ -252,6 +253,13 @@ def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, 
                     store(into, I, load(into, I) + (wz[c] * t + gz[c] * u))
 
 
+def arrays_given(gives: Any, which: int = FIRST) -> list[np.ndarray]:
+    """The nodal arrays to which gifts go."""
+    if isinstance(gives, Both):
+        return arrays_given(gives.first, which & FIRST) + arrays_given(gives.second, which >> 1)
+    return [gives.into] if which & FIRST and hasattr(gives, "into") else []
+
+
 @kernel(inner=True)
 def _slab(s, points, which):
     mapped = points.mapped
@@ -274,4 +282,5 @@ def _scatter(n, points, which):
 
 def scatter(points: Bundle, which: int = FIRST) -> None:
     """Add what the points of a body give (`giving`) to their nodes; which: FIRST and SECOND of two gifts, or their sum."""
-    _scatter(len(points.mapped.slabs.layers), points, which)
+    n = len(points.mapped.slabs.layers)
+    joint_region.give(lambda: _scatter(n, points, which), arrays_given(points.gives, which))

@@ -3,12 +3,14 @@
 import hashlib
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pellucid.case.inputs import digests, users_kinds
 from pellucid.errors import RunStopped
+from pellucid.ranks.domain import domain
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
 from pellucid.results.storage.files import OutputError, explained, sync
@@ -54,12 +56,15 @@ class Recorder:
         self._checkpointed = clock.monotonic()
         self._started = self._checkpointed - compiling()
         self.facts: dict[str, Any] = {}
+        self._writes = domain.is_first  # others that share the simulation give their part of what is written
 
     def begin(self, sim: Any) -> None:
         """Before the first step: write the start, or cut everything back to where the checkpoint was taken."""
         self._begun = True
         with explained(self.folder.path):
-            if self.resumes_record:
+            if not self._writes:
+                pass
+            elif self.resumes_record:
                 self._check_what_is_there(sim)
                 self.folder.reopen()
                 history.cut(self.folder.history, self._rows.done)
@@ -85,7 +90,8 @@ class Recorder:
         self._checkpoint_now_and_then(sim)
 
     def _checkpoint_now_and_then(self, sim: Any) -> None:
-        if clock.monotonic() - self._checkpointed >= self.case.output.checkpoint:
+        due = clock.monotonic() - self._checkpointed >= self.case.output.checkpoint
+        if domain.group.told(due):
             self.checkpoint(sim)
 
     def end(self, sim: Any) -> None:
@@ -108,7 +114,7 @@ class Recorder:
     def checkpoint(self, sim: Any) -> None:
         """Write a checkpoint from which the run goes on bit for bit."""
         with explained(self.folder.path):
-            for path in [self.folder.history, *(self.folder.fields(body.name) for body in sim.bodies)] if self._begun else []:
+            for path in self._files(sim) if self._begun and self._writes else []:
                 sync(path)
         recorded = {
             "begun": self._begun,
@@ -121,15 +127,21 @@ class Recorder:
             "wall_seconds": self.wall_seconds(),
             "written": self._written.to_data(),
         }
-        checkpoint.write(self.folder.checkpoint, sim.state_arrays(), {"simulation": sim.state_numbers(), "recorder": recorded})
+        with domain.to_first():
+            arrays = sim.state_arrays()
+        if self._writes:
+            checkpoint.write(self.folder.checkpoint, arrays, {"simulation": sim.state_numbers(), "recorder": recorded})
         self._checkpointed = clock.monotonic()
 
     def failed(self, sim: Any, error: RunStopped) -> None:
         """The run stopped itself: leave what is needed to find out why. Never hides the error behind one of its own."""
         what = {"message": str(error), "step": sim.n_steps, "time": sim.time} | error.place
         self.facts = self._facts(sim)
+        with domain.to_first():
+            arrays = sim.state_arrays()
         try:
-            self.folder.write_failure(what, sim.state_arrays())
+            if self._writes:
+                self.folder.write_failure(what, arrays)
         except OSError as trouble:
             error.add_note(f"the forensic dump could not be written: {trouble}")
         try:
@@ -151,9 +163,10 @@ class Recorder:
     def _write_row(self, sim: Any) -> None:
         row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
         values = self._probes.read(sim.bodies, sim.reactions(), sim.time, sim.angular_reactions())
-        with explained(self.folder.path):
-            line = history.append(self.folder.history, [*row, *sim.momentum(), *sim.outflow.values(), *values])
-        self._written.add(self.folder.history.name, line)
+        if self._writes:
+            with explained(self.folder.path):
+                line = history.append(self.folder.history, [*row, *sim.momentum(), *sim.outflow.values(), *values])
+            self._written.add(self.folder.history.name, line)
         self._rows.mark(sim.time, sim.n_steps)
 
     def _write_last_row(self, sim: Any) -> None:
@@ -164,16 +177,23 @@ class Recorder:
             self._write_row(sim)
 
     def _write_frame(self, sim: Any) -> None:
-        with explained(self.folder.path):
-            for body in sim.bodies:
-                path = self.folder.fields(body.name)
-                if self._frames.done == 0:
-                    room = capacity(self.case.time.end, self._frames.interval)
-                    digest = frames.create(path, room, sim.time, body.frame(), body.cells(), body.constant_fields)
-                else:
-                    digest = frames.append(path, sim.time, body.frame(), body.constant_fields)
-                self._written.add(body.name, digest)
+        for body in sim.bodies:
+            with domain.to_first():
+                frame = body.frame()
+            if self._writes:
+                with explained(self.folder.path):
+                    self._written.add(body.name, self._add_frame(sim, body, frame))
         self._frames.mark(sim.time, sim.n_steps)
+
+    def _add_frame(self, sim: Any, body: Any, frame: Mapping[str, np.ndarray]) -> bytes:
+        path = self.folder.fields(body.name)
+        if self._frames.done == 0:
+            room = capacity(self.case.time.end, self._frames.interval)
+            return frames.create(path, room, sim.time, frame, body.cells(), body.constant_fields)
+        return frames.append(path, sim.time, frame, body.constant_fields)
+
+    def _files(self, sim: Any) -> list[Path]:
+        return [self.folder.history, *(self.folder.fields(body.name) for body in sim.bodies)]
 
     def _check_what_is_there(self, sim: Any) -> None:
         """Raise OutputError where rows or frames are not those that were written before the checkpoint."""

@@ -1,0 +1,240 @@
+"""The part of a simulation that this process has: some rows of slabs, next to each other.
+
+Loops by colour give to nodes row by row. On several processes the even rows of all give first. Where a cut lies between two
+processes, the one whose row is even then hands on the sums of the nodes that both sides reach, and the other, whose row is odd,
+adds to them and hands the whole sums back. So all is added in the order of one process, whatever is added, and nodes that
+points of a process reach are whole there.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from pellucid.errors import PellucidError
+from pellucid.jit.joint import joint_region, leaving_out
+from pellucid.jit.region import EVEN_ROWS, ODD_ROWS
+from pellucid.ranks.group import processes
+
+
+class ByRow(Protocol):
+    """Chunks of nodes."""
+
+    @property
+    def of_row(self) -> np.ndarray:
+        """The first chunk of each row of slabs, and behind the last, shape (rows + 1,)."""
+
+
+class OfListed(NamedTuple):
+    """What nodes of a list have, in order, to which loops by colour give."""
+
+    values: np.ndarray  # (n, ...), or flat
+    node: np.ndarray  # (n,)
+
+
+Given = np.ndarray | OfListed
+
+
+class Rows(NamedTuple):
+    """The rows of slabs of a grid."""
+
+    edges: np.ndarray  # (rows + 1,) the layers of nodes at which they begin, and behind the last
+    across: int  # slabs in a row
+    stencil: int  # nodes that a point reaches along the axis of the rows
+    layer: int  # nodes in a layer
+    nodes: int  # of the grid
+
+
+def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
+    """Where the rows of each process begin, and behind the last, shape (processes + 1,): each has one at least, as far as there
+    are so many, and about as much of what the rows cost, shape (rows,), as others."""
+    until, cuts, n = np.concatenate([[0.0], np.cumsum(cost)]), [0], len(cost)
+    busy = min(processes, n)
+    for process in range(1, busy):
+        nearest = int(np.argmin(np.abs(until - process * until[-1] / busy)))
+        cuts.append(min(max(nearest, cuts[-1] + 1), n - (busy - process)))
+    return np.array([*cuts, *[n] * (1 + processes - busy)])
+
+
+class Domain:
+    """The rows that this process has of a simulation: all of them before these are cut."""
+
+    def __init__(self) -> None:
+        self.group = processes
+        self.is_cut = False
+        """Whether the points are shared out among processes."""
+        self.joins_in_first = False
+        """Whether the first process alone has what is joined, see `to_first`."""
+        self.bytes_sent = 0
+        """Handed on and back to neighbours so far."""
+
+    @property
+    def is_first(self) -> bool:
+        """Whether this process is the first, which alone writes files and tells of the run."""
+        return self.group.is_first
+
+    def cut(self, rows: Rows, cost: np.ndarray) -> None:
+        """Share out the rows evenly by what they cost, shape (rows,); of more processes than rows the last have none."""
+        self._rows = rows
+        self._take_rows(cuts_of(cost, self.group.size))
+        self.is_cut = self.group.size > 1
+        joint_region.by_parity = self.by_parity if self.is_cut else None
+
+    def _take_rows(self, cuts: np.ndarray) -> None:
+        self._cuts = cuts
+        self.first, self.end = int(cuts[self.group.rank]), int(cuts[self.group.rank + 1])
+
+    def would_pay(self, cost: np.ndarray) -> bool:
+        """Whether other cuts would take a tenth off the most that a process has of what the rows cost, shape (rows,)."""
+        until = np.concatenate([[0.0], np.cumsum(cost)])
+        before, after = (np.diff(until[cuts]).max() for cuts in (self._cuts, cuts_of(cost, self.group.size)))
+        return bool(after < 0.9 * before)
+
+    def cut_again(self, cost: np.ndarray) -> None:
+        """Share out the rows anew by what they cost."""
+        self._take_rows(cuts_of(cost, self.group.size))
+
+    def leave(self) -> None:
+        """The simulation is over: this process has all rows again."""
+        self.is_cut, joint_region.by_parity = False, None
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """What ends the work of all processes is raised in each; what ends this one alone ends them all."""
+        try:
+            yield
+        except BaseException as error:
+            self.leave()
+            self.group.end(error)
+            raise
+
+    # loops by colour
+
+    def by_parity(self, run: Callable[[], None], given: Sequence[Given]) -> None:
+        """Do loops by colour that give to these nodal arrays."""
+        if not self.is_cut:
+            run()
+            return
+        for parity, others in enumerate((ODD_ROWS, EVEN_ROWS)):
+            with leaving_out(others):
+                run()
+            self._hand_on(parity, given)
+
+    def _hand_on(self, parity: int, given: Sequence[Given]) -> None:
+        """Of the outer rows those of this parity have given: to those beyond the cuts what the nodes have by now, or from
+        them."""
+        messages, taken = [], []
+        for row, neighbour, own in ((self.first, -1, self.first), (self.end, 1, self.end - 1)):
+            process = self.group.rank + neighbour
+            if self.first == self.end or not 0 < row < len(self._rows.edges) - 1 or not given:
+                continue
+            parts = [self._part_about(row, one) for one in given]
+            if sends := own % 2 == parity:
+                message = np.concatenate([np.ascontiguousarray(part).reshape(-1).view(np.uint8) for part in parts])
+                self.bytes_sent += message.nbytes
+            else:
+                message = np.empty(sum(part.nbytes for part in parts), np.uint8)
+                taken.append((parts, message))
+            messages.append((process, message, sends))
+        self.group.pass_on(messages)
+        for parts, message in taken:
+            at = 0
+            for part in parts:
+                part[...] = message[at : at + part.nbytes].view(part.dtype).reshape(part.shape)
+                at += part.nbytes
+
+    def _part_about(self, row: int, given: Given) -> np.ndarray:
+        """Of what nodes have, the part of those that points on both sides of the beginning of a row may reach
+        (`pellucid.grid.sorting.slabs_of`)."""
+        begin, stencil, layer = int(self._rows.edges[row]), self._rows.stencil, self._rows.layer
+        ends = np.array([begin - 1, begin + stencil + (stencil == 3)]) * layer
+        if isinstance(given, OfListed):
+            return given.values.reshape(len(given.node), given.values.size // max(len(given.node), 1))[
+                slice(*np.searchsorted(given.node, ends))
+            ]
+        return given.reshape(self._rows.nodes, -1)[slice(*ends)]
+
+    # points and sums by slabs
+
+    @property
+    def slabs(self) -> slice:
+        """The slabs of this process."""
+        return slice(self.first * self._rows.across, self.end * self._rows.across)
+
+    def complete(self, of_slabs: np.ndarray) -> np.ndarray:
+        """Fill numbers that each slab has, shape (slabs, ...), with those that other processes found. Returns them."""
+        if self.is_cut:
+            of_slabs[...] = self.group.joined(of_slabs[self.slabs])
+        return of_slabs
+
+    def of_chunks(self, sums: np.ndarray, nodes: "ByRow") -> np.ndarray:
+        """What chunks of nodes add up to, shape (chunks, ...), of those of all processes."""
+        return self.group.joined(sums[nodes.of_row[self.first] : nodes.of_row[self.end]]) if self.is_cut else sums
+
+    def of_nodes(self, values: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
+        """What nodes have, of all processes, or of lists of these that are in order, shape (n, ...): of each node what that
+        process has in whose rows it lies."""
+        if not self.is_cut:
+            return values
+        ends = np.append(self._rows.layer * self._rows.edges[:-1], self._rows.nodes)[[self.first, self.end]]
+        return self.group.joined(values[slice(*(ends if node is None else np.searchsorted(node, ends)))])
+
+    def whole(self, own: np.ndarray) -> np.ndarray:
+        """What points of this process have, joined with that of others: as one process stores it. Within `to_first` the first
+        process alone has it, and others get nothing."""
+        return self.group.joined(own, self.joins_in_first) if self.is_cut else own
+
+    @contextmanager
+    def to_first(self) -> Iterator[None]:
+        """Let the first process alone have what is joined to be written."""
+        self.joins_in_first = True
+        try:
+            yield
+        finally:
+            self.joins_in_first = False
+
+    def any(self, flag: bool) -> bool:
+        """Whether it is so for any process."""
+        return self.group.any(flag) if self.is_cut else flag
+
+    def caught(self, signals: Sequence[int]) -> Sequence[int]:
+        """The signals that any process caught, where one did."""
+        if not self.is_cut:
+            return signals
+        return [int(self.group.largest(max(signals, default=0)))] if self.any(len(signals) > 0) else []
+
+    def largest(self, value: float) -> float:
+        """The largest value of all processes."""
+        return self.group.largest(value) if self.is_cut else value
+
+    @contextmanager
+    def told_by(self, slab: int) -> Iterator[bool]:
+        """Whether this process has the slab; what is raised where it has it is raised in all processes."""
+        process = int(np.searchsorted(self._cuts * self._rows.across, slab, side="right")) - 1 if self.is_cut else 0
+        has_it, error = not self.is_cut or process == self.group.rank, None
+        try:
+            yield has_it
+        except PellucidError as raised:
+            error = raised
+        if self.is_cut:
+            error = self.group.told(error, by=process)
+        if error is not None:
+            raise error
+
+    def migrate(self, arrays: dict[str, np.ndarray], first: np.ndarray, n: int) -> int:
+        """Send points, sorted by slabs, to the processes that have these; how many there are then.
+
+        first: where the points of each slab begin, and behind the last. The arrays have room for all points; the first n rows
+        are in use. What comes is ordered by the processes from which it comes: sorted again it is in the order of one process.
+        """
+        send = np.diff(first[self._cuts * self._rows.across])
+        receive = self.group.numbers_from_each(send)
+        there = int(receive.sum())
+        if self.group.any(int(send.sum()) != send[self.group.rank]):
+            for array in arrays.values():
+                array[:there] = self.group.exchanged(array[:n], send, receive)
+        return there
+
+
+domain = Domain()

@@ -1,0 +1,164 @@
+"""The processes that share a simulation: how many there are, and what all of them know together."""
+
+import os
+import sys
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import inf
+from typing import Any, TypeVar
+
+import numpy as np
+
+from pellucid.errors import PellucidError, UsageError
+
+SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
+"""Variables by which launchers of MPI tell how many processes there are."""
+NO_MPI = (
+    "this is one of several processes that an MPI launcher started, and mpi4py is not here: "
+    "pip install 'pellucid[mpi]', or start one process"
+)
+PATIENCE = 5.0  # s in which all processes must come to the same end
+Value = TypeVar("Value")
+
+
+class Group:
+    """The processes, this one among them; it is alone until it joins others."""
+
+    rank, size = 0, 1
+    _comm: Any = None
+
+    def __init__(self) -> None:
+        self._ended: list[BaseException] = []
+        self.waited = 0.0
+        """Time spent on messages so far [s], most of it waiting for others."""
+
+    @contextmanager
+    def _waiting(self) -> Iterator[None]:
+        began = time.perf_counter()
+        yield
+        self.waited += time.perf_counter() - began
+
+    @property
+    def is_first(self) -> bool:
+        """Whether this process is the first, which alone writes files and tells of the run."""
+        return self.rank == 0
+
+    def join(self) -> None:
+        """Join the processes that an MPI launcher started together with this one, where one did. Raises UsageError where
+        mpi4py is not installed."""
+        if self._comm is not None or not any(int(os.environ.get(name, "1")) > 1 for name in SIZES):
+            return
+        try:
+            from mpi4py import MPI
+        except ImportError:
+            raise UsageError(NO_MPI) from None
+        self._comm = MPI.COMM_WORLD
+        self.rank, self.size = self._comm.rank, self._comm.size
+
+    def any(self, flag: bool) -> bool:
+        """Whether it is so for any process."""
+        return self.largest(float(flag)) > 0.0
+
+    def largest(self, value: float) -> float:
+        """The largest value of all processes."""
+        if self.size == 1:
+            return value
+        from mpi4py import MPI
+
+        with self._waiting():
+            return float(self._comm.allreduce(value, op=MPI.MAX))
+
+    def told(self, value: Value, by: int = 0) -> Value:
+        """What one process has, in all of them."""
+        if self.size == 1:
+            return value
+        with self._waiting():
+            return self._comm.bcast(value, root=by)
+
+    def each(self, value: Value) -> list[Value]:
+        """What each process has, in all of them."""
+        if self.size == 1:
+            return [value]
+        with self._waiting():
+            return self._comm.allgather(value)
+
+    def total(self, own: np.ndarray) -> np.ndarray:
+        """The sum over all processes of what each has, shape (n,); the same in each, in any order."""
+        with self._waiting():
+            return np.sum(self._comm.allgather(own), axis=0)
+
+    def joined(self, own: np.ndarray, to_first: bool = False) -> np.ndarray:
+        """The rows of all processes, in their order; where `to_first`, no rows in others than the first."""
+        own = np.ascontiguousarray(own)
+        with self._waiting():
+            lengths = np.array(self._comm.allgather(len(own)))
+        wanted = self.is_first or not to_first
+        found = np.empty((int(lengths.sum()) if wanted else 0, *own.shape[1:]), own.dtype)
+        into = _bytes(found), lengths * own.dtype.itemsize * int(np.prod(own.shape[1:]))
+        with self._waiting():
+            if to_first:
+                self._comm.Gatherv(_bytes(own), into if wanted else None)
+            else:
+                self._comm.Allgatherv(_bytes(own), into)
+        return found
+
+    def exchanged(self, rows: np.ndarray, send: np.ndarray, receive: np.ndarray) -> np.ndarray:
+        """Rows for the processes in their order, to each as many as `send` says; what they have for this one, the same."""
+        rows = np.ascontiguousarray(rows)
+        found = np.empty((int(receive.sum()), *rows.shape[1:]), rows.dtype)
+        each = rows.dtype.itemsize * int(np.prod(rows.shape[1:]))
+        self._comm.Alltoallv((_bytes(rows), send * each), (_bytes(found), receive * each))
+        return found
+
+    def numbers_from_each(self, for_each: np.ndarray) -> np.ndarray:
+        """A number for each process; what each has for this one."""
+        return np.array(self._comm.alltoall(for_each.tolist()))
+
+    def agrees(self, seconds: float) -> bool:
+        """Whether all processes come here within this time [s]."""
+        if self.size == 1:
+            return True
+        end, request = time.monotonic() + seconds, self._comm.Ibarrier()
+        while not request.Test():
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.01)
+        return True
+
+    def wait(self) -> None:
+        """Wait for all processes, without work for this one meanwhile."""
+        self.agrees(inf)
+
+    def end(self, error: BaseException) -> None:
+        """This process ends with an error: return where all do, else say so and end all."""
+        if self.size == 1 or error in self._ended:
+            return
+        self._ended.append(error)
+        if self.agrees(PATIENCE):
+            return
+        if not isinstance(error, PellucidError):
+            traceback.print_exception(error)
+        print(f"pellucid: process {self.rank} of {self.size}: {error}", file=sys.stderr, flush=True)  # noqa: T201
+        self._comm.Abort(getattr(error, "exit_status", 1))
+
+    def abort(self, status: int) -> None:
+        """End all processes at once."""
+        self._comm.Abort(status)
+
+    def pass_on(self, messages: list[tuple[int, np.ndarray, bool]]) -> None:
+        """Send bytes to neighbours, or receive theirs: the process, the bytes, whether they go there."""
+        from mpi4py import MPI
+
+        begin = {True: self._comm.Isend, False: self._comm.Irecv}
+        with self._waiting():
+            MPI.Request.Waitall([begin[sends](buffer, process) for process, buffer, sends in messages])
+
+
+def _bytes(array: np.ndarray) -> np.ndarray:
+    return array.reshape(-1).view(np.uint8)
+
+
+processes = Group()
+"""Those that share what this process does."""
