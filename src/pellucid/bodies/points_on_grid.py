@@ -299,6 +299,10 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
             "velocities and momentum": PassAlone(take(FIRST), traffic),
         }
 
+    def keep_whole(self) -> None:
+        """Let each of several processes have all points, since they are asked for as a whole in the steps."""
+        self.is_spread = False
+
     # the stages of a step
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
@@ -336,9 +340,9 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     def end_grid_to_particle(self, remap: bool) -> None:
         """What else leads the points; totals."""
+        self._complete("velocity")
         if self.is_led(by_slabs=False):
             self._lead(remap)
-        self._complete("velocity")
         sums = self._sums()
         self._short_runs.add(float(sums[VECTORS]))
         lumping, loss = float(sums[LUMPING]), float(sums[LOSS])

@@ -39,6 +39,15 @@ Threads = Annotated[
         help="Number of threads (default: a run tries which is soonest, bench takes all cores).",
     ),
 ]
+Ranks = Annotated[
+    int | None,
+    typer.Option(
+        "--ranks",
+        metavar="N",
+        min=1,
+        help="Number of processes that share the run, started by mpiexec (extra mpi); the results are those of one.",
+    ),
+]
 NoReport = Annotated[
     bool, typer.Option("--no-report", help="Draw no figures and write no report; `pellucid report DIR` does it later.")
 ]

@@ -1,5 +1,6 @@
 """Commands on runs: run, resume, report."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,7 @@ from pellucid.commands.arguments import (
     ChangedSettings,
     NoReport,
     Quick,
+    Ranks,
     Settings,
     Threads,
     Until,
@@ -20,8 +22,9 @@ from pellucid.commands.arguments import (
     read_time,
 )
 from pellucid.commands.table import print_metrics
-from pellucid.errors import CaseError, Interrupted, Terminated
+from pellucid.errors import CaseError, Interrupted, Terminated, UsageError
 from pellucid.ranks.group import processes
+from pellucid.system.launcher import start_together, without
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -51,10 +54,12 @@ def run(
         ),
     ] = None,
     threads: Threads = None,
+    ranks: Ranks = None,
     every: Annotated[str | None, typer.Option("--every", metavar="T", help="Simulated time between frames.")] = None,
     no_report: NoReport = False,
 ) -> None:
     """Run a case; curves, fields, checkpoints, figures and report.html go to DIR."""
+    share(ranks)
     from pellucid.results.storage.run_folder import RunFolder
 
     chosen = read_case(case, quick, settings)
@@ -88,9 +93,11 @@ def resume(
     settings: ChangedSettings = None,
     until: Until = None,
     threads: Threads = None,
+    ranks: Ranks = None,
     no_report: NoReport = False,
 ) -> None:
     """Go on with a run from its last checkpoint, bit for bit as if it had not stopped."""
+    share(ranks)
     end = read_time("--until", until)
 
     from pellucid.progress import watching
@@ -123,6 +130,16 @@ def report(
         text = f"interrupted: the report is not finished; the results in {dir_} are as they were"
         raise Interrupted(text, not isinstance(error, Terminated)) from None
     typer.echo(f"the report is {dir_ / 'report.html'}")
+
+
+def share(ranks: int | None) -> None:
+    """Let so many processes share the command. Raises UsageError where several do already."""
+    if ranks is None:
+        return
+    if processes.size > 1:
+        text = f"--ranks {ranks} starts processes, and {processes.size} have been started together already"
+        raise UsageError(f"{text}: leave it out, or start one")
+    start_together(ranks, without("--ranks", sys.argv[1:]))
 
 
 @contextmanager

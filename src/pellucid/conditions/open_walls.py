@@ -12,6 +12,7 @@ from pellucid.grid.stencil import node_at, stencil
 from pellucid.grid.supports import YieldingWalls
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.joint import joint_region
 from pellucid.jit.parallel import parallel_by_colour
 from pellucid.parts.active_condition import ActiveCondition
 
@@ -39,12 +40,18 @@ def _gaps_slab(s, mapped, walls, face, radius, near):
 
 
 @kernel()
-def _measure_gaps(n, mapped, walls, face, radius, near):
+def _measure(n, mapped, walls, face, radius, near):
+    parallel_by_colour(_gaps_slab, n, mapped.slabs.across, mapped, walls, face, radius, near)
+
+
+def _measure_gaps(
+    n: int, mapped: Bundle, walls: Bundle, face: tuple[int, float, float], radius: tuple[float, float, float], near: float
+) -> None:
     """The smallest distance from a wall of the points that reach its nodes, each with its own extent, less `near` [m].
 
     face: axis of the wall, direction into the grid, place [m].
     """
-    parallel_by_colour(_gaps_slab, n, mapped.slabs.across, mapped, walls, face, radius, near)
+    joint_region.give_at_once(lambda: _measure(n, mapped, walls, face, radius, near), [walls.gap])
 
 
 Face = tuple[int, int]

@@ -22,10 +22,10 @@ class Stores(Protocol):
     """What is read of a body: its totals, what it stores, and `mass` [kg], (n,), and `position` [m], (n, 3), of its points."""
 
     totals: Totals
-    arrays: dict[str, np.ndarray]
 
     @property
     def energy_kind(self) -> str: ...
+    def stored_field(self, name: str) -> np.ndarray: ...
 
 
 def energy_at_stake(bodies: Sequence[Stores], gravity: tuple[float, float, float], wave_speeds: Sequence[float]) -> float:
@@ -36,10 +36,10 @@ def energy_at_stake(bodies: Sequence[Stores], gravity: tuple[float, float, float
     strain = 0.0
     for body, speed in zip(bodies, wave_speeds, strict=True):
         if body.energy_kind == "strain":
-            strain += abs(body.totals.stored) + 0.5 * float(body.arrays["mass"].sum()) * (speed * ROUNDING_STRAIN) ** 2
+            strain += abs(body.totals.stored) + 0.5 * float(body.stored_field("mass").sum()) * (speed * ROUNDING_STRAIN) ** 2
     internal = sum(abs(body.totals.stored) for body in bodies if body.energy_kind != "strain")
-    masses = [body.arrays["mass"] for body in bodies]
-    heights = [-np.sum(body.arrays["position"] * gravity, axis=1) for body in bodies]  # times the acceleration [m²/s²]
+    masses = [body.stored_field("mass") for body in bodies]
+    heights = [-np.sum(body.stored_field("position") * gravity, axis=1) for body in bodies]  # times the acceleration [m²/s²]
     lowest = min(float(height.min()) for height in heights)
     # no matrix products: their bits depend on the cores of the machine
     potential = sum(float(np.sum(mass * (height - lowest))) for mass, height in zip(masses, heights, strict=True))

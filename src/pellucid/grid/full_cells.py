@@ -31,7 +31,9 @@ from pellucid.grid.nodal_fields import STEP, allocate
 from pellucid.grid.points import GAINED, GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.joint import joint_region
 from pellucid.jit.parallel import parallel_by_colour, parallel_for
+from pellucid.ranks.domain import domain
 
 LAYERS = 6  # of cells in a chunk: the forces of a cell and of holes beside it reach three nodes beyond it
 
@@ -64,9 +66,13 @@ def _sum_slab(s, mapped, sums):
 
 
 @kernel()
-def sum_cells(n, mapped, sums):
-    """Add volumes and pressures times volumes of the points of n slabs to those of their cells, as `FullCells` has them."""
+def _sum_cells(n, mapped, sums):
     parallel_by_colour(_sum_slab, n, mapped.slabs.across, mapped, sums)
+
+
+def sum_cells(n: int, mapped: Bundle, sums: np.ndarray) -> None:
+    """Add volumes and pressures times volumes of the points of n slabs to those of their cells, as `FullCells` has them."""
+    joint_region.give_at_once(lambda: _sum_cells(n, mapped, sums), [sums])
 
 
 @kernel(inner=True)
@@ -302,10 +308,12 @@ class CellPressure:
         """Before the forces of the points are mapped: find full cells and their mean pressures, and map the forces of these."""
         for body in self._bodies:
             sum_cells(body.n_slabs, body.mapped, self.cells.sums)
+        domain.spread(self.cells.sums)  # cells push nodes that their points do not reach
         _push_cells(self._chunks, self._grid)
 
     def find_growth(self) -> None:
         """When the mean velocities of the nodes are known: how fast the volumes of the cells grow along them."""
+        domain.spread(self._grid.mean_velocity)
         _grow_cells(self._chunks, self._grid)
 
     def find_shifts(self, dt: float) -> None:

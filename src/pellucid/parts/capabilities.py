@@ -194,6 +194,14 @@ class LosesPoints(Protocol):
 
 
 @runtime_checkable
+class SpreadsPoints(Protocol):
+    """Points that processes spread among them where they share a simulation (`pellucid.ranks`)."""
+
+    def keep_whole(self) -> None:
+        """Let each process have all points, since they are asked for as a whole in the steps."""
+
+
+@runtime_checkable
 class KeepsHeat(Protocol):
     """Points that may take up what transfers and internal forces take from the kinetic energy."""
 

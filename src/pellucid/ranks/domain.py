@@ -155,6 +155,11 @@ class Domain:
             ]
         return given.reshape(self._rows.nodes, -1)[slice(*ends)]
 
+    def spread(self, of_nodes: np.ndarray) -> None:
+        """Let every process have what all nodes have, shape (nodes, ...): for what reaches further than points do."""
+        if self.is_cut:
+            of_nodes[...] = self.of_nodes(of_nodes)
+
     # points and sums by slabs
 
     @property

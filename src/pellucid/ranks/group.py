@@ -27,6 +27,8 @@ class Group:
     """The processes, this one among them; it is alone until it joins others."""
 
     rank, size = 0, 1
+    here = 1
+    """How many of them are on this machine."""
     _comm: Any = None
 
     def __init__(self) -> None:
@@ -56,6 +58,7 @@ class Group:
             raise UsageError(NO_MPI) from None
         self._comm = MPI.COMM_WORLD
         self.rank, self.size = self._comm.rank, self._comm.size
+        self.here = self._comm.Split_type(MPI.COMM_TYPE_SHARED).size
 
     def any(self, flag: bool) -> bool:
         """Whether it is so for any process."""

@@ -85,7 +85,11 @@ class Simulation:
             if isinstance(body, GridBody) and field is not None:
                 self._on_grid.setdefault(field, []).append(body)
         self._losing_points = [body for body in self.bodies if isinstance(body, LosesPoints)]
-        numbers = numbers_up_to(min(1 + free_cores(), set_threads(None))) if threads is None else [set_threads(threads)]
+        numbers = (
+            numbers_up_to(min(1 + free_cores(), max(1, set_threads(None) // domain.group.here)))
+            if threads is None
+            else [set_threads(threads)]
+        )
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
         standing = {body.name: standing_of(body, body.name in start) for body in self.bodies}
         refuse(case, standing, start.keys())
@@ -180,7 +184,7 @@ class Simulation:
     def advance_bodies(self) -> None:
         """One step, of which the energy balance is not judged."""
         dt = self.clock.next_step(self.bodies)
-        if domain.group.size > 1:
+        if domain.group.size > 1 and self.velocity_fields:
             self._share_slabs()
         self.stages.sort()
         self._begin(dt)

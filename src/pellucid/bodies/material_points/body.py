@@ -106,6 +106,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """Those of a fluid."""
         if not self.material.flows or self.n_there == 0:
             return None
+        self.keep_whole()
         return PointsAtWall(self, plane, self.material.density, self.material.wave_speeds()[0], self._load_of(column))
 
     def _load_of(self, column: int) -> Callable[[], np.ndarray]:
@@ -117,6 +118,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         if not any(surface is self.contact_surface for surface in touching):
             self.contact_surface = None
         if self.contact_surface is not None:
+            self.keep_whole()
             self.totals.rate = max(self.totals.rate, self.contact_surface.least_rate)
 
     def signal_limit(self) -> StepLimit:
@@ -173,6 +175,8 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """Totals, the bound on the step; positions of a rigid body."""
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
+        if move:
+            self._complete("position")
         squares = None if self._strains else np.einsum("pi,pi->p", self._there("velocity"), self._there("velocity"))
         if move and self.contact_surface is not None:
             if squares is None or domain.any(bool(squares.any())):
@@ -215,13 +219,14 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
         """Let points leave through faces of the grid."""
+        self.keep_whole()
         self._open_faces = self._open_faces or OpenFaces()
         self._open_faces.add(faces)
         self.constant_fields = ("id",)
 
     def check(self, n_steps: int, time: float) -> None:
         """Stop at faults, but not where points left that may; they go when the step is recorded."""
-        fault = self.slabs.fault
+        fault = self.slabs.fault if self._open_faces is None else domain.complete(self.slabs.fault)
         if (
             self._open_faces is not None
             and np.count_nonzero(fault[:, 0])
@@ -245,7 +250,9 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
             lost = there["mass"] * there["dissipated_energy"]
             self.totals.parts["dissipated"] -= float(np.sum(lost[gone]))
             stored = stored + lost
-        power = 0.0 if self.material.keeps_heat else -0.5 * float(ordered_sum(self.slabs.of_lost)[POWER])
+        self.complete_arrays()
+        of_lost = domain.complete(self.slabs.of_lost)
+        power = 0.0 if self.material.keeps_heat else -0.5 * float(ordered_sum(of_lost)[POWER])
         left, affine = taken_along(there, stored, gone, power)
         speed = np.linalg.norm(there["velocity"][gone], axis=1)
         self.totals.momentum_size -= float(np.sum(there["mass"][gone] * speed))

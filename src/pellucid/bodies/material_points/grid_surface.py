@@ -20,6 +20,7 @@ from pellucid.grid.stencil import add_affine, gather, gather_gradient, stencil
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
+from pellucid.ranks.domain import domain
 
 CHUNK = 256  # points that a thread takes at a time
 ON_A_FACE = 1e-6  # of a cell, by which a point may lie off a face of the grid
@@ -94,7 +95,7 @@ class GridSurface(ContactSurface):
         load: Callable[[], np.ndarray],
         velocity: np.ndarray,
     ) -> None:
-        self._points, self._hosts, self._load = arrays, hosts, load
+        self._points, self._hosts, self._load, self._slabs = arrays, hosts, load, mapped.slabs
         self.place, self.area = place.copy(), area.copy()
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
         self._rests = False
@@ -151,6 +152,11 @@ class GridSurface(ContactSurface):
         """Move with the nodes over a step dt [s]; what a motion leads as a whole, with its material points."""
         self._rests = False
         _follow(len(self._host) // CHUNK + 1, self._moved, 0.0 if self.is_hard else dt, dt)
+        if domain.is_cut:  # nodes are whole about points in the slabs of this process
+            here = np.flatnonzero((self._stored >= self._slabs.first[0]) & (self._stored < self._slabs.first[-1]))
+            numbers = domain.group.joined(here)
+            for values in (self._offset, self.area, self.velocity):
+                values[numbers] = domain.group.joined(values[here])
 
     def rest(self) -> None:
         """Stay where it is over a step."""

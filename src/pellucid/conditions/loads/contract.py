@@ -17,6 +17,7 @@ from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.body_model import BodyModel
+from pellucid.parts.capabilities import SpreadsPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.users.users_code import WrongArray, as_array, failing_as, home_of
@@ -109,6 +110,8 @@ class ActiveLoad(ActiveCondition):
     def __init__(self, load: Load, assembly: "Assembly", path: Path) -> None:
         member = assembly.bodies[load.body]
         self._body, self._load, self._path = member.body, load, path
+        if isinstance(self._body, SpreadsPoints):
+            self._body.keep_whole()  # `forces` see all points
         self._chosen = None if load.region is None else chosen_points(load.region, member, path)
         self._add = assembly.forces_on(load.body, load.channel)
 

@@ -25,6 +25,7 @@ from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_wo
 from pellucid.grid.passes.moving import move_points, moving
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.parts.capabilities import SpreadsPoints
 
 if TYPE_CHECKING:
     from pellucid.conditions.loads.rigid_spring import RigidSpring
@@ -50,6 +51,8 @@ class RigidBody:
         if points is None or actions is None:
             raise ValueError(f"body {member.body.name} is rigid, and has no points on the grid")
         alone = sum(other.actions is actions for other in assembly.bodies.values()) == 1
+        if isinstance(member.body, SpreadsPoints):
+            member.body.keep_whole()
         self._points, self._walls = points, RigidWalls(actions)
         self._target = np.zeros_like(member.body.arrays["position"])
         self._moving = moving(points.mapped.content, To(self._target))

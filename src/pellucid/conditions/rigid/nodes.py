@@ -24,6 +24,7 @@ from pellucid.grid.clearing import Clearing
 from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS
 from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_memory
 from pellucid.grid.vectors import scatter_vectors
+from pellucid.ranks.domain import domain
 
 HOLD = 1e6  # of the mass of all nodes: the weight of nodes within the grid that a support clamps
 ROUNDING = 1e-13  # of the momentum of the nodes
@@ -61,7 +62,7 @@ class RigidNodes:
         """
         self._find_nodes(arm, motions)
         self._push = push
-        velocity = self._nodes.velocity[self._at]
+        velocity = self._of(self._nodes.velocity)
         self._impulse = self._to_rigid(velocity)
         if np.abs(self._impulse).max(initial=0.0) <= ROUNDING * np.abs(self._weight * velocity).max(initial=0.0):
             self._impulse[:] = 0.0
@@ -71,7 +72,7 @@ class RigidNodes:
 
     def await_contact(self) -> None:
         """Remember the velocities before contact: all other impulses have been given."""
-        self._velocity, self._increment = self._nodes.velocity[self._at], self._nodes.velocity_increment[self._at]
+        self._velocity, self._increment = self._of(self._nodes.velocity), self._of(self._nodes.velocity_increment)
 
     def respond(self) -> None:
         """Give the nodes the rigid velocity that follows from the contact impulses so far."""
@@ -100,17 +101,18 @@ class RigidNodes:
         if not self._alone:
             scatter_vectors(body.n_slabs, body.mapped, m * np.array([1.0, 0.0, 0.0]), self._sums.body_mass)
             share = self._sums.body_mass[:, 0]
-        self._at = at = np.flatnonzero(share > MASS_EPS)
-        self._m, constrained = nodes.mass[at][:, None], nodes.constrained[at]
+        self._here = here = np.flatnonzero(share > MASS_EPS)
+        self._at = domain.of_nodes(here, here)
+        self._m, constrained, share = self._of(nodes.mass)[:, None], self._of(nodes.constrained), self._of(share)
         free, driven = constrained == 0, self._field.external.driven_mass
         if len(driven):
-            free &= driven[at] < FULL_DRIVE_FRACTION * self._m
-        self._weight = np.minimum(1.0, share[at][:, None] / (FULL_DRIVE_FRACTION * self._m)) * free * self._m
+            free &= self._of(driven) < FULL_DRIVE_FRACTION * self._m
+        self._weight = np.minimum(1.0, share[:, None] / (FULL_DRIVE_FRACTION * self._m)) * free * self._m
         clamped = (constrained > 0) & (self._actions.supports.mirror[constrained - 1] == 0)
         self._clamped = [(int(constrained[k, d]) - 1, int(k), int(d)) for k, d in np.argwhere(clamped)]
         mass = float(self._weight.sum())
         self._hold = HOLD * mass
-        self._motions, self._given = motions.at(self._sums.body_moment[at] / share[at][:, None]), motions.given
+        self._motions, self._given = motions.at(self._of(self._sums.body_moment) / share[:, None]), motions.given
         self._roots = motions.roots(self._weight + self._hold * clamped, self._motions, mass)
 
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:
@@ -132,7 +134,11 @@ class RigidNodes:
 
     def _pushed(self) -> np.ndarray:
         """Velocities of the nodes with the contact impulses so far, as if each node moved alone."""
-        return self._velocity + self._nodes.velocity_increment[self._at] - self._increment
+        return self._velocity + self._of(self._nodes.velocity_increment) - self._increment
+
+    def _of(self, values: np.ndarray) -> np.ndarray:
+        """What the nodes that the body reaches have of what all nodes have, whatever process found it."""
+        return domain.of_nodes(values[self._here], self._here)
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:
         """The impulses by which nodes with these velocities become rigid, beside those given before contact."""

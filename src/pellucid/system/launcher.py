@@ -1,0 +1,37 @@
+"""Starts the processes of a command that share its run."""
+
+import os
+import shutil
+import sys
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+from pellucid.errors import UsageError
+
+LAUNCHER = "mpiexec"
+INSTALL = "pip install 'pellucid[mpi]', or install mpi4py beside the MPI of the machine"
+
+
+def start_together(processes: int, arguments: Sequence[str]) -> None:
+    """Become the launcher of so many processes with this command line; with one, go on. Raises UsageError where MPI is not
+    installed."""
+    if processes == 1:
+        return
+    beside = Path(sys.executable).parent / LAUNCHER
+    launcher = str(beside) if beside.is_file() else shutil.which(LAUNCHER)
+    if launcher is None or find_spec("mpi4py") is None:
+        missing = LAUNCHER if launcher is None else "mpi4py"
+        raise UsageError(f"--ranks {processes} needs {missing}, which is not here: {INSTALL}")
+    sys.stdout.flush()
+    os.execv(launcher, [launcher, "-n", str(processes), sys.executable, "-m", "pellucid", *arguments])
+
+
+def without(option: str, arguments: Sequence[str]) -> list[str]:
+    """A command line without an option and its value."""
+    left, skip = list[str](), False
+    for argument in arguments:
+        if not (skip or argument == option or argument.startswith(f"{option}=")):
+            left.append(argument)
+        skip = argument == option
+    return left

@@ -1,0 +1,152 @@
+"""Several processes that share a run: the bits of one, and how they end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numba
+import pytest
+
+from pellucid.results.storage import history
+
+LAUNCHER = Path(sys.executable).parent / "mpiexec"
+STEPS = Path(__file__).with_name("shared_steps.py")
+PATIENT = os.environ | {"OMP_WAIT_POLICY": "PASSIVE"}  # there may be more threads than cores
+pytestmark = [
+    pytest.mark.skipif(not LAUNCHER.is_file(), reason="the extra mpi is not installed"),
+    pytest.mark.skipif(numba.config.DISABLE_JIT, reason="takes minutes in plain Python"),
+]
+CASES = [
+    "basics/dam-break:40",  # APIC, quadratic B-splines
+    "gan2011/piezo-icsi:12",  # membrane points with damage, prescribed motions, absorbing faces
+    "lian2014/water-drop:30",  # elements on nodes of their own, contact on the grid
+    "lian2014/gas-expansion:40",  # elements that share a velocity field; two rows of slabs
+    "basics/rolling-discs:12",  # contact of surfaces with friction, a rigid body
+    "basics/hydrostatic-column:20",  # mean pressures of full cells
+]
+
+
+def shared(processes, *arguments, of=STEPS):
+    command = [LAUNCHER, "-n", str(processes), sys.executable, *map(str, (of, *arguments))]
+    return subprocess.run(command, env=PATIENT, capture_output=True, text=True, timeout=250, check=False)
+
+
+@pytest.fixture(scope="module")
+def alone():
+    return json.loads(shared(1, 1, *CASES).stdout)
+
+
+@pytest.mark.parametrize("how", [(2, 1), (2, 2, "recut"), (3, 2), (3, 1, "recut")], ids=str)
+def test_processes_and_threads_change_no_bit(alone, how):
+    processes, threads, *recut = how
+    run = shared(processes, threads, *recut, *CASES)
+    assert run.returncode == 0, run.stderr
+    found = json.loads(run.stdout)
+    for case, known in found.items():
+        assert known.pop("bytes") > 0
+        assert known == {name: alone[case][name] for name in known}, case
+
+
+DAM = ["-m", "pellucid", "run", "basics/dam-break", "--quick", "--threads", "1", "--no-report"]
+
+
+def processes_of(launcher):
+    """The Python processes below a launcher."""
+    parents = {}
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            name, rest = status.read_text().rsplit(")", 1)
+        except OSError:
+            continue
+        parents[int(name.split(" ", 1)[0])] = int(rest.split()[1]), name.partition("(")[2]
+    below = {launcher}
+    for _ in range(3):
+        below |= {pid for pid, (parent, _) in parents.items() if parent in below}
+    return sorted(pid for pid in below if parents.get(pid, (0, ""))[1].startswith("python"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+def test_one_killed_ends_all_and_another_number_goes_on(tmp_path):
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    short = ["--set", "output.checkpoint=0.2", "--set", "time.end=0.06"]
+    subprocess.run([sys.executable, *DAM, *short, "--out", whole], check=True, capture_output=True)
+    command = [LAUNCHER, "-n", "2", sys.executable, *DAM, *short, "--out", str(killed)]
+    with subprocess.Popen(command, env=PATIENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as launcher:
+        until = time.monotonic() + 120
+        while not list(killed.glob("checkpoint/*.npz")):
+            assert launcher.poll() is None, "it ended before it could be killed"
+            assert time.monotonic() < until
+            time.sleep(0.01)
+        os.kill(processes_of(launcher.pid)[-1], signal.SIGKILL)
+        assert launcher.wait(timeout=30) != 0
+    assert not processes_of(launcher.pid)
+    resume = ["-m", "pellucid", "resume", killed, "--ranks", "3", "--threads", "1", "--no-report"]
+    resumed = subprocess.run([sys.executable, *map(str, resume)], env=PATIENT, capture_output=True, text=True, check=False)
+    assert resumed.returncode == 0, resumed.stderr
+    assert (killed / "history.csv").read_bytes() == (whole / "history.csv").read_bytes()
+    assert history.read(killed / "history.csv")["time"][-1] >= 0.06
+
+
+def test_a_fault_in_one_process_is_told_once(tmp_path):
+    """The water leaves the grid on the right, where the last process has it."""
+    case = tmp_path / "case.toml"
+    case.write_text(LEAVES)
+    command = ["-m", "pellucid", "run", case, "--ranks", "2", "--threads", "1", "--no-report", "--out", tmp_path / "run"]
+    run = subprocess.run([sys.executable, *map(str, command)], env=PATIENT, capture_output=True, text=True, timeout=200)
+    assert run.returncode == 3
+    assert run.stderr.count("it left the grid") == 1
+    assert (tmp_path / "run" / "forensics" / "failure.json").is_file()
+
+
+def test_an_error_of_one_process_ends_all(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(FAILS)
+    run = shared(2, of=script)
+    assert run.returncode != 0
+    assert run.stderr.count("process 1 of 2: the second one fails") == 1
+
+
+def test_bad_input_is_told_once(tmp_path):
+    run = subprocess.run(
+        [LAUNCHER, "-n", "2", sys.executable, "-m", "pellucid", "run", "basics/dam-brake"],
+        env=PATIENT,
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
+    assert run.returncode == 2
+    assert run.stderr.count("dam-break") == 1
+
+
+LEAVES = """
+schema = 1
+title = "A block leaves the grid"
+[grid]
+lower = [0, 0, 0]
+upper = [3, 0.6, 0]
+cell = 0.1
+functions = "quadratic-bspline"
+[time]
+end = 1.0
+transfer = "apic"
+[[body]]
+name = "block"
+shape = { box = { lower = [0.3, 0.2, 0], upper = [2.5, 0.4, 0] } }
+points_per_cell = [2, 2, 1]
+velocity = [10.0, 0, 0]
+material = { kind = "fluid", density = 1000.0, pressure = 0.0, eos = { kind = "tait", sound_speed = 15.0, exponent = 7 } }
+"""
+FAILS = """
+from pellucid.errors import UsageError
+from pellucid.ranks.domain import domain
+domain.group.join()
+with domain.together():
+    if domain.group.rank == 1:
+        raise UsageError("the second one fails")
+    domain.group.told(0, by=1)
+"""
