@@ -63,7 +63,7 @@ def main():
         case, _, n = name.partition(":")
         found[case] = steps(case, int(n), int(threads))
     if processes.is_first:
-        print(json.dumps(found))
+        sys.stdout.write(json.dumps(found))
 
 
 if __name__ == "__main__":

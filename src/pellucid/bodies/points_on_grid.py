@@ -255,8 +255,12 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         """Fill arrays of which this process found those of its own slabs with what others found."""
         if domain.is_cut and not self.is_spread:
             for name in names:
-                there = self._there(name)
-                there[...] = domain.group.joined(there[self.slabs.first[0] : self.slabs.first[-1]])
+                self._complete_values(self._there(name))
+
+    def _complete_values(self, values: np.ndarray) -> None:
+        """The same of what the points have in the order in which they are stored."""
+        if domain.is_cut and not self.is_spread:
+            values[...] = domain.group.joined(values[self.slabs.first[0] : self.slabs.first[-1]])
 
     def _complete_by_number(self, values: np.ndarray) -> None:
         """The same of what has the order of the numbers of the points."""

@@ -109,8 +109,12 @@ class ContactPair:
         """On the first velocity field over this step [N s], shape (3,)."""
         return self._total(self.impulses)
 
+    def of_all(self, impulses: np.ndarray) -> np.ndarray:
+        """What its nodes have, shape (n, 3), of those of all processes."""
+        return domain.of_nodes(impulses, self._at.node)
+
     def _total(self, impulses: np.ndarray) -> np.ndarray:
-        return domain.of_nodes(impulses, self._at.node).sum(axis=0)
+        return self.of_all(impulses).sum(axis=0)
 
     def works(self, row: int) -> np.ndarray:
         """Of the impulses of this step, as a row of this length that `pellucid.energy.step_work` reads."""

@@ -97,25 +97,29 @@ class ContactPairs:
         gradient method with momentum finds it (Nesterov 1983, Soviet Math. Dokl. 27, 372), which begins again where it turns
         back (O'Donoghue & Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
         """
-        last, weight, ahead = [pair.impulses.copy() for pair in self._pairs], 1.0, 0.0
+        last, weight, ahead = self._given(), 1.0, 0.0
         for _ in range(MOST_RESPONSES):
-            now = [pair.impulses.copy() for pair in self._pairs]
+            now = self._given()
             if ahead > 0.0:
                 for pair, new, old in zip(self._pairs, now, last, strict=True):
                     pair.apply_impulses(ahead * (new - old))
-            tried = [pair.impulses.copy() for pair in self._pairs]
+            tried = self._given()
             for response in responses:
                 response.respond()
             self._sweep(anew=True)
-            found = [pair.impulses for pair in self._pairs]
+            found, tried, before = ([*map(ContactPair.of_all, self._pairs, one)] for one in (self._given(), tried, now))
             changed = sum(float(np.abs(new - old).sum()) for new, old in zip(found, tried, strict=True))
             if changed <= TOLERANCE * sum(float(np.abs(impulse).sum()) for impulse in found):
                 return
-            weight, before = 0.5 + sqrt(0.25 + weight**2), weight
-            ahead = (before - 1.0) / weight
-            if _along(tried, found, now) > 0.0:
+            ahead, weight = weight - 1.0, 0.5 + sqrt(0.25 + weight**2)
+            ahead /= weight
+            if _along(tried, found, before) > 0.0:
                 weight, ahead = 1.0, 0.0
             last = now
+
+    def _given(self) -> list[np.ndarray]:
+        """The impulses of each pair so far."""
+        return [pair.impulses.copy() for pair in self._pairs]
 
     def stop_straining(self, fields: Collection[VelocityField]) -> None:
         """Stop the approach of the velocities mapped again, those that strain the points.

@@ -36,7 +36,10 @@ class GridCoupling:
         velocity: np.ndarray,
         mass: np.ndarray,
         volume: np.ndarray | None = None,
+        whole: bool = False,
     ) -> None:
+        """whole: whether each of several processes does the nodes of all slabs, and not those of its own alone."""
+        self._whole = whole
         self.velocity_field, self.functions = velocity_field, functions
         self._points = PointArrays(position, velocity, mass)
         if volume is not None:
@@ -58,7 +61,7 @@ class GridCoupling:
         """Renew the index."""
         ordered = {"order": self._order, "position": self._points.position[self._order]}
         sort_by_nodes(ordered, self._scratch, self.velocity_field.grid.lattice, self.functions, self.slabs)
-        if domain.is_cut:
+        if domain.is_cut and not self._whole:
             self.share_out()
 
     def share_out(self) -> None:

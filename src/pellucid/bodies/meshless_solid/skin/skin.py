@@ -26,6 +26,7 @@ from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.lattice import Grid
 from pellucid.grid.vectors import gather_vectors
 from pellucid.jit.bundle import Bundle
+from pellucid.ranks.domain import domain
 from pellucid.state import of_owner, with_owner
 
 
@@ -64,9 +65,9 @@ class Skin(HasFaces, WarnsOfContact):
         self._faces, self._triangles, t = points.faces, points.triangles, len(points.triangles)
         thirds = np.full(3 * t, 1.0 / 3.0), (self._triangles.ravel(), np.repeat(np.arange(t), 3))
         self._thirds = sparse.csr_array(thirds, shape=(m, t))
-        self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass)
+        self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass, whole=True)
         still = np.zeros_like(self._everywhere)
-        self.whole = GridCoupling(self._field, self.functions, self._everywhere, still, density * volumes, volumes)
+        self.whole = GridCoupling(self._field, self.functions, self._everywhere, still, density * volumes, volumes, whole=True)
         self._response = SkinResponse(self.surface, points.mass, self._values, mass, arrays["prescribed"])
         self._first = True
 
@@ -111,6 +112,7 @@ class Skin(HasFaces, WarnsOfContact):
             self._increment.fill(0.0)
             return self._increment
         nodes = self._field.grid.nodes
+        domain.spread(nodes.velocity_increment)
         gather_vectors(self.surface.n_slabs, self.surface.mapped, nodes.velocity_increment, self._at_points)
         np.divide(self._shares @ (self._point_mass * self._at_points), self._mass, out=self._increment)
         return self._increment
@@ -123,7 +125,9 @@ class Skin(HasFaces, WarnsOfContact):
     def respond(self) -> None:
         """Let the nodes of the grid have the velocities that contact gave the body so far."""
         if self._first:
-            self._response.begin(self._field.awaiting)
+            at = self._field.awaiting
+            self._response.begin(domain.of_nodes(at, at))
+        domain.spread(self._field.grid.nodes.velocity_increment)
         self._response.give()
         self._first = False
 
