@@ -64,7 +64,7 @@ class Domain:
         self.group = processes
         self.is_cut = False
         """Whether the points are shared out among processes."""
-        self.joins_in_first = False
+        self._in_parts = self.joins_in_first = False
         """Whether the first process alone has what is joined, see `to_first`."""
         self.bytes_sent = 0
         """Handed on and back to neighbours so far."""
@@ -188,7 +188,16 @@ class Domain:
     def whole(self, own: np.ndarray) -> np.ndarray:
         """What points of this process have, joined with that of others: as one process stores it. Within `to_first` the first
         process alone has it, and others get nothing."""
-        return self.group.joined(own, self.joins_in_first) if self.is_cut else own
+        return self.group.joined(own, self.joins_in_first) if self.is_cut and not self._in_parts else own
+
+    @contextmanager
+    def in_parts(self) -> Iterator[None]:
+        """Let each process keep what its points have, to be written by it."""
+        self._in_parts = True
+        try:
+            yield
+        finally:
+            self._in_parts = False
 
     @contextmanager
     def to_first(self) -> Iterator[None]:
@@ -197,7 +206,7 @@ class Domain:
         try:
             yield
         finally:
-            self.joins_in_first = False
+            self._in_parts = self.joins_in_first = False
 
     def any(self, flag: bool) -> bool:
         """Whether it is so for any process."""

@@ -1,8 +1,7 @@
-"""A simulation that several processes share: what they can do, how they begin, and how they stay in balance."""
+"""A simulation that several processes share: how they share out its points, and how they stay in balance."""
 
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,18 +12,8 @@ from pellucid.grid.lattice import Grid
 from pellucid.parts.body import Body
 from pellucid.ranks.domain import Rows, domain
 
-if TYPE_CHECKING:
-    from pellucid.case import Case
-
 INTERVAL = 50
 """Steps between two looks at the balance."""
-
-
-def check_ranks(case: "Case") -> None:
-    """Raises CaseError for what several processes cannot share."""
-    if domain.group.size == 1:
-        return
-    domain.leave()
 
 
 class SharedSlabs:

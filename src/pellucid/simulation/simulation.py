@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.transfer_loss import contact_lag_work, return_heat, separate_force_buffers, transfer_work
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions
@@ -38,7 +39,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
-from pellucid.simulation.ranks import SharedSlabs, check_ranks
+from pellucid.simulation.ranks import SharedSlabs
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
@@ -93,7 +94,6 @@ class Simulation:
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
         standing = {body.name: standing_of(body, body.name in start) for body in self.bodies}
         refuse(case, standing, start.keys())
-        check_ranks(case)
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
@@ -371,6 +371,11 @@ class Simulation:
         owners = {body.name: body.state_arrays() for body in self.bodies} | {CLOCK: self.clock.state_arrays()}
         owners |= {NODES + field.name: field.state_arrays() for field in self.velocity_fields}
         return {name: array for owner, own in owners.items() for name, array in with_owner(owner, own).items()}
+
+    def spread_arrays(self) -> list[str]:
+        """Of these the arrays of points that processes spread among them."""
+        spread = (body for body in self.bodies if isinstance(body, PointsOnGrid) and body.is_spread)
+        return [name for body in spread for name in with_owner(body.name, body.arrays)]
 
     def state_numbers(self) -> dict[str, Any]:
         """Every number that the next step depends on, for JSON."""

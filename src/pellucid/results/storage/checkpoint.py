@@ -3,13 +3,16 @@
 A file `<serial>-<sha256>.npz` appears under its name only when it is complete and on the disk, so that a process killed
 while writing leaves at most a draft behind, which the next one overwrites. The last two are kept; one whose bytes do
 not match its name is set aside, and the one before it is used.
+
+Of processes that share a run the first writes this file, and each other one before it a part with its rows of the arrays that
+they share, `<serial>-<process>-<sha256>.part`. The file names its parts: it appears when all of them are there.
 """
 
 import hashlib
 import json
 import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -20,33 +23,54 @@ from pellucid.results.storage.files import DRAFT, OutputError, explained, sync
 
 KEPT = 2
 DAMAGED = ".damaged"
-_NUMBERS = "numbers.json"
+_NUMBERS, _PARTS = "numbers.json", "parts.json"
 _NAME = re.compile(r"(\d{6,})-([0-9a-f]{64})\.npz")
+_PART = re.compile(r"(\d{6,})-\d+-([0-9a-f]{64})\.part")
 
 
-def write(folder: Path, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> Path:
+def write(
+    folder: Path, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any], parts: Sequence[str] = (), serial: int = 0
+) -> Path:
     """Write a checkpoint to `folder` and remove all but the last two.
 
-    `arrays` may have any names and shapes; `numbers` is anything that JSON can hold (floats come back exactly).
-    Raises `OutputError` on a full disk and the like; the earlier checkpoints are then untouched.
+    `arrays` may have any names and shapes; `numbers` is anything that JSON can hold (floats come back exactly). parts: the
+    names of its parts, written with this serial number. Raises `OutputError` on a full disk and the like; the earlier
+    checkpoints are then untouched.
     """
-    text = json.dumps(numbers)
+    texts = {_NUMBERS: json.dumps(numbers), _PARTS: json.dumps(list(parts))}
     with explained(folder.parent):
-        folder.mkdir(parents=True, exist_ok=True)
         _keep_the_last(folder)  # a process killed at the wrong moment left one more
-        serial = 1 + max((number for number, _, _ in _all(folder)), default=0)
-        draft = folder / DRAFT
-        try:
-            with draft.open("wb") as file:
-                np.savez(file, **dict(arrays), **{_NUMBERS: np.frombuffer(text.encode(), np.uint8)})  # type: ignore[arg-type]
-            path = folder / f"{serial:06d}-{_digest(draft)}.npz"
-            sync(draft)
-            draft.rename(path)
-        finally:
-            with suppress(OSError):
-                draft.unlink(missing_ok=True)
-        sync(folder)
+        data = {name: np.frombuffer(text.encode(), np.uint8) for name, text in texts.items()}
+        path = _written(folder, DRAFT, dict(arrays) | data, f"{serial or next_serial(folder):06d}-{{}}.npz")
         _keep_the_last(folder)
+    return path
+
+
+def next_serial(folder: Path) -> int:
+    """The serial number of the next checkpoint."""
+    return 1 + max((number for number, _, _ in _all(folder)), default=0)
+
+
+def write_part(folder: Path, arrays: Mapping[str, np.ndarray], process: int, serial: int) -> str:
+    """Write what a process has of a checkpoint that another one writes; the name of the file. Raises as `write` does."""
+    with explained(folder.parent):
+        return _written(folder, f"{DRAFT}-{process}", arrays, f"{serial:06d}-{process}-{{}}.part").name
+
+
+def _written(folder: Path, draft_name: str, arrays: Mapping[str, np.ndarray], name: str) -> Path:
+    """A file that appears when it is whole; name: where its checksum stands, braces."""
+    folder.mkdir(parents=True, exist_ok=True)
+    draft = folder / draft_name
+    try:
+        with draft.open("wb") as file:
+            np.savez(file, **dict(arrays))  # type: ignore[arg-type]
+        path = folder / name.format(_digest(draft))
+        sync(draft)
+        draft.rename(path)
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+    sync(folder)
     return path
 
 
@@ -61,11 +85,10 @@ def read_latest(
     found = _all(folder)
     for _, digest, path in reversed(found):
         try:
-            if _digest(path) != digest:
-                raise ValueError("its bytes do not match its checksum")
-            with np.load(path, allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in archive.files}
+            arrays = _read(path, digest)
             numbers = json.loads(arrays.pop(_NUMBERS).tobytes())
+            parts = json.loads(arrays.pop(_PARTS).tobytes()) if _PARTS in arrays else []
+            _join(arrays, [_read(folder / part, part[-len(".part") - 64 : -len(".part")]) for part in parts])
         except OSError as error:
             reason = error.strerror or str(error)
             raise OutputError(f"cannot read {path}: {reason}\n    it may be whole: mend this, then go on") from error
@@ -80,17 +103,44 @@ def read_latest(
     return None
 
 
+def _read(path: Path, digest: str) -> dict[str, np.ndarray]:
+    if _digest(path) != digest:
+        raise ValueError("its bytes do not match its checksum")
+    with np.load(path, allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def _join(arrays: dict[str, np.ndarray], parts: Sequence[Mapping[str, np.ndarray]]) -> None:
+    """Add the rows that parts have of arrays."""
+    for name in parts[0] if parts else ():
+        arrays[name] = np.concatenate([arrays[name], *(part[name] for part in parts)])
+
+
 def files(folder: Path) -> list[Path]:
     """What this module wrote to `folder`: checkpoints, whole or damaged, and a draft."""
     if not folder.is_dir():
         return []
     own = (path for path in folder.iterdir() if _NAME.fullmatch(path.with_suffix(".npz").name))
-    return [folder / DRAFT, *(path for path in own if path.suffix in (".npz", DAMAGED))]
+    whole = [path for path in own if path.suffix in (".npz", DAMAGED)]
+    return [folder / DRAFT, *folder.glob(f"{DRAFT}-*"), *whole, *(path for _, path in _parts(folder))]
+
+
+def _parts(folder: Path) -> list[tuple[int, Path]]:
+    """Serial number and path of every part."""
+    return [(int(match[1]), path) for path in folder.glob("*.part") if (match := _PART.fullmatch(path.name))]
 
 
 def _keep_the_last(folder: Path) -> None:
-    for _, _, old in _all(folder)[:-KEPT]:
+    if not folder.is_dir():
+        return
+    whole = _all(folder)
+    for _, _, old in whole[:-KEPT]:
         old.unlink()
+    kept = {number for number, _, _ in whole[-KEPT:]}
+    last = max(kept, default=0)
+    for number, part in _parts(folder):
+        if number <= last and number not in kept:  # later ones wait for theirs
+            part.unlink(missing_ok=True)
 
 
 def _all(folder: Path) -> list[tuple[int, str, Path]]:

@@ -127,11 +127,25 @@ class Recorder:
             "wall_seconds": self.wall_seconds(),
             "written": self._written.to_data(),
         }
-        with domain.to_first():
+        with domain.in_parts():
             arrays = sim.state_arrays()
-        if self._writes:
-            checkpoint.write(self.folder.checkpoint, arrays, {"simulation": sim.state_numbers(), "recorder": recorded})
+        numbers, folder = {"simulation": sim.state_numbers(), "recorder": recorded}, self.folder.checkpoint
+        if domain.is_cut:
+            self._write_with_others(sim, arrays, numbers)
+        elif self._writes:
+            checkpoint.write(folder, arrays, numbers)
         self._checkpointed = clock.monotonic()
+
+    def _write_with_others(self, sim: Any, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
+        """A checkpoint of which every process that shares the simulation writes what it has."""
+        folder, group = self.folder.checkpoint, domain.group
+        serial = group.told(checkpoint.next_serial(folder))
+        shared, part = sim.spread_arrays(), ""
+        if not self._writes:
+            part = checkpoint.write_part(folder, {name: arrays[name] for name in shared}, group.rank, serial)
+        parts = [name for name in group.each(part) if name]
+        if self._writes:
+            checkpoint.write(folder, arrays, numbers, parts, serial)
 
     def failed(self, sim: Any, error: RunStopped) -> None:
         """The run stopped itself: leave what is needed to find out why. Never hides the error behind one of its own."""
