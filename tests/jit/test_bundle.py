@@ -56,6 +56,28 @@ def test_the_tuple_itself_does_as_well():
     assert result[9] == 26.5
 
 
+class Around(NamedTuple):
+    flag: bool
+    within: Bundle
+    shift: float
+
+
+@kernel()
+def sum_around(bundle):
+    inner, total = bundle.within.inner, bundle.shift
+    for value in inner.array:
+        total += inner.factor * value
+    return total if bundle.flag and bundle.within.on else -1.0
+
+
+def test_a_bundle_within_a_bundle_is_read_too():
+    array = np.arange(4.0)
+    around = Bundle(Around(True, Bundle(Outer(Inner(array, 3.0), (0.5, -0.5), True, array)), 0.25))
+    assert sum_around(around) == 18.25
+    array[0] = 1.0
+    assert sum_around(around) == 21.25
+
+
 def test_members_have_the_same_names_in_python():
     bundle = Bundle(Outer(Inner(np.zeros(1), 3.0), (0.5, -0.5), True, np.zeros(1)))
     assert bundle.offsets == (0.5, -0.5)

@@ -25,13 +25,13 @@ HEIGHT, CELLS = 1.0, 8
 
 
 def heavy_column(settle=None, **more):
-    """A bar of 8 cells that stands on the ground between smooth walls."""
-    settings = {"counts": (1, CELLS + 1, 1), "cell": HEIGHT / CELLS, "functions": "quadratic-bspline", "thickness": 0.1}
-    upper = (HEIGHT / CELLS, HEIGHT, 0.0)
-    column = box((0, 0, 0), upper, SOFT, (1, 3, 1), name="column")
-    supports = [support for support in SLIP[:4] if support["where"] != "y-upper"]
-    found = case(column, support=supports, **({"gravity": (0.0, -PULL, 0.0)} | settings | more))
-    data = found.to_data() | {"grid": {**found.to_data()["grid"], "upper": [HEIGHT / CELLS, HEIGHT * 9 / 8, 0.0]}}
+    """A bar of 8 cells along x that stands on the ground between smooth walls."""
+    settings = {"counts": (CELLS + 1, 1, 1), "cell": HEIGHT / CELLS, "functions": "quadratic-bspline", "thickness": 0.1}
+    upper = (HEIGHT, HEIGHT / CELLS, 0.0)
+    column = box((0, 0, 0), upper, SOFT, (3, 1, 1), name="column")
+    supports = [*SLIP[2:4], SLIP[0]]
+    found = case(column, support=supports, **({"gravity": (-PULL, 0.0, 0.0)} | settings | more))
+    data = found.to_data() | {"grid": {**found.to_data()["grid"], "upper": [HEIGHT * 9 / 8, HEIGHT / CELLS, 0.0]}}
     return type(found).model_validate(data | ({"settle": settle} if settle is not None else {}))
 
 
@@ -47,7 +47,7 @@ def displacements(sim):
     body = sim.bodies[0]
     order = np.argsort(body.arrays["id"])
     rest = (np.arange(3 * CELLS) + 0.5) * HEIGHT / (3 * CELLS)
-    return rest, np.sort(body.arrays["position"][order, 1]) - rest
+    return rest, np.sort(body.arrays["position"][order, 0]) - rest
 
 
 def exact(rest):
@@ -149,7 +149,7 @@ def lose_itself(sim, kept=Simulation.advance_bodies):
 
 def test_a_settling_that_ends_in_no_numbers_leaves_its_record(tmp_path, monkeypatch):
     monkeypatch.setattr(Simulation, "advance_bodies", lose_itself)
-    middle = {"name": "middle", "body": "column", "quantity": "position", "reduce": "point", "at": (0.0, 0.5, 0.0)}
+    middle = {"name": "middle", "body": "column", "quantity": "position", "reduce": "point", "at": (0.5, 0.0, 0.0)}
     found = heavy_column({}, probe=[middle | {"change": True}, middle | {"name": "near", "reduce": "nearest"}])
     with pytest.raises(RunStopped, match="lost"):
         pellucid.run(found, out=tmp_path / "run")
@@ -175,7 +175,7 @@ def test_a_run_begins_settled_and_tells_of_it(tmp_path):
     run = pellucid.run(heavy_column({}, end=0.05), out=tmp_path / "run", report=False)
     assert run.summary["settled"]["steps"] > 50
     assert run.history["time"][0] == 0.0
-    assert run.fields("column", 0.0)["position"][:, 1].max() < (1.0 - 0.5 / 24) * HEIGHT
+    assert run.fields("column", 0.0)["position"][:, 0].max() < (1.0 - 0.5 / 24) * HEIGHT
     assert np.abs(run.history["kinetic_energy"]).max() < 1e-6 * 1000.0 * 0.125 * 0.1 * PULL
 
 
@@ -257,7 +257,7 @@ def test_what_cannot_settle_is_refused(change, message):
 
 def test_a_point_lost_on_the_way_is_told_to_be_of_the_settling(tmp_path):
     """A column that nothing holds falls out of the grid."""
-    loose = heavy_column({}, gravity=(0.0, -100.0, 0.0)).to_data()
+    loose = heavy_column({}, gravity=(-100.0, 0.0, 0.0)).to_data()
     loose["support"] = loose["support"][:2]
     with pytest.raises(RunStopped, match=r"^\[settle\]: step \d+, .* left the grid; .*, and hold what can fall") as stopped:
         pellucid.run(type(heavy_column()).model_validate(loose), out=tmp_path / "run", report=False)
@@ -269,7 +269,7 @@ def test_motion_that_settling_takes_is_told_and_does_not_count():
     """Bodies that go on from an earlier run bring it; what is left of one that was settled there is none."""
     sim, still = (Simulation(heavy_column({}, step=4e-3), threads=1) for _ in range(2))
     still.settle()
-    sim.bodies[0].arrays["velocity"][:, 1] = 1e-3
+    sim.bodies[0].arrays["velocity"][:, 0] = 1e-3
     sim.bodies[0].renew_totals()
     kinetic = 0.5 * sim.bodies[0].mass * 1e-6
     with pytest.warns(UserWarning, match=rf"\[settle\] takes all velocity .* kinetic energy of {kinetic:.3g} J"):

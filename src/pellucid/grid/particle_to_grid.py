@@ -136,8 +136,9 @@ class ParticleToGrid:
     """What the points of a body give to the nodes of its velocity field."""
 
     def __init__(self, mapped: MappedPoints, affine: np.ndarray | None = None, cells: FullCells | None = None) -> None:
-        self._both = giving(mapped, Both(inertia_of(mapped, 1.0, affine), internal_force_of(mapped, cells)))
-        self._momentum = giving(mapped, inertia_of(mapped, 0.0, affine))
+        force = internal_force_of(mapped, cells)
+        self._both = giving(mapped, Both(inertia_of(mapped, 1.0, affine), force))
+        self._momentum = giving(mapped, Both(inertia_of(mapped, 0.0, affine), force))  # the same kernel gives it
 
     def scatter(self, inertia: bool, force: bool) -> None:
         """Map mass and momentum (where `inertia`) and internal forces -Σ V σ ∇N (where `force`) to the nodes."""

@@ -1,7 +1,8 @@
 """A named tuple as one argument of kernels, whose compiled form is made once.
 
 Numba takes a tuple apart at every call, member by member, with code of its own in every kernel that Python calls. A `Bundle` is
-taken apart once, into memory that it keeps; kernels take the address, and read the members by name.
+taken apart once, into memory that it keeps; kernels take the address, and read the members by name. A member that is a bundle
+itself lies within and is an address too: else all its members would be read wherever one is asked for, in much more code.
 
 How long the rows of arrays are is part of the compiled type. Where that is a number at run time, LLVM makes no vectors of loops
 over rows.
@@ -31,7 +32,7 @@ ROWS = 3, 6, 9, 10
 
 
 class Bundle:
-    """Holds `content`, a named tuple of arrays, numbers and tuples of these; its members are those of the bundle too."""
+    """Holds `content`, a named tuple of arrays, numbers, bundles and tuples of these; its members are those of the bundle."""
 
     __slots__ = ("address", "compiled_type", "content", "memory", "type_name")
     address: int
@@ -92,9 +93,13 @@ class _Members(AttributeTemplate):  # type: ignore[misc]
 @lower_getattr_generic(BundleType)
 def _member(context: Any, builder: Any, bundle: BundleType, address: Any, name: str) -> Any:
     place = bundle.content.fields.index(name)
-    content = builder.bitcast(address, context.get_data_type(bundle.content).as_pointer())
-    value = context.unpack_value(builder, bundle.content[place], cgutils.gep_inbounds(builder, content, 0, place))
-    return _with_rows(context, builder, bundle.content[place], value, bundle.rows[place])
+    kind = bundle.content[place]
+    _, begin = _layout(bundle.content).fields[f"f{place}"]  # type: ignore[index, misc]
+    there = cgutils.gep_inbounds(builder, address, begin)
+    if isinstance(kind, BundleType):
+        return there
+    value = context.unpack_value(builder, kind, builder.bitcast(there, context.get_data_type(kind).as_pointer()))
+    return _with_rows(context, builder, kind, value, bundle.rows[place])
 
 
 def _rows_of(value: Any) -> Any:
@@ -133,6 +138,8 @@ def _layout(kind: Any) -> np.dtype[Any]:
         return np.dtype([*((name, np.intp) for name in names), ("shape", dimensions), ("strides", dimensions)], align=True)
     if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
         return np.dtype([(f"f{place}", _layout(part)) for place, part in enumerate(kind)], align=True)
+    if isinstance(kind, BundleType):
+        return _layout(kind.content)
     if isinstance(kind, types.Integer | types.Float | types.Boolean):  # type: ignore[attr-defined]
         return as_dtype(kind)
     raise TypeError(f"a bundle cannot hold {kind}")
@@ -144,4 +151,4 @@ def _native(value: Any, kind: Any) -> Any:
         return 0, 0, value.size, value.itemsize, value.ctypes.data, value.shape, value.strides
     if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
         return tuple(_native(part, inner) for part, inner in zip(value, kind, strict=True))
-    return value
+    return _native(value.content, kind.content) if isinstance(kind, BundleType) else value

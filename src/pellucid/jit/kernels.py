@@ -1,8 +1,10 @@
 """Kernels: loops that numba compiles."""
 
+import gc
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from pellucid.errors import UsageError
@@ -44,7 +46,7 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
             from pellucid.jit.cache import KernelCache
 
             compiled._cache = KernelCache(function)
-            compiled.compile = signals_held()(compiled.compile)
+            compiled.compile = signals_held()(_without_collection()(compiled.compile))
             if called_by_kernels:
                 _keep_from_python(compiled)
             else:
@@ -54,6 +56,18 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
         return compiled
 
     return decorate
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """No garbage is looked for in the block: compilation makes so many objects that a seventh of its time would go there."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def _keep_from_python(compiled: Any) -> None:

@@ -156,10 +156,16 @@ def _replace(function: Callable[..., Any]) -> None:
     overload(function, jit_options=IN_KERNELS)(lambda x: lambda x: intrinsic(x))
 
 
+def _inlined() -> dict[str, Any]:
+    from pellucid.jit.inlined import InlinedCompiler
+
+    return IN_KERNELS | {"pipeline_class": InlinedCompiler}
+
+
 def _compile_helper(function: Callable[..., Any]) -> None:
     from numba.extending import register_jitable
 
-    register_jitable(**IN_KERNELS)(function)
+    register_jitable(**_inlined())(function)
 
 
 def _compile_generic(dispatch: Callable[..., Any]) -> None:
@@ -175,4 +181,4 @@ def _compile_generic(dispatch: Callable[..., Any]) -> None:
         return None
 
     choose.__signature__ = operation.signature  # type: ignore[attr-defined]
-    overload(dispatch, jit_options=IN_KERNELS)(choose)
+    overload(dispatch, jit_options=_inlined())(choose)

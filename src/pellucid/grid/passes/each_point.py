@@ -73,11 +73,11 @@ def _gather(points, start, n, found, first_node, c):
 def _find(points, dt, n, c):
     """What the pass finds at each point, over the columns of what was looked up and gathered: these then stay in the cache."""
     like, known_like, gathered_like = points.read_like, points.known_like, points.gathered_like
-    GATHERED = size(like) + size(known_like)
+    GATHERED, task, lattice = size(like) + size(known_like), points.task, points.mapped.lattice
     for q in range(n):
         p, known = take(like, c, q), take(known_like, c, q + size(like) * WIDTH)
         g = take(gathered_like, c, q + GATHERED * WIDTH)
-        found = at_point(points.task, points.mapped.lattice, dt, p, known, g)
+        found = at_point(task, lattice, dt, p, known, g)
         put_like(points.found_like, c, q + size(like) * WIDTH, found)
 
 

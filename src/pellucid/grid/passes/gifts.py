@@ -63,7 +63,7 @@ class Both(NamedTuple):
 class GivingPoints(NamedTuple):
     """The points of a body and what they give."""
 
-    mapped: MappedPoints
+    mapped: Bundle  # of `MappedPoints`
     gives: Any
 
 
@@ -87,7 +87,7 @@ def by_slope(rule: Any, read: Any, into: np.ndarray) -> BySlope:
 
 def giving(mapped: MappedPoints, gives: Any) -> Bundle:
     """The points of a body with a gift, or `Both`."""
-    return Bundle(GivingPoints(mapped, gives))
+    return Bundle(GivingPoints(Bundle(mapped), gives))
 
 
 @generic

@@ -76,7 +76,7 @@ class PassPoints(NamedTuple):
     """A pass with the points of a body, as the loop takes them."""
 
     task: Any
-    mapped: MappedPoints
+    mapped: Bundle  # of `MappedPoints`
     read: Any  # arrays of what it reads
     read_like: Any  # an example of one point of it
     known_like: Any
@@ -114,7 +114,7 @@ def pass_points(
     return Bundle(
         PassPoints(
             task,
-            mapped,
+            Bundle(mapped),
             read,
             example_of(read),
             declared.looks_up,

@@ -1,0 +1,42 @@
+"""The compiler of pointwise functions, which only become part of kernels: it makes no machine code of them.
+
+Numba makes a library of each function, optimised and as machine code. Kernels take the former; nothing calls the latter.
+"""
+
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+
+
+class InlinedLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Code for other libraries alone."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None."""
+        self._ensure_finalized()
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """That of the processor; but there is no place for what a function would take from Python."""
+        return _NoEnvironments
+
+
+class _NoEnvironments:
+    @staticmethod
+    def set_env(name: str, environment: Any) -> None:
+        pass
+
+
+class InlinedCompiler(Compiler):  # type: ignore[misc]
+    """Makes such libraries."""
+
+    def compile_extra(self, function: Any) -> Any:
+        """Compile a function."""
+        self.state.library = InlinedLibrary(self.state.targetctx.codegen(), function.__qualname__)
+        return super().compile_extra(function)
