@@ -47,7 +47,7 @@ def test_nodes_and_points_are_counted(case: Case) -> None:
     grid = Grid(case.grid)
     assert memory.n_nodes(case) == grid.n_nodes
     memories = {id(owner): owner.nbytes for owner in map(owner_of, grid.nodes)}
-    reached = (owner_of(array).nbytes for array in vars(ReachedNodes(grid.nodes)).values() if isinstance(array, np.ndarray))
+    reached = (owner_of(array).nbytes for array in vars(ReachedNodes(grid)).values() if isinstance(array, np.ndarray))
     room = memory.NODE_BYTES * grid.n_nodes + 1000  # what is added to align the arrays
     assert 0.9 * room < sum(memories.values()) + sum(set(reached)) <= room
     thin = case.grid.thin()

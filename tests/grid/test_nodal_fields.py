@@ -35,6 +35,7 @@ from pellucid.grid.nodal_fields import (
 
 SOURCES = Path(pellucid.__file__).parent
 N = 2 * CHUNK + 3
+ALL_ROWS = np.array([0, N])
 
 
 class Mixed(NamedTuple):
@@ -92,7 +93,7 @@ def test_what_is_cleared_in_each_step_is_zero_to_the_bit():
     for array in arrays:
         array[...] = 1
     before = nodes.velocities.copy()
-    Clearing(STEP, nodes, arrays)()
+    Clearing(STEP, ALL_ROWS, nodes, arrays)()
     assert not nodes.inertia.view(np.int64).any()
     assert not nodes.forces.view(np.int64).any()
     assert np.array_equal(nodes.velocities, before, equal_nan=True)
@@ -108,14 +109,14 @@ def test_listed_nodes_alone_are_cleared(listed):
     nodes = filled(np.random.default_rng(2))
     expected = nodes.inertia.reshape(-1, 4).copy()
     expected[listed] = 0.0
-    Clearing(STEP, nodes)(listed)
+    Clearing(STEP, ALL_ROWS, nodes)(listed)
     assert np.array_equal(nodes.inertia.reshape(-1, 4), expected, equal_nan=True)
 
 
 def test_momentum_is_cleared_without_mass_for_the_next_mapping():
     nodes = filled(np.random.default_rng(3))
     forces, mass = nodes.forces.copy(), nodes.mass.copy()
-    Clearing(REMAP, nodes)()
+    Clearing(REMAP, ALL_ROWS, nodes)()
     assert not nodes.momentum.any()
     assert np.array_equal(nodes.mass, mass, equal_nan=True)
     assert np.array_equal(nodes.forces, forces, equal_nan=True)

@@ -82,7 +82,7 @@ def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenW
         members = (member.body for member in assembly.bodies.values() if member.actions is actions)
         bodies = [body.on_grid for body in members if body.on_grid is not None]
         if bodies:
-            found.append(OpenWalls(actions.field.grid.lattice, actions.supports.walls, dict.fromkeys(faces), bodies))
+            found.append(OpenWalls(actions.field.grid, actions.supports.walls, dict.fromkeys(faces), bodies))
     return found
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.normals import reach_of_point
 from pellucid.grid.clearing import Clearing
-from pellucid.grid.lattice import Lattice
+from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_fields import STEP
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
@@ -61,9 +61,10 @@ Face = tuple[int, int]
 class OpenWalls(ActiveCondition):
     """The walls of one velocity field that open, by axis and end of their faces, and the bodies in it."""
 
-    def __init__(self, lattice: Lattice, walls: YieldingWalls, faces: Iterable[Face], bodies: Iterable[ContactBody]) -> None:
+    def __init__(self, grid: Grid, walls: YieldingWalls, faces: Iterable[Face], bodies: Iterable[ContactBody]) -> None:
+        lattice = grid.lattice
         self._bodies, self._walls, self._near = list(bodies), Bundle(walls), NEAR * lattice.cell
-        self._clear = Clearing(STEP, walls)
+        self._clear = Clearing(STEP, grid.rows, walls)
         ends = ((axis, end, lattice.lower[axis] + end * lattice.counts[axis] * lattice.cell) for axis, end in faces)
         self._faces = [(axis, 1.0 - 2.0 * end, place) for axis, end, place in ends]
 

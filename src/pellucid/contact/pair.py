@@ -129,7 +129,7 @@ class ContactPair:
             if field in fields:
                 sums = np.zeros((self._chunks, 1))
                 impulse_works.sum_lag_works(self._chunks, side, number, self._at, self.impulses, field.small_mass, sums)
-                total += sign * float(ordered_sum(domain.of_chunks(sums, self._by_row))[0])
+                total += sign * float(ordered_sum(domain.of_chunks(sums, self._by_row.of_row))[0])
         return total
 
     # the same on what was mapped again
@@ -162,4 +162,4 @@ class ContactPair:
             return np.zeros(row)
         works = np.zeros((self._chunks, row))
         impulse_works.sum_works(self._chunks, *sides, self._at, given, works)
-        return ordered_sum(domain.of_chunks(works, self._by_row))
+        return ordered_sum(domain.of_chunks(works, self._by_row.of_row))

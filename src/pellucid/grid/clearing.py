@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.grid.listed import ALL, CHUNK, chunks_of, end_of, listed
+from pellucid.grid.listed import ALL, ChunkedNodes, by_row, chunked, listed
 from pellucid.grid.nodal_fields import ROW, Cleared, fields_of, views_of
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import splat, store
+from pellucid.ranks.domain import domain
 
 
 class ClearedRows(NamedTuple):
@@ -23,12 +24,12 @@ class ClearedRows(NamedTuple):
 
 
 @kernel(inner=True)
-def _clear_chunk(chunk, cleared, width, node):
+def _clear_chunk(chunk, cleared, width, chunks):
     zero = splat(0.0)
     for k in range(len(cleared.rows)):
         array, of_bits = cleared.rows[k], cleared.bits[k]
-        for e in range(CHUNK * chunk, end_of(chunk, node, len(array) // ROW)):
-            at = ROW * listed(node, e)
+        for e in range(chunks.edges[chunk], chunks.edges[chunk + 1]):
+            at = ROW * listed(chunks.node, e)
             # what is read alone need not go back to memory
             if of_bits[at] | of_bits[at + 1] | of_bits[at + 2] | of_bits[at + 3] == 0:
                 continue
@@ -40,33 +41,42 @@ def _clear_chunk(chunk, cleared, width, node):
 
 
 @kernel()
-def _clear(chunks, cleared, width, node):
-    """Set the first numbers, as many as `width` says, of the rows of listed nodes to zero; cleared: a bundle."""
-    parallel_for(_clear_chunk, chunks, cleared, width, node)
+def _clear(n, cleared, width, chunks):
+    """Set the first numbers, as many as `width` says, of the rows of nodes to zero, in n chunks; cleared: a bundle."""
+    parallel_for(_clear_chunk, n, cleared, width, chunks)
 
 
 class Clearing:
-    """Sets to zero what is cleared at one time of some sets of nodal arrays, as it is declared."""
+    """Sets to zero what is cleared at one time of some sets of nodal arrays, as it is declared.
 
-    def __init__(self, cleared: Cleared, *sets: tuple[Any, ...]) -> None:
-        self._others, rows, self._width = list[tuple[np.ndarray, Any]](), list[np.ndarray](), ROW
+    rows: of the grid, as `pellucid.grid.listed.by_row` takes them.
+    """
+
+    def __init__(self, cleared: Cleared, rows: np.ndarray, *sets: tuple[Any, ...]) -> None:
+        self._of_grid, self._all, self._cut = rows, by_row(rows), -1
+        self._others, in_rows, self._width = list[tuple[np.ndarray, Any]](), list[np.ndarray](), ROW
         for arrays in sets:
             for name, field in fields_of(type(arrays)).items():
                 if field.cleared == cleared and field.in_rows:
-                    rows.append(getattr(arrays, name))
+                    in_rows.append(getattr(arrays, name))
                 elif field.cleared == cleared and getattr(arrays, name).size:
                     self._others.append((getattr(arrays, name), field.start))
             for view in views_of(type(arrays)).values():
                 if view.cleared == cleared and isinstance(view.part, slice):
-                    rows, self._width = [getattr(arrays, view.of)], view.part.stop
-        self._n = len(rows[0]) // ROW if rows else 0
-        with_memory = tuple(array for array in rows if len(array))
+                    in_rows, self._width = [getattr(arrays, view.of)], view.part.stop
+        self._has_rows = bool(in_rows)
+        with_memory = tuple(array for array in in_rows if len(array))
         self._rows = Bundle(ClearedRows(with_memory, tuple(array.view(np.int64) for array in with_memory)))
 
     def __call__(self, node: np.ndarray | None = None) -> None:
         """Clear all nodes, or those of a list, shape (m,); fields that are not in rows at all nodes."""
+        edges, nodes = self._all.chunks.edges, slice(None)
+        if self._cut == domain.cuts_made:  # else rows may have something that are not those of this process any more
+            first, end = domain.near(self._all.of_row)
+            edges, nodes = edges[first : end + 1], slice(*domain.near(self._of_grid))
+        self._cut = domain.cuts_made
         for array, start in self._others:
-            array[...] = start
-        if self._n:
-            n = self._n if node is None else len(node)
-            _clear(chunks_of(n), self._rows, self._width, ALL if node is None else node)
+            (array if array.ndim > 1 else array[:, None])[..., nodes, :] = start
+        if self._has_rows:
+            chunks = ChunkedNodes(ALL, edges) if node is None else chunked(node)
+            _clear(chunks.n, self._rows, self._width, chunks)

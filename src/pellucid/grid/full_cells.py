@@ -292,7 +292,7 @@ class CellPressure:
     def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
         self.cells = allocate(FullCells, n)
-        self._clear = Clearing(STEP, self.cells)
+        self._clear = Clearing(STEP, grid.rows, self.cells)
         x, y, z = (axis_integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
         self._grid = Bundle(CellGrid(grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, grid.cell_volume))
         self._chunks = -(-grid.lattice.counts[grid.lattice.slab_axis] // LAYERS)

@@ -31,6 +31,11 @@ class NodesByRow(NamedTuple):
     of_row: np.ndarray  # (rows + 1,) the first chunk of each row of slabs, and behind the last
 
 
+def chunked(node: np.ndarray) -> ChunkedNodes:
+    """A list of nodes, shape (m,), in chunks of which no sums are wanted."""
+    return ChunkedNodes(node, np.minimum(CHUNK * np.arange(chunks_of(len(node)) + 1), len(node)))
+
+
 def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> NodesByRow:
     """Nodes in chunks, all or those of a list in order, shape (m,).
 
@@ -56,12 +61,6 @@ class NodeFlags(NamedTuple):
 def chunks_of(n: int) -> int:
     """In how many chunks threads take n nodes."""
     return -(-n // CHUNK)
-
-
-@pointwise
-def end_of(chunk, node, n):
-    """Number behind the last of a chunk of the listed nodes, of n in all."""
-    return min(CHUNK * (chunk + 1), len(node) if len(node) > 0 else n)
 
 
 @pointwise

@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import ALL, NodeFlags, by_row
+from pellucid.grid.listed import ALL, ChunkedNodes, NodeFlags, by_row
 from pellucid.grid.momentum import MASS_EPS, AdvancedNodes, ExternalAction
 from pellucid.grid.nodal_fields import ROW, VECTOR, fields_of
 from pellucid.grid.nodal_passes import advance, count_works, project, sum_strain_lag
@@ -54,8 +54,16 @@ class NodalMomentum:
         self._gravity = self._full_gravity.copy()
         separate = np.zeros(0) if separate_forces is None else separate_forces
         self._bundle = Bundle(
-            AdvancedNodes(nodes, supports, self._gravity, external, load, separate, self._sums, self._all.chunks.edges)
+            AdvancedNodes(nodes, supports, self._gravity, external, load, separate, self._sums, self._all.chunks.edges.copy())
         )
+        self._find_near()
+
+    def _find_near(self) -> None:
+        """Find the chunks of the nodes that points of this process reach: others have no mass here."""
+        self._first, end = domain.near(self._all.of_row)
+        self._n, edges = end - self._first, self._all.chunks.edges[self._first : end + 1]
+        self._near = ChunkedNodes(ALL, edges)
+        self._bundle.edges[: len(edges)] = edges
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act."""
@@ -80,8 +88,9 @@ class NodalMomentum:
         once.
         """
         self._sums.fill(0.0)
+        self._find_near()
         how = self._bundle, dt, self.small_mass, self.flip, int(counted)
-        advance(self._chunks, *how, self._all.chunks, self._awaiting)
+        advance(self._n, *how, self._near, self._awaiting)
         self.is_counted, self._lag_is_counted = counted, False
 
     def works(self, dt: float) -> StepWork:
@@ -96,7 +105,7 @@ class NodalMomentum:
         """
         how = self._bundle, dt, self.small_mass
         if not self.is_counted:
-            count_works(self._chunks, 0, self._all.chunks, NOWHERE, *how)
+            count_works(self._n, 0, self._near, NOWHERE, *how)
         elif self._waits:
             count_works(self._listed.chunks.n, self._chunks, self._listed.chunks, NOWHERE, *how)
         done = step_work(self._summed(self._sums), self._columns)
@@ -108,18 +117,18 @@ class NodalMomentum:
         how = self._bundle, dt, self.small_mass, self._lags
         if not self._lag_is_counted:
             self._lags.fill(0.0)
-            sum_strain_lag(self._chunks, 0, self._all.chunks, NOWHERE, *how)
+            sum_strain_lag(self._n, 0, self._near, NOWHERE, *how)
         elif self._waits:
             sum_strain_lag(self._listed.chunks.n, self._chunks, self._listed.chunks, NOWHERE, *how)
         return float(self._summed(self._lags)[0])
 
     def _summed(self, sums: np.ndarray) -> np.ndarray:
         """The sum of what chunks of all nodes have, and after them those of the listed."""
-        of_all, of_listed = sums[: self._chunks], sums[self._chunks :]
+        found = domain.of_chunks(sums[: self._chunks], self._all.of_row, self._first)
         if self._waits:
-            of_listed = of_listed[: self._listed.chunks.n]
-            return ordered_sum(np.concatenate([domain.of_chunks(of_all, self._all), domain.of_chunks(of_listed, self._listed)]))
-        return ordered_sum(domain.of_chunks(of_all, self._all))
+            listed = sums[self._chunks : self._chunks + self._listed.chunks.n]
+            found = np.concatenate([found, domain.of_chunks(listed, self._listed.of_row)])
+        return ordered_sum(found)
 
     def drag_work(self, momentum: np.ndarray, dt: float) -> float:
         """Work that forces of points without heat would do over half a step dt [s] along what nodal velocities were slower at
@@ -152,5 +161,6 @@ class NodalMomentum:
         """
         self._lag_is_counted = counted
         self._lags.fill(0.0)
-        how = self._all.chunks, self._awaiting, dt or 0.0, self.small_mass, self._lags
-        project(self._chunks, self._bundle, int(dt is not None), int(counted), *how)
+        self._find_near()
+        how = self._near, self._awaiting, dt or 0.0, self.small_mass, self._lags
+        project(self._n, self._bundle, int(dt is not None), int(counted), *how)

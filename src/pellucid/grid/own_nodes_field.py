@@ -20,7 +20,7 @@ class OwnNodesField(VelocityField):
 
     def __init__(self, name: str, grid: Grid) -> None:
         super().__init__(name, grid)
-        self._reached = ReachedNodes(grid.nodes)
+        self._reached = ReachedNodes(grid)
         self.awaiting = np.zeros(0, np.int64)
         """The nodes at which contact may give impulses in this step, in order, shape (k,)."""
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.grid.clearing import Clearing
-from pellucid.grid.lattice import Nodes
+from pellucid.grid.lattice import Grid, Nodes
 from pellucid.grid.listed import CHUNK, NodeFlags, chunks_of
 from pellucid.grid.momentum import (
     MASS_EPS,
@@ -125,11 +125,13 @@ def _project(chunks, node, field):
 class ReachedNodes:
     """The nodes of a velocity field that its points reach, in order: `node`, shape (n,); no other has mass."""
 
-    def __init__(self, nodes: Nodes) -> None:
+    def __init__(self, grid: Grid) -> None:
+        nodes = grid.nodes
         words = len(nodes.mass) // WORD + 1
         self._flags = fields_of(NodeFlags)["reached"].allocate(WORD * words)
         self._words, self._room = self._flags.view(np.uint64), np.empty(WORD * words, np.int64)
-        self._all, self._clear, self._clear_momentum = nodes, Clearing(STEP, nodes), Clearing(REMAP, nodes)
+        self._all = nodes
+        self._clear, self._clear_momentum = (Clearing(when, grid.rows, nodes) for when in (STEP, REMAP))
         self.node = self._room[:0]
 
     def constrain(self, supports: Supports, external: ExternalAction) -> None:

@@ -40,7 +40,7 @@ class VelocityField:
     def __init__(self, name: str, grid: Grid) -> None:
         self.name, self.grid = name, grid
         self._own = allocate(FieldNodes, 0)
-        self._clear_nodes = Clearing(STEP, grid.nodes)
+        self._clear_nodes = Clearing(STEP, grid.rows, grid.nodes)
         self.pressed = False
         """Whether contact gave its nodes impulses in this step."""
         self._second_nodes: list[np.ndarray] = []
@@ -58,7 +58,7 @@ class VelocityField:
     def separate_forces(self) -> np.ndarray:
         """A buffer for the internal forces of bodies that keep heat beside others that do not; see `FieldNodes`."""
         self._own = with_memory(self._own, self.grid.n_nodes, "separate_forces")
-        self._clear_nodes = Clearing(STEP, self.grid.nodes, self._own)
+        self._clear_nodes = Clearing(STEP, self.grid.rows, self.grid.nodes, self._own)
         return self._own.separate_forces
 
     def set_actions(
@@ -76,7 +76,7 @@ class VelocityField:
         self._momentum = NodalMomentum(self.grid.nodes, self.grid.rows, supports, gravity, small_mass, flip, external, forces)
 
     def _act(self, external: ExternalAction) -> None:
-        self.external, self._clear_external = external, Clearing(STEP, external)
+        self.external, self._clear_external = external, Clearing(STEP, self.grid.rows, external)
 
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act on the nodes."""
@@ -175,10 +175,13 @@ class VelocityField:
         self._second_nodes.append(node.copy())  # detection writes into its own
 
     def second_layers(self) -> tuple[int, int]:
-        """The first and the last layer of nodes along the axis of the slabs that have such increments."""
+        """The first and the last layer of nodes along the axis of the slabs that have such increments, of any process: which slabs
+        are summed again must not depend on where the rows are cut."""
         lattice = self.grid.lattice
         layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
-        return (int(layers.min()), int(layers.max())) if len(layers) else (self.grid.n_nodes, -1)
+        nowhere = self.grid.n_nodes
+        first, last = (int(layers.min()), int(layers.max())) if len(layers) else (nowhere, -1)
+        return -int(domain.largest(-first)), int(domain.largest(last))
 
     def second_work(self, dt: float) -> float:
         """Work of the forces of points without heat on these increments in half a step dt [s] [J]."""

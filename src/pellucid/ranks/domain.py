@@ -8,7 +8,7 @@ points of a process reach are whole there.
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,14 +16,6 @@ from pellucid.errors import PellucidError
 from pellucid.jit.joint import joint_region, leaving_out
 from pellucid.jit.region import EVEN_ROWS, ODD_ROWS
 from pellucid.ranks.group import processes
-
-
-class ByRow(Protocol):
-    """Chunks of nodes."""
-
-    @property
-    def of_row(self) -> np.ndarray:
-        """The first chunk of each row of slabs, and behind the last, shape (rows + 1,)."""
 
 
 class OfListed(NamedTuple):
@@ -66,6 +58,8 @@ class Domain:
         """Whether the points are shared out among processes."""
         self._in_parts = self.joins_in_first = False
         """Whether the first process alone has what is joined, see `to_first`."""
+        self.cuts_made = 0
+        """How often the rows were cut."""
         self.bytes_sent = 0
         """Handed on and back to neighbours so far."""
 
@@ -83,6 +77,7 @@ class Domain:
 
     def _take_rows(self, cuts: np.ndarray) -> None:
         self._cuts = cuts
+        self.cuts_made += 1
         self.first, self.end = int(cuts[self.group.rank]), int(cuts[self.group.rank + 1])
 
     def would_pay(self, cost: np.ndarray) -> bool:
@@ -170,12 +165,26 @@ class Domain:
     def complete(self, of_slabs: np.ndarray) -> np.ndarray:
         """Fill numbers that each slab has, shape (slabs, ...), with those that other processes found. Returns them."""
         if self.is_cut:
-            of_slabs[...] = self.group.joined(of_slabs[self.slabs])
+            of_slabs[...] = self.group.joined(of_slabs[self.slabs], np.diff(self._cuts) * self._rows.across)
         return of_slabs
 
-    def of_chunks(self, sums: np.ndarray, nodes: "ByRow") -> np.ndarray:
-        """What chunks of nodes add up to, shape (chunks, ...), of those of all processes."""
-        return self.group.joined(sums[nodes.of_row[self.first] : nodes.of_row[self.end]]) if self.is_cut else sums
+    def near(self, of_row: np.ndarray) -> tuple[int, int]:
+        """Where what the rows of this process have begins and ends, with those beside, which its points reach; of_row, shape
+        (rows + 1,): where that of each row begins, and behind the last."""
+        n = len(of_row) - 1
+        rows = (max(self.first - 1, 0), min(self.end + 1, n)) if self.is_cut else (0, n)
+        return int(of_row[rows[0]]), int(of_row[rows[1]])
+
+    def of_chunks(self, sums: np.ndarray, of_row: np.ndarray, near: int | None = None) -> np.ndarray:
+        """What chunks of nodes add up to, shape (chunks, ...), of those of all processes.
+
+        of_row: the first chunk of each row, and behind the last; near: the chunk where sums of all nodes of a grid begin, of
+        which all processes have the same chunks; None of lists.
+        """
+        if not self.is_cut:
+            return sums
+        own = sums[of_row[self.first] - (near or 0) : of_row[self.end] - (near or 0)]
+        return self.group.joined(own, None if near is None else np.diff(of_row[self._cuts]))
 
     def of_nodes(self, values: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
         """What nodes have, of all processes, or of lists of these that are in order, shape (n, ...): of each node what that
@@ -188,7 +197,7 @@ class Domain:
     def whole(self, own: np.ndarray) -> np.ndarray:
         """What points of this process have, joined with that of others: as one process stores it. Within `to_first` the first
         process alone has it, and others get nothing."""
-        return self.group.joined(own, self.joins_in_first) if self.is_cut and not self._in_parts else own
+        return self.group.joined(own, to_first=self.joins_in_first) if self.is_cut and not self._in_parts else own
 
     @contextmanager
     def in_parts(self) -> Iterator[None]:

@@ -92,11 +92,15 @@ class Group:
         with self._waiting():
             return np.sum(self._comm.allgather(own), axis=0)
 
-    def joined(self, own: np.ndarray, to_first: bool = False) -> np.ndarray:
-        """The rows of all processes, in their order; where `to_first`, no rows in others than the first."""
+    def joined(self, own: np.ndarray, lengths: np.ndarray | None = None, to_first: bool = False) -> np.ndarray:
+        """The rows of all processes, in their order; where `to_first`, no rows in others than the first.
+
+        lengths: how many rows each has, where that is known.
+        """
         own = np.ascontiguousarray(own)
-        with self._waiting():
-            lengths = np.array(self._comm.allgather(len(own)))
+        if lengths is None:
+            with self._waiting():
+                lengths = np.array(self._comm.allgather(len(own)))
         wanted = self.is_first or not to_first
         found = np.empty((int(lengths.sum()) if wanted else 0, *own.shape[1:]), own.dtype)
         into = _bytes(found), lengths * own.dtype.itemsize * int(np.prod(own.shape[1:]))

@@ -51,7 +51,7 @@ class RigidNodes:
         self._sums = with_memory(
             allocate(BodySums, 0), self._field.grid.n_nodes, "body_moment", *(() if alone else ("body_mass",))
         )
-        self._clear = Clearing(STEP, self._sums)
+        self._clear = Clearing(STEP, self._field.grid.rows, self._sums)
         self.led_impulse = np.zeros(6)
         """What the nodes take that neither forces nor walls give: of the numbers that are prescribed, what leads them."""
 
