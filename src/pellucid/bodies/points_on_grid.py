@@ -216,6 +216,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
             return
         first = self.slabs.first
         own = slice(*first[[domain.slabs.start, domain.slabs.stop]])
+        self._scratch.clear()
         for array in self.arrays.values():
             array[: own.stop - own.start] = array[own]
             release(array[own.stop - own.start :])

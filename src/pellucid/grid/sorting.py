@@ -79,9 +79,11 @@ def sort_by_nodes(
     if not np.array_equal(order, np.arange(points)):
         for array in arrays.values():
             rows = array.reshape(points, -1).view(np.int64)  # one kernel for all types, of eight bytes each
-            spare = scratch.setdefault(rows.shape[1], np.empty_like(rows))[:points]  # there are never more than at first
-            _reorder_rows((points + CHUNK - 1) // CHUNK, rows, spare, order)
-            rows[...] = spare
+            spare = scratch.get(rows.shape[1], rows[:0])
+            if len(spare) < points:
+                spare = scratch[rows.shape[1]] = np.empty_like(rows)
+            _reorder_rows((points + CHUNK - 1) // CHUNK, rows, spare[:points], order)
+            rows[...] = spare[:points]
     _report_nothing(slabs)
 
 

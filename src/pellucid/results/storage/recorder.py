@@ -231,6 +231,7 @@ class Recorder:
             "version": package_version(),
             "commit": package_commit(),
             "threads": sim.threads,
+            "processes": domain.group.size,
             "points": points,
             "steps": sim.n_steps,
             "wall_seconds": wall,
