@@ -1,8 +1,11 @@
 """Sums in a fixed order."""
 
-import numpy as np
+from math import fsum
 
-from pellucid.reductions import ordered_sum
+import numpy as np
+import pytest
+
+from pellucid.reductions import exact_parts, ordered_sum
 
 
 def test_chunks_are_added_in_order():
@@ -23,3 +26,16 @@ def test_long_sums_do_not_depend_on_blocks():
     for row in numbers:
         expected += row
     assert np.array_equal(ordered_sum(numbers), expected)
+
+
+@pytest.mark.parametrize("pieces", [1, 2, 7])
+def test_exact_parts_have_the_sum_of_all_values(pieces):
+    generator = np.random.default_rng(pieces)
+    values = generator.normal(size=500) * 10.0 ** generator.integers(-30, 30, 500)
+    parts = [part for piece in np.array_split(values, pieces) for part in exact_parts(piece)]
+    assert fsum(parts) == fsum(values)
+    assert len(parts) < 10 * pieces
+
+
+def test_nothing_has_no_parts():
+    assert exact_parts(np.zeros(3)) == exact_parts(np.zeros(0)) == []

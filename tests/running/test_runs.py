@@ -20,8 +20,8 @@ from pellucid.running.launch import resume_case, run_case
 pytestmark = pytest.mark.usefixtures("fake")
 
 SUMMARY = {
-    "case", "version", "commit", "threads", "processes", "points", "steps", "wall_seconds", "point_steps_per_second", "end_time",
-    "conservation", "energies", "metrics",
+    "case", "version", "commit", "threads", "processes", "points", "steps", "wall_seconds", "point_steps_per_second",
+    "end_time", "conservation", "energies", "metrics",
 }  # fmt: skip
 
 

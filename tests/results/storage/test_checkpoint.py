@@ -37,6 +37,40 @@ def test_the_last_two_are_kept(tmp_path):
     assert checkpoint.read_latest(tmp_path)[1] == {"step": 4}
 
 
+def write_in_parts(folder, serial):
+    rows = np.arange(12.0).reshape(6, 2) + serial
+    parts = [
+        checkpoint.write_part(folder, {"a": rows[2:3]}, 1, serial),
+        checkpoint.write_part(folder, {"a": rows[3:]}, 2, serial),
+    ]
+    checkpoint.write(folder, {"a": rows[:2], "b": rows}, {"serial": serial}, parts, serial)
+    return rows
+
+
+def test_parts_are_joined(tmp_path):
+    rows = write_in_parts(tmp_path, checkpoint.next_serial(tmp_path))
+    found, numbers = checkpoint.read_latest(tmp_path)
+    assert numbers == {"serial": 1}
+    assert np.array_equal(found["a"], rows)
+    assert np.array_equal(found["b"], rows)
+
+
+def test_parts_go_with_their_checkpoint(tmp_path):
+    for serial in range(1, 5):
+        write_in_parts(tmp_path, serial)
+    assert {path.name[:6] for path in tmp_path.iterdir()} == {"000003", "000004"}
+    assert len(list(tmp_path.iterdir())) == 6
+    assert {*checkpoint.files(tmp_path)} >= {*tmp_path.iterdir()}
+
+
+def test_with_a_damaged_part_the_one_before_is_taken(tmp_path):
+    write_in_parts(tmp_path, 1)
+    write_in_parts(tmp_path, 2)
+    next(tmp_path.glob("000002-1-*")).write_bytes(b"no part")
+    with pytest.warns(UserWarning, match="is damaged"):
+        assert checkpoint.read_latest(tmp_path)[1] == {"serial": 1}
+
+
 @pytest.mark.parametrize("at", [0, 200, -100])
 def test_a_damaged_one_is_passed_over(tmp_path, at):
     for step in range(2):
