@@ -15,7 +15,7 @@ from pellucid.results.storage import history
 
 LAUNCHER = Path(sys.executable).parent / "mpiexec"
 STEPS = Path(__file__).with_name("shared_steps.py")
-PATIENT = os.environ | {"OMP_WAIT_POLICY": "PASSIVE"}  # there may be more threads than cores
+PATIENT = os.environ | {"OMP_WAIT_POLICY": "PASSIVE", "HYDRA_LAUNCHER": "fork"}  # there may be more threads than cores
 pytestmark = [
     pytest.mark.skipif(not LAUNCHER.is_file(), reason="the extra mpi is not installed"),
     pytest.mark.skipif(numba.config.DISABLE_JIT, reason="takes minutes in plain Python"),

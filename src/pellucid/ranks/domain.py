@@ -145,9 +145,8 @@ class Domain:
         begin, stencil, layer = int(self._rows.edges[row]), self._rows.stencil, self._rows.layer
         ends = np.array([begin - 1, begin + stencil + (stencil == 3)]) * layer
         if isinstance(given, OfListed):
-            return given.values.reshape(len(given.node), given.values.size // max(len(given.node), 1))[
-                slice(*np.searchsorted(given.node, ends))
-            ]
+            n = len(given.node)
+            return given.values.reshape(n, given.values.size // max(n, 1))[slice(*np.searchsorted(given.node, ends))]
         return given.reshape(self._rows.nodes, -1)[slice(*ends)]
 
     def spread(self, of_nodes: np.ndarray) -> None:
@@ -215,7 +214,7 @@ class Domain:
         try:
             yield
         finally:
-            self._in_parts = self.joins_in_first = False
+            self.joins_in_first = False
 
     def any(self, flag: bool) -> bool:
         """Whether it is so for any process."""

@@ -30,6 +30,7 @@ class Group:
     here = 1
     """How many of them are on this machine."""
     _comm: Any = None
+    _mpi: Any = None
 
     def __init__(self) -> None:
         self._ended: list[BaseException] = []
@@ -56,7 +57,7 @@ class Group:
             from mpi4py import MPI
         except ImportError:
             raise UsageError(NO_MPI) from None
-        self._comm = MPI.COMM_WORLD
+        self._mpi, self._comm = MPI, MPI.COMM_WORLD
         self.rank, self.size = self._comm.rank, self._comm.size
         self.here = self._comm.Split_type(MPI.COMM_TYPE_SHARED).size
 
@@ -68,10 +69,8 @@ class Group:
         """The largest value of all processes."""
         if self.size == 1:
             return value
-        from mpi4py import MPI
-
         with self._waiting():
-            return float(self._comm.allreduce(value, op=MPI.MAX))
+            return float(self._comm.allreduce(value, op=self._mpi.MAX))
 
     def told(self, value: Value, by: int = 0) -> Value:
         """What one process has, in all of them."""
@@ -88,7 +87,7 @@ class Group:
             return self._comm.allgather(value)
 
     def total(self, own: np.ndarray) -> np.ndarray:
-        """The sum over all processes of what each has, shape (n,); the same in each, in any order."""
+        """The sum over all processes of what each has, shape (n,)."""
         with self._waiting():
             return np.sum(self._comm.allgather(own), axis=0)
 
@@ -103,7 +102,7 @@ class Group:
                 lengths = np.array(self._comm.allgather(len(own)))
         wanted = self.is_first or not to_first
         found = np.empty((int(lengths.sum()) if wanted else 0, *own.shape[1:]), own.dtype)
-        into = _bytes(found), lengths * own.dtype.itemsize * int(np.prod(own.shape[1:]))
+        into = _bytes(found), lengths * _bytes_each(own)
         with self._waiting():
             if to_first:
                 self._comm.Gatherv(_bytes(own), into if wanted else None)
@@ -115,13 +114,15 @@ class Group:
         """Rows for the processes in their order, to each as many as `send` says; what they have for this one, the same."""
         rows = np.ascontiguousarray(rows)
         found = np.empty((int(receive.sum()), *rows.shape[1:]), rows.dtype)
-        each = rows.dtype.itemsize * int(np.prod(rows.shape[1:]))
-        self._comm.Alltoallv((_bytes(rows), send * each), (_bytes(found), receive * each))
+        each = _bytes_each(rows)
+        with self._waiting():
+            self._comm.Alltoallv((_bytes(rows), send * each), (_bytes(found), receive * each))
         return found
 
     def numbers_from_each(self, for_each: np.ndarray) -> np.ndarray:
         """A number for each process; what each has for this one."""
-        return np.array(self._comm.alltoall(for_each.tolist()))
+        with self._waiting():
+            return np.array(self._comm.alltoall(for_each.tolist()))
 
     def agrees(self, seconds: float) -> bool:
         """Whether all processes come here within this time [s]."""
@@ -150,21 +151,19 @@ class Group:
         print(f"pellucid: process {self.rank} of {self.size}: {error}", file=sys.stderr, flush=True)  # noqa: T201
         self._comm.Abort(getattr(error, "exit_status", 1))
 
-    def abort(self, status: int) -> None:
-        """End all processes at once."""
-        self._comm.Abort(status)
-
     def pass_on(self, messages: list[tuple[int, np.ndarray, bool]]) -> None:
         """Send bytes to neighbours, or receive theirs: the process, the bytes, whether they go there."""
-        from mpi4py import MPI
-
         begin = {True: self._comm.Isend, False: self._comm.Irecv}
         with self._waiting():
-            MPI.Request.Waitall([begin[sends](buffer, process) for process, buffer, sends in messages])
+            self._mpi.Request.Waitall([begin[sends](buffer, process) for process, buffer, sends in messages])
 
 
 def _bytes(array: np.ndarray) -> np.ndarray:
     return array.reshape(-1).view(np.uint8)
+
+
+def _bytes_each(rows: np.ndarray) -> int:
+    return rows.dtype.itemsize * int(np.prod(rows.shape[1:]))
 
 
 processes = Group()
