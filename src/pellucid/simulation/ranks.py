@@ -9,11 +9,24 @@ from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.grid.lattice import Grid
+from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.ranks.domain import Rows, domain
 
 INTERVAL = 50
 """Steps between two looks at the balance."""
+
+
+def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
+    """A warning where some of the processes have nothing to share."""
+    if processes == 1:
+        return None
+    if not fields:
+        return f"the case has no grid: each of {processes} processes does all of it; run it on one"
+    rows = len(fields[0].grid.rows) - 1
+    if processes > rows:
+        return f"the grid has {rows} rows of slabs, and {processes - rows} of {processes} processes have none: start {rows} at most"
+    return None
 
 
 class SharedSlabs:

@@ -39,7 +39,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
-from pellucid.simulation.ranks import SharedSlabs
+from pellucid.simulation.ranks import SharedSlabs, idle
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
@@ -112,6 +112,8 @@ class Simulation:
         self._shared: SharedSlabs | None = None
         self._shown = 0.0
         for text in warnings_of(case, standing, start.keys()):
+            warnings.warn(text, stacklevel=2)
+        if (text := idle(domain.group.size, self.velocity_fields)) is not None:
             warnings.warn(text, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if own_steps:
