@@ -7,6 +7,7 @@ import numpy as np
 
 from pellucid.approximants import GridFunctions
 from pellucid.bodies.material_points.grid_surface import GridSurface
+from pellucid.bodies.point_fields import PointFields
 from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.energy import FIRST_LOAD, Totals
 from pellucid.grid import full_cells
@@ -38,6 +39,7 @@ from pellucid.grid.points import (
     MappedPoints,
     PointArrays,
 )
+from pellucid.grid.shared_points import WholePoints
 from pellucid.grid.sorting import ShortRuns, kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocities import HeatArrays, taking_velocities
@@ -45,17 +47,14 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import Apic, VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import TakesDrag, TakesExternalForces
-from pellucid.parts.families import GridBody, TransferLoss
+from pellucid.parts.families import TransferLoss
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, swings, told
 from pellucid.ranks.domain import domain
 from pellucid.reductions import exact_parts, ordered_sum
 from pellucid.state import of_owner, with_owner
-from pellucid.system.released import release
-
-HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
 
 
-class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses):
+class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpulses):
     """Points whose unknowns live on the grid, sorted by their nodes whenever one leaves its slab, or where that saves time.
 
     A kind of body gives the initial arrays, `begin_stress` and `end_stress`, which ends with
@@ -65,9 +64,6 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     sorting_cost = 1.0
     """For each point, in vectors of points with the same nodes: 50 ns, and 15 of the next step, at 60 to 65 ns a vector."""
-
-    is_spread = False
-    """Whether processes that share a simulation spread its points among them; else each has all, and does its own slabs."""
 
     contact_surface: GridSurface | None = None
     """By which others touch it, where that is not told by the nodes."""
@@ -93,13 +89,13 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         if isinstance(velocity_transfer, Apic):
             arrays["affine"] = np.zeros((len(arrays["mass"]), FIELD_ENERGY + 1))
         self._scratch: dict[int, np.ndarray] = {}
-        self._orders = dict[bool, np.ndarray]()
+        super().__init__()
         self._heat = np.zeros(len(arrays["mass"]) if self.keeps_heat else 0)
         self._goes_on = False
         self.totals = Totals()
         self.slabs = slabs_of(self.grid.lattice, functions)
         self.n_slabs = len(self.slabs.layers)
-        self._of_slabs = self.slabs.first
+        self.shared = WholePoints(self.slabs)
         self.slabs.first[-1] = len(arrays["mass"])
         self._bind()
         self._make_bundles()
@@ -177,97 +173,39 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
 
     # sorting
 
-    @property
-    def n_there(self) -> int:
-        """Number of points that have not left the grid: the first ones, which slabs count. Those behind them have no mass.
-
-        Where processes spread the points, of those that this process has.
-        """
-        return int(self._of_slabs[-1])
-
-    def order(self) -> np.ndarray:
-        """Where the points that are there are stored, by their numbers; found once between sortings."""
-        if domain.joins_in_first not in self._orders:
-            self._orders[domain.joins_in_first] = np.argsort(self._everywhere(self._there("id")))
-        return self._orders[domain.joins_in_first]
-
     def sort(self) -> None:
         """Sort the points by their nodes and divide them into slabs."""
         self.complete_arrays()
         self._orders.clear()
-        self._sort_those(self.n_there)
-        if domain.is_cut and self.is_spread:
-            self._sort_those(domain.migrate(self.arrays, self.slabs.first, self.n_there))
-        elif domain.is_cut:
-            self._do_own_slabs()
+        self._sort_first(self.n_there)
+        if domain.is_cut:
+            self.shared.after_sorting(self._sort_first)
         self._follow_order()
-        self._short_runs = ShortRuns(int(self._first_of_all()[-1]), self.sorting_cost)
+        self._short_runs = ShortRuns(int(self.shared.first_of_all()[-1]), self.sorting_cost)
 
-    def _sort_those(self, n: int) -> None:
+    def _sort_first(self, n: int) -> None:
         there = {name: array[:n] for name, array in self.arrays.items()}
         sort_by_nodes(there, self._scratch, self.grid.lattice, self.functions, self.slabs)
 
-    def share_out(self) -> None:
-        """The rows of slabs are cut among processes: do those of this process from now on."""
-        self._orders.clear()
-        if not self.is_spread:
-            self._do_own_slabs()
-            self._follow_order()
-            return
-        first = self.slabs.first
-        own = slice(*first[[domain.slabs.start, domain.slabs.stop]])
-        self._scratch.clear()
-        for array in self.arrays.values():
-            array[: own.stop - own.start] = array[own]
-            release(array[own.stop - own.start :])
-        first[:] = np.clip(first, own.start, own.stop) - own.start
+    # shared by several processes
 
-    def _do_own_slabs(self) -> None:
-        """Let loops over slabs find no points in those of other processes."""
-        first = self.slabs.first
-        self._of_slabs = first.copy()
-        first[:] = np.clip(first, *first[[domain.slabs.start, domain.slabs.stop]])
+    def keep_whole(self) -> None:
+        """Let each process have all points, since they are asked for as a whole in the steps."""
+        self.shared = WholePoints(self.slabs)
+
+    def share_out(self) -> None:
+        """The rows of slabs are cut: do those of this process from now on."""
+        self._orders.clear()
+        self._scratch.clear()
+        self.shared.share_out()
+        self._follow_order()
 
     def hand_over(self) -> Callable[[], None]:
         """Before the rows are cut anew: complete what other processes may have then. What takes up the new rows after it."""
         self.complete_arrays()
         domain.complete(self.slabs.left_slab)
-        if not self.is_spread:
-            return self._take_own_slabs
-        first = self._first_of_all()
-        return lambda: self._take_points(first)
-
-    def _take_own_slabs(self) -> None:
-        self.slabs.first[:] = self._of_slabs
-        self._do_own_slabs()
-
-    def _take_points(self, first: np.ndarray) -> None:
-        """first: where the points of each slab begin among those of all processes, and behind the last."""
         self._orders.clear()
-        domain.migrate(self.arrays, self.slabs.first, self.n_there)
-        own = first[[domain.slabs.start, domain.slabs.stop]]
-        self.slabs.first[:] = np.clip(first, *own) - own[0]
-
-    def _everywhere(self, there: np.ndarray) -> np.ndarray:
-        """What the points that are there have, shape (n_there, ...), of all processes."""
-        return domain.whole(there) if self.is_spread else there
-
-    def _complete(self, *names: str) -> None:
-        """Fill arrays of which this process found those of its own slabs with what others found."""
-        if domain.is_cut and not self.is_spread:
-            for name in names:
-                self._complete_values(self._there(name))
-
-    def _complete_values(self, values: np.ndarray) -> None:
-        """The same of what the points have in the order in which they are stored."""
-        if domain.is_cut and not self.is_spread:
-            values[...] = domain.group.joined(values[self.slabs.first[0] : self.slabs.first[-1]])
-
-    def _complete_by_number(self, values: np.ndarray) -> None:
-        """The same of what has the order of the numbers of the points."""
-        if domain.is_cut:
-            number = self.arrays["id"]
-            values[number] = domain.group.joined(values[number[self.slabs.first[0] : self.slabs.first[-1]]])
+        return self.shared.hand_over()
 
     def complete_arrays(self) -> None:
         """Fill all arrays so, before points of other slabs are asked for their state."""
@@ -283,7 +221,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         for array in self.arrays.values():
             array[: len(order)] = array[order]
         self._orders.clear()
-        self._of_slabs[-1] = len(order) - np.count_nonzero(left)
+        self.shared.first[-1] = len(order) - np.count_nonzero(left)
 
     def sort_if_needed(self) -> None:
         """Sort again where a point left its slab, or short runs of points with the same nodes cost more than sorting."""
@@ -303,10 +241,6 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
             "velocities": PassAlone(take(0), traffic),
             "velocities and momentum": PassAlone(take(FIRST), traffic),
         }
-
-    def keep_whole(self) -> None:
-        """Let each of several processes have all points, since they are asked for as a whole in the steps."""
-        self.is_spread = False
 
     # the stages of a step
 
@@ -434,7 +368,7 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
     @property
     def mass(self) -> float:
         """Mass [kg], the same to the last bit in whatever order the points are stored, and on whatever process."""
-        if not (domain.is_cut and self.is_spread):
+        if not (domain.is_cut and self.shared.is_spread):
             return super().mass
         return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
 
@@ -480,11 +414,11 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         """Arrays of the points and elements, and their division into slabs."""
         self.complete_arrays()
         domain.complete(self.slabs.left_slab)
-        slabs = with_owner("slabs", kept_of(self.slabs) | {"first": self._first_of_all()})
+        slabs = with_owner("slabs", kept_of(self.slabs) | {"first": self.shared.first_of_all()})
         elements = {f"elements/{name}": array for name, array in self.element_arrays.items()}
         surface = self.contact_surface.state_arrays() if self.contact_surface is not None else {}
         arrays = self.arrays
-        if domain.is_cut and self.is_spread:
+        if domain.is_cut and self.shared.is_spread:
             arrays = {name: domain.whole(self._there(name)) for name in arrays}
         return {**arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts, **surface}
 
@@ -511,58 +445,3 @@ class PointsOnGrid(GridBody, TakesExternalForces, TakesDrag, TakesSecondImpulses
         self.sort()
         self._goes_on = True
         self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}
-
-    def _first_of_all(self) -> np.ndarray:
-        """Where the points of each slab begin among those of all processes, and behind the last."""
-        if not (domain.is_cut and self.is_spread):
-            return self._of_slabs
-        counts = domain.complete(np.diff(self.slabs.first))
-        return np.concatenate([[0], np.cumsum(counts)])
-
-    # results
-
-    @property
-    def field_names(self) -> list[str]:
-        """The fields that results show."""
-        return [name for name in self.arrays if name not in HIDDEN] + ["density", "pressure"]
-
-    def field(self, name: str) -> np.ndarray:
-        """A field of the points that have not left, in the order of their numbers; units in `pellucid.state.FIELDS`."""
-        try:
-            stored = self.stored_field(name)
-        except KeyError:
-            raise self.no_field(name) from None
-        return stored[self.order()]
-
-    def stored_field(self, name: str) -> np.ndarray:
-        """The same in the order in which they are stored at the moment. Raises KeyError where there is no such field."""
-        self._complete(*([name] if name in self.arrays else self.arrays))
-        return self._everywhere(self._field_there(name))
-
-    def _field_there(self, name: str) -> np.ndarray:
-        """The same of the points that this process has."""
-        if name == "density":
-            return self._there("mass") / self._there("volume")
-        if name == "pressure":
-            return np.asarray(-self._there("stress")[:, :3].mean(axis=1))
-        if name == "kinetic_energy":
-            return self.kinetic_energies()[: self.n_there]
-        if name == "stored_energy":
-            return self._there("mass") * self._there("strain_energy")
-        return self._there(name)
-
-    def _there(self, name: str) -> np.ndarray:
-        return self.arrays[name][: self.n_there]
-
-    def frame(self) -> dict[str, np.ndarray]:
-        """The fields of all points in their original order; of those that left zeros, and where they left the grid."""
-        fields, left = super().frame(), self.arrays["id"][self.n_there :]
-        if not len(left) or (domain.is_cut and self.is_spread):  # those behind are with other processes
-            return fields
-        there = fields["id"]
-        for name, values in fields.items():
-            fields[name] = np.zeros((self.n_points, *values.shape[1:]), values.dtype)
-            fields[name][there] = values
-        for name in ("id", "position"):
-            fields[name][left] = self.arrays[name][self.n_there :]
-        return fields

@@ -6,7 +6,7 @@ adds to them and hands the whole sums back. So all is added in the order of one 
 points of a process reach are whole there.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -244,18 +244,18 @@ class Domain:
         if error is not None:
             raise error
 
-    def migrate(self, arrays: dict[str, np.ndarray], first: np.ndarray, n: int) -> int:
+    def migrate(self, arrays: Mapping[str, np.ndarray], first: np.ndarray) -> int:
         """Send points, sorted by slabs, to the processes that have these; how many there are then.
 
-        first: where the points of each slab begin, and behind the last. The arrays have room for all points; the first n rows
-        are in use. What comes is ordered by the processes from which it comes: sorted again it is in the order of one process.
+        first: where the points of each slab begin, and behind the last. The arrays have room for all points. What comes is
+        ordered by the processes from which it comes: sorted again it is in the order of one process.
         """
         send = np.diff(first[self._cuts * self._rows.across])
         receive = self.group.numbers_from_each(send)
         there = int(receive.sum())
         if self.group.any(int(send.sum()) != send[self.group.rank]):
             for array in arrays.values():
-                array[:there] = self.group.exchanged(array[:n], send, receive)
+                array[:there] = self.group.exchanged(array[: first[-1]], send, receive)
         return there
 
 

@@ -25,7 +25,8 @@ def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
         return f"the case has no grid: each of {processes} processes does all of it; run it on one"
     rows = len(fields[0].grid.rows) - 1
     if processes > rows:
-        return f"the grid has {rows} rows of slabs, and {processes - rows} of {processes} processes have none: start {rows} at most"
+        idle = processes - rows
+        return f"the grid has {rows} rows of slabs, and {idle} of {processes} processes have none: start {rows} at most"
     return None
 
 

@@ -113,8 +113,8 @@ class Simulation:
         self._shown = 0.0
         for text in warnings_of(case, standing, start.keys()):
             warnings.warn(text, stacklevel=2)
-        if (text := idle(domain.group.size, self.velocity_fields)) is not None:
-            warnings.warn(text, stacklevel=2)
+        if (without_work := idle(domain.group.size, self.velocity_fields)) is not None:
+            warnings.warn(without_work, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
         if own_steps:
             self._begin(dt)
@@ -376,7 +376,7 @@ class Simulation:
 
     def spread_arrays(self) -> list[str]:
         """Of these the arrays of points that processes spread among them."""
-        spread = (body for body in self.bodies if isinstance(body, PointsOnGrid) and body.is_spread)
+        spread = (body for body in self.bodies if isinstance(body, PointsOnGrid) and body.shared.is_spread)
         return [name for body in spread for name in with_owner(body.name, body.arrays)]
 
     def state_numbers(self) -> dict[str, Any]:

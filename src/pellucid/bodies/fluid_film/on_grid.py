@@ -187,7 +187,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         """Velocities of the grid where the nodes are [m/s], shape (n, 3)."""
         found = np.empty_like(self.points.position)
         gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
-        self._complete_values(found)
+        self.shared.fill(found)
         return found
 
     def _signals(self) -> Signals:

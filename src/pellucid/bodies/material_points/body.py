@@ -23,6 +23,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import DISSIPATED, LOST, OK, POWER
+from pellucid.grid.shared_points import SpreadPoints
 from pellucid.grid.straining import straining
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -40,8 +41,6 @@ NOBODY = np.zeros(0, dtype=bool)
 
 class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, KeepsHeat):
     """Points that fill a volume, each with the state of its law."""
-
-    is_spread = True
 
     def __init__(
         self,
@@ -62,6 +61,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
         arrays = _initial_arrays(case, *case.seeded(grid_case), gravity)
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
+        self.shared = SpreadPoints(self.slabs, self.arrays)
 
     def _bind(self) -> None:
         super()._bind()

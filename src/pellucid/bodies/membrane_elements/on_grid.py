@@ -55,7 +55,7 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def _follow_order(self) -> None:
-        self.surface.bind(self.arrays["id"], self._of_slabs)
+        self.surface.bind(self.arrays["id"], self.shared.first)
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""

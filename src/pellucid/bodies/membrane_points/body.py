@@ -183,7 +183,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
         number = self.arrays["id"]
         kernels.stretch(self.n_slabs, self._surface, number, self.arrays["torn"], mean.local, self._kinematics, dt)
-        self._complete_by_number(mean.local)
+        self.shared.fill(mean.local, self.arrays["id"])
         if mean.local.max() > self.damage.elastic_limit:  # else no mean is beyond it, and damage cannot grow
             mean.update()
         kernels.respond(self.n_slabs, self._surface, number, mean.mean, self._kinematics, dt)

@@ -14,6 +14,7 @@ from pellucid.grid.points import (
     MappedPoints,
     PointArrays,
 )
+from pellucid.grid.shared_points import WholePoints
 from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import gather_vectors
 from pellucid.jit.bundle import Bundle
@@ -51,7 +52,7 @@ class GridCoupling:
         """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
         grid, index = velocity_field.grid, ByIndex(self._order)
         self.slabs = slabs_of(grid.lattice, functions)
-        self._of_slabs = self.slabs.first
+        self._shared = WholePoints(self.slabs)
         self.n_slabs = len(self.slabs.layers)
         mapped = MappedPoints(functions, grid.lattice, grid.nodes, self._points, self.slabs, index)
         self.mapped, self._staying = Bundle(mapped), moving(mapped, Stay())
@@ -65,26 +66,13 @@ class GridCoupling:
             self.share_out()
 
     def share_out(self) -> None:
-        """Let loops over slabs find no nodes in those of other processes: each has all nodes of the body, and does its own."""
-        first = self.slabs.first
-        self._of_slabs = first.copy()
-        first[:] = np.clip(first, *first[[domain.slabs.start, domain.slabs.stop]])
+        """As a body of points on the grid."""
+        self._shared.share_out()
 
     def hand_over(self) -> Callable[[], None]:
-        """As a body of points on the grid does before the rows are cut anew."""
+        """As a body of points on the grid, before the rows are cut anew."""
         domain.complete(self.slabs.left_slab)
-        return self._take_own_slabs
-
-    def _take_own_slabs(self) -> None:
-        self.slabs.first[:] = self._of_slabs
-        self.share_out()
-
-    def _complete(self, values: np.ndarray) -> np.ndarray:
-        """Fill what nodes of its own slabs have, shape (n, 3), with what other processes found. Returns it."""
-        if domain.is_cut:
-            own = self._order[self.slabs.first[0] : self.slabs.first[-1]]
-            values[self._order] = domain.group.joined(values[own])
-        return values
+        return self._shared.hand_over()
 
     def sort_if_needed(self) -> None:
         """Renew the index where a node left its slab; to be called before the first scatter of a step."""
@@ -103,7 +91,7 @@ class GridCoupling:
         """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
         if self.velocity_field.pressed:
             gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
-            self._complete(self.increment)
+            self._shared.fill(self.increment, self._order)
         else:
             self.increment.fill(0.0)
         return self.increment
@@ -112,7 +100,7 @@ class GridCoupling:
         """The second increments of this step [m/s], shape (n, 3)."""
         second = np.empty_like(self.increment)
         gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
-        return self._complete(second)
+        return self._shared.fill(second, self._order)
 
     def subcell_loss(self) -> np.ndarray:
         """Velocities that contact takes from the motion of the nodes within a cell [m/s], shape (n, 3).
@@ -121,7 +109,7 @@ class GridCoupling:
         """
         loss = np.zeros_like(self.increment)
         damp_subcell_velocities(self.n_slabs, self.mapped, self.velocity_field.reached, self._within, loss)
-        return self._complete(loss)
+        return self._shared.fill(loss, self._order)
 
     def check_positions(self) -> tuple[int, int] | None:
         """After the nodes moved: mark slabs that a node left; a fault (of `pellucid.grid.points`) and its node, if any."""
@@ -132,7 +120,7 @@ class GridCoupling:
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps."""
         domain.complete(self.slabs.left_slab)
-        return {"order": self._order} | kept_of(self.slabs) | {"first": self._of_slabs}
+        return {"order": self._order} | kept_of(self.slabs) | {"first": self._shared.first}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint."""

@@ -1,0 +1,84 @@
+"""Which points of a body on the grid are there, in which order, and their fields."""
+
+import numpy as np
+
+from pellucid.grid.shared_points import SpreadPoints, WholePoints
+from pellucid.parts.families import GridBody
+from pellucid.ranks.domain import domain
+
+HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
+
+
+class PointFields(GridBody):
+    """Points stored in the order in which slabs count them: the first `n_there` have not left the grid."""
+
+    shared: SpreadPoints | WholePoints
+    """How processes share the points."""
+
+    def __init__(self) -> None:
+        self._orders = dict[bool, np.ndarray]()
+
+    @property
+    def n_there(self) -> int:
+        """Number of points that have not left the grid: the first ones, which slabs count. Those behind them have no mass.
+
+        Where processes spread the points, of those that this process has.
+        """
+        return int(self.shared.first[-1])
+
+    def order(self) -> np.ndarray:
+        """Where the points that are there are stored, by their numbers; found once between sortings."""
+        if domain.joins_in_first not in self._orders:
+            self._orders[domain.joins_in_first] = np.argsort(self.shared.joined(self._there("id")))
+        return self._orders[domain.joins_in_first]
+
+    def _complete(self, *names: str) -> None:
+        """Fill arrays of which this process found those of its own slabs with what others found."""
+        for name in names:
+            self.shared.fill(self._there(name))
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return [name for name in self.arrays if name not in HIDDEN] + ["density", "pressure"]
+
+    def field(self, name: str) -> np.ndarray:
+        """A field of the points that have not left, in the order of their numbers; units in `pellucid.state.FIELDS`."""
+        try:
+            stored = self.stored_field(name)
+        except KeyError:
+            raise self.no_field(name) from None
+        return stored[self.order()]
+
+    def stored_field(self, name: str) -> np.ndarray:
+        """The same in the order in which they are stored at the moment. Raises KeyError where there is no such field."""
+        self._complete(*([name] if name in self.arrays else self.arrays))
+        return self.shared.joined(self._field_there(name))
+
+    def _field_there(self, name: str) -> np.ndarray:
+        """The same of the points that this process has."""
+        if name == "density":
+            return self._there("mass") / self._there("volume")
+        if name == "pressure":
+            return np.asarray(-self._there("stress")[:, :3].mean(axis=1))
+        if name == "kinetic_energy":
+            return self.kinetic_energies()[: self.n_there]
+        if name == "stored_energy":
+            return self._there("mass") * self._there("strain_energy")
+        return self._there(name)
+
+    def _there(self, name: str) -> np.ndarray:
+        return self.arrays[name][: self.n_there]
+
+    def frame(self) -> dict[str, np.ndarray]:
+        """The fields of all points in their original order; of those that left zeros, and where they left the grid."""
+        fields, left = super().frame(), self.arrays["id"][self.n_there :]
+        if not len(left) or (domain.is_cut and self.shared.is_spread):  # those behind are with other processes
+            return fields
+        there = fields["id"]
+        for name, values in fields.items():
+            fields[name] = np.zeros((self.n_points, *values.shape[1:]), values.dtype)
+            fields[name][there] = values
+        for name in ("id", "position"):
+            fields[name][left] = self.arrays[name][self.n_there :]
+        return fields

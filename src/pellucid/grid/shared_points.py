@@ -1,0 +1,109 @@
+"""How processes share the points of a body, which are sorted into slabs: whole on each process, or spread among them.
+
+`first` says where the points of each slab begin among those that this process has, and behind the last. Both kinds have the
+same methods: `share_out` when the rows of slabs are cut, `after_sorting`, and `hand_over` before rows are cut anew.
+"""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from pellucid.grid.points import Slabs
+from pellucid.ranks.domain import domain
+from pellucid.system.released import release
+
+
+class WholePoints:
+    """Each process has all points, and does those of its slabs: loops over slabs find no points in others."""
+
+    is_spread = False
+
+    def __init__(self, slabs: Slabs) -> None:
+        self._slabs = slabs
+        self.first = slabs.first
+
+    def share_out(self) -> None:
+        """Do the slabs of this process from now on."""
+        first = self._slabs.first
+        self.first = first.copy()
+        first[:] = np.clip(first, *first[[domain.slabs.start, domain.slabs.stop]])
+
+    def after_sorting(self, sort: Callable[[int], None]) -> None:
+        """The same again; sort: sorts the first of the points, so many."""
+        self.share_out()
+
+    def hand_over(self) -> Callable[[], None]:
+        """What takes up the new rows."""
+
+        def take_up() -> None:
+            self._slabs.first[:] = self.first
+            self.share_out()
+
+        return take_up
+
+    def fill(self, values: np.ndarray, order: np.ndarray | None = None) -> np.ndarray:
+        """Fill what points of its slabs have, shape (n, ...), with what other processes found. Returns it.
+
+        order: where the values stand, in the order in which slabs count the points; None where they stand in it.
+        """
+        if domain.is_cut:
+            own = slice(self._slabs.first[0], self._slabs.first[-1])
+            joined = domain.group.joined(values[own] if order is None else values[order[own]])
+            values[slice(None) if order is None else order] = joined
+        return values
+
+    def joined(self, there: np.ndarray) -> np.ndarray:
+        """What the points that this process has have, shape (n, ...), of all processes."""
+        return there
+
+    def first_of_all(self) -> np.ndarray:
+        """Where the points of each slab begin among those of all processes, and behind the last."""
+        return self.first
+
+
+class SpreadPoints:
+    """Each process has the points of its slabs, in front in arrays that have room for all."""
+
+    is_spread = True
+
+    def __init__(self, slabs: Slabs, arrays: Mapping[str, np.ndarray]) -> None:
+        self._slabs, self._arrays = slabs, arrays
+        self.first = slabs.first
+
+    def share_out(self) -> None:
+        """Keep the points of the slabs of this process, and give the memory of others back."""
+        first = self.first
+        begin, end = first[[domain.slabs.start, domain.slabs.stop]]
+        for array in self._arrays.values():
+            array[: end - begin] = array[begin:end]
+            release(array[end - begin :])
+        first[:] = np.clip(first, begin, end) - begin
+
+    def after_sorting(self, sort: Callable[[int], None]) -> None:
+        """Points go to the processes that have their slabs, and are sorted there; sort: sorts the first of them, so many."""
+        sort(domain.migrate(self._arrays, self.first))
+
+    def hand_over(self) -> Callable[[], None]:
+        """What takes up the new rows: points come as they are stored."""
+        first = self.first_of_all()
+
+        def take_up() -> None:
+            domain.migrate(self._arrays, self.first)
+            begin, end = first[[domain.slabs.start, domain.slabs.stop]]
+            self.first[:] = np.clip(first, begin, end) - begin
+
+        return take_up
+
+    def fill(self, values: np.ndarray, order: np.ndarray | None = None) -> np.ndarray:
+        """The values: this process has no others."""
+        return values
+
+    def joined(self, there: np.ndarray) -> np.ndarray:
+        """What the points that this process has have, shape (n, ...), of all processes."""
+        return domain.whole(there)
+
+    def first_of_all(self) -> np.ndarray:
+        """Where the points of each slab begin among those of all processes, and behind the last."""
+        if not domain.is_cut:
+            return self.first
+        return np.concatenate([[0], np.cumsum(domain.complete(np.diff(self.first)))])
