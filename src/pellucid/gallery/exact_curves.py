@@ -25,10 +25,20 @@ def compared(value: float, exact: float, tolerance: float, unit: str, meaning: s
     return Metric(value, exact, abs(value / exact - 1.0), tolerance, unit, meaning)
 
 
+def vanishing(value: float, tolerance: float, meaning: str, unit: str = "") -> Metric:
+    """A number that is zero if all is right."""
+    return Metric(value, 0.0, abs(value), tolerance, unit, meaning)
+
+
+def worst_balance(run: "Run", tolerance: float, meaning: str = "largest relative error of the energy balance") -> Metric:
+    """The error of the energy balance where it is largest."""
+    return vanishing(float(np.abs(run.history["energy_error"]).max()), tolerance, meaning)
+
+
 def energy_metric(run: "Run", tolerance: float) -> Metric:
     """The relative error of the energy balance at the end."""
     error = abs(float(run.summary["conservation"]["energy"]))
-    return Metric(error, 0.0, error, tolerance, "", "relative error of the energy balance at the end")
+    return vanishing(error, tolerance, "relative error of the energy balance at the end")
 
 
 def beside(axes: "Axes", time: "Array", found: "Array", exact: "Array", name: str, colour: str) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from pellucid.gallery.exact_curves import beside, column, energy_metric
+from pellucid.gallery.exact_curves import beside, column, energy_metric, vanishing
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -61,7 +61,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         result[name] = Metric(off, 0.0, off / START, 0.04 * cells, "rad", meaning)
         change = float(np.max(np.abs(energy_change(run, name))))
         meaning = "largest change of energy, over what is freed on the way down"
-        result[f"{name}_energy"] = Metric(change, 0.0, change, (0.06 if name == "glides" else 0.12) * cells, "", meaning)
+        result[f"{name}_energy"] = vanishing(change, (0.06 if name == "glides" else 0.12) * cells, meaning)
     turned, way = column(run, "rolls_angle"), LENGTH / RADIUS * (START - angle(run, "rolls"))
     slip, spin = float(np.max(np.abs(turned - way))), float(np.max(np.abs(column(run, "glides_angle"))))
     meaning = "what rolls: turned, less what its way says, over this at the end"

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
@@ -34,14 +35,13 @@ def metrics(run: "Run") -> dict[str, Metric]:
     """The fastest point, the worst pressure of a point beside ρ₀ g depth and beside a compressible column, the ledger."""
     fastest = float(np.max(run.history["fastest"]))
     weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
-    energy = float(np.max(np.abs(run.history["energy_error"])))
     text = "speed of the fastest point in any row of the history"
     pressure = "largest difference from {} of any point in any frame, over the pressure on the ground"
     return {
-        "fastest": Metric(fastest, 0.0, fastest, SLOW, "m/s", text),
-        "pressure": Metric(weight, 0.0, weight, PRESSURE_SHARE, "", pressure.format("density times g times depth")),
-        "column": Metric(squeezed, 0.0, squeezed, COLUMN_SHARE, "", pressure.format("that of a compressible column")),
-        "energy": Metric(energy, 0.0, energy, LEDGER, "", "largest relative error of the energy balance"),
+        "fastest": vanishing(fastest, SLOW, text, "m/s"),
+        "pressure": vanishing(weight, PRESSURE_SHARE, pressure.format("density times g times depth")),
+        "column": vanishing(squeezed, COLUMN_SHARE, pressure.format("that of a compressible column")),
+        "energy": worst_balance(run, LEDGER),
     }
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.loads.film_pressure import FilmPressure
+from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.geometry.algorithms.equivalent_ellipse import Ellipsoid, of_curve
 from pellucid.geometry.surfaces.film_shapes import Ellipse, Spheroid
@@ -89,6 +90,6 @@ def kept(run: "Run", name: str) -> dict[str, Metric]:
     masses = np.array([run.fields(name, time)["mass"].sum() for time in times])
     swollen, lost = (float(np.abs(values / values[0] - 1.0).max()) for values in (measures, masses))
     return {
-        inside: Metric(swollen, 0.0, swollen, INSIDE, "", f"largest relative change of the {inside} inside the film"),
-        "film_mass": Metric(lost, 0.0, lost, MASS, "", "largest relative change of the mass of the film"),
+        inside: vanishing(swollen, INSIDE, f"largest relative change of the {inside} inside the film"),
+        "film_mass": vanishing(lost, MASS, "largest relative change of the mass of the film"),
     }

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.geometry.algorithms.enclosure import heights
 from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
 from pellucid.results.metrics import Metric
@@ -44,9 +45,9 @@ def metrics(run: "Run") -> dict[str, Metric]:
     least = at_rest(pressure / (skin.material.young_modulus * skin.thickness))
     result = {}
     text = "mean volume of the bag over the last quarter of the run; reference: least energy at the gas's pressure"
-    result["volume"] = Metric(volume, least["volume"], abs(volume / least["volume"] - 1.0), VOLUME, "m³", text)
+    result["volume"] = compared(volume, least["volume"], VOLUME, "m³", text)
     text = "the same; reference: the flat bag of paper, which neither has a dome nor stretches"
-    result["paper_bag"] = Metric(volume, PAPER_BAG, abs(volume / PAPER_BAG - 1.0), PAPER, "m³", text)
+    result["paper_bag"] = compared(volume, PAPER_BAG, PAPER, "m³", text)
     history = run.history
     late = history["time"] >= REST * history["time"][-1]
     for name, what in (("height", "half the height"), ("half_width", "half width in the middle of an edge")):
@@ -55,10 +56,10 @@ def metrics(run: "Run") -> dict[str, Metric]:
         result[name] = Metric(value, least[name], abs(value - least[name]) / (0.5 * SIDE), SHAPE, "m", text)
     leak = max(_outside(run, float(time)) for time in times)
     text = f"largest share of the gas's points that lie more than {CLOSE:g} cells outside the bag"
-    result["leak"] = Metric(leak, 0.0, leak, 1e-6, "", text)
+    result["leak"] = vanishing(leak, 1e-6, text)
     expected = _pressure_of_energy(run, rest)
     text = "mean pressure of the gas; reference: (γ-1)/V times the energy of the start that sheet and motion do not have"
-    result["pressure"] = Metric(pressure, expected, abs(pressure / expected - 1.0), PRESSURE, "Pa", text)
+    result["pressure"] = compared(pressure, expected, PRESSURE, "Pa", text)
     total = np.sum([history[f"{name}_energy"] for name in ("internal", "kinetic", "strain", "hourglass")], axis=0)
     lost = float(np.abs(total - total[0]).max())
     text = "largest change of the energy of gas and bag; error over that of the start"
@@ -67,7 +68,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         lowest, highest = zip(*(_extreme_stresses(run, float(time)) for time in times), strict=True)
         squeezed = max(0.0, -min(lowest)) / max(highest)
         text = "largest compressive principal stress in the sheet over the largest tension of the run"
-        result["compression"] = Metric(squeezed, 0.0, squeezed, COMPRESSION, "", text)
+        result["compression"] = vanishing(squeezed, COMPRESSION, text)
     return result
 
 

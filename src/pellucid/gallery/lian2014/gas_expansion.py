@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -35,9 +36,9 @@ def metrics(run: "Run") -> dict[str, Metric]:
     for name in ("radius_0", "radius_90"):
         found = float(run.history[name][last].mean())
         text = f"mean over the last {LAST:g} s, against a circle of the membrane's length, stretched by the gas"
-        result[name] = Metric(found, wanted, abs(found / wanted - 1.0), TOLERANCE, "m", text)
+        result[name] = compared(found, wanted, TOLERANCE, "m", text)
     lost = float(np.abs(loss(run)).max())
-    result["energy"] = Metric(lost, 0.0, lost, ENERGY, "", "largest change of the total energy over that at the start")
+    result["energy"] = vanishing(lost, ENERGY, "largest change of the total energy over that at the start")
     return result
 
 

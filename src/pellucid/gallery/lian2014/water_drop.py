@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from pellucid.gallery.drop_curves import drop_curves
+from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.gallery.lian2014.shapes import IMAGES, sections
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
@@ -46,13 +47,11 @@ def metrics(run: "Run") -> dict[str, Metric]:
     end, result = float(times[-1]), {}
     worst = max(below(run, float(time)) for time in times)
     least = 0.5 / len(run.fields("drop")["mass"])
-    result["leak"] = Metric(worst, 0.0, worst, least, "", "largest share of the drop's points below the sheet in any frame")
+    result["leak"] = vanishing(worst, least, "largest share of the drop's points below the sheet in any frame")
     momentum = run.summary["conservation"]["momentum"]
     text = "momentum that no impulse explains, over the largest sum of mass times speed"
-    result["momentum"] = Metric(momentum, 0.0, momentum, ROUNDING, "", text)
-    lost = float(np.abs(run.history["energy_error"]).max())
-    text = "largest error of the energy balance, over the largest energy that moved"
-    result["energy"] = Metric(lost, 0.0, lost, ENERGY, "", text)
+    result["momentum"] = vanishing(momentum, ROUNDING, text)
+    result["energy"] = worst_balance(run, ENERGY, "largest error of the energy balance, over the largest energy that moved")
     grown = radius(run, end) / radius(run, 0.0)
     text = "the drop's radius over that at the start; falls short of the reference by"
     result["spread"] = Metric(grown, SPREAD, max(0.0, 1.0 - grown / SPREAD), SHORT, "", text)

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
@@ -39,20 +40,20 @@ def metrics(run: "Run") -> dict[str, Metric]:
     result = {}
     leak = max(outside)
     text = f"largest share of the water's points that lie more than {CLOSE:g} cells outside the skin"
-    result["leak"] = Metric(leak, 0.0, leak, 1e-6, "", text)
+    result["leak"] = vanishing(leak, 1e-6, text)
     widest_space = max(map(abs, space))
     text = "largest mean distance of skin and water, the bag's volume less the water's over its area, in cells"
-    result["space"] = Metric(widest_space, 0.0, widest_space, CLOSE, "", text)
+    result["space"] = vanishing(widest_space, CLOSE, text)
     first = int(np.argmax(np.abs(history["floor_force"]) > 0.0))
     gap = (float(history["bottom_z"][first]) - 0.5 * skin_case.thickness) / cell
     text = "distance of the bag from the floor when that first pushes, in cells; a row of the history late"
-    result["touch"] = Metric(gap, 0.0, abs(gap), CLOSE, "", text)
+    result["touch"] = vanishing(gap, CLOSE, text)
     wide = float(times[np.argmax([_half_width(run, float(time)) for time in times])])
     skin = run.fields("skin", wide)["position"]
     directions = np.linspace(0.0, 0.5 * np.pi, 19)
     widths = np.array([(skin[:, 0] * np.cos(a) + skin[:, 1] * np.sin(a)).max() for a in directions])
     spread = float((widths.max() - widths.min()) / widths.mean())
-    result["roundness"] = Metric(spread, 0.0, spread, ROUND, "", "difference of the half widths at the widest, over their mean")
+    result["roundness"] = vanishing(spread, ROUND, "difference of the half widths at the widest, over their mean")
     stored = float(np.interp(wide, history["time"], history["strain_energy"]))
     least = least_energy(
         skin_case.surface.sphere.radius, float(widths.mean()), skin_case.thickness, law.young_modulus, law.poisson_ratio

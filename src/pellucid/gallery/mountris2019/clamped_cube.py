@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.gallery.mountris2019.curves import displacement, form_of, residuals
 from pellucid.references.bonded_cube import BONDED_CUBE, AtRest
 from pellucid.results.metrics import Metric
@@ -76,7 +77,7 @@ def beside_known(axes: "Axes", run: "Run", values: "Array", places: Sequence[flo
 
 
 def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric:
-    return Metric(value, known, abs(value / known - 1.0), tolerance, unit, "finite elements of second order")
+    return compared(value, known, tolerance, unit, "finite elements of second order")
 
 
 def _scatter(run: "Run") -> Metric:
@@ -96,4 +97,4 @@ def _scatter(run: "Run") -> Metric:
     inner = (abs(start - middle) < 0.26 * edge).all(axis=1)
     off = (pressure - total / count)[inner]
     scatter = float(np.sqrt(np.mean(off**2)) / np.ptp(pressure[inner]))
-    return Metric(scatter, 0.0, scatter, 0.1, "", "pressure of a node less that of its neighbours, over the range of both")
+    return vanishing(scatter, 0.1, "pressure of a node less that of its neighbours, over the range of both")
