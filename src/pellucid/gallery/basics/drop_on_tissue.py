@@ -12,7 +12,7 @@ from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -97,9 +97,6 @@ def _sections(run: "Run") -> "Figure":
             shown = begun[:, 1] < begun[:, 1].min() + near
             x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
             axes.plot(x, z, ".", markersize=1.5, color=colour, label=name)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * float(time):.0f} ms")
-        label(axes, "x", "z", "mm", "mm")
-        axes.label_outer()
+        finish_panel(axes, f"t = {1e3 * float(time):.0f} ms", "x", "z", "mm")
     subplots[0, 0].legend(markerscale=5, loc="upper right")
     return figure

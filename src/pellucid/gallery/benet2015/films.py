@@ -13,7 +13,7 @@ from pellucid.geometry.surfaces.film_shapes import Ellipse, Spheroid
 from pellucid.geometry.surfaces.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.style import label
+from pellucid.results.pictures import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,11 +56,8 @@ def pressures_of(run: "Run") -> list[FilmPressure]:
 
 def finish_panel(axes: "Axes", time: float) -> None:
     """A picture of the plane of x and y at a time [s]: one scale, no lattice, names at the rim."""
-    axes.set_aspect("equal")
     axes.grid(False)
-    axes.set_title(f"t = {time:.2g} s")
-    label(axes, "x", "y", "m", "m")
-    axes.label_outer()
+    style.finish_panel(axes, f"t = {time:.2g} s", "x", "y", "m")
 
 
 def shapes_of(run: "Run", name: str) -> list[Ellipsoid]:

@@ -9,7 +9,7 @@ from pellucid.case import load
 from pellucid.gallery.exact_curves import vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, label, new_figure, with_unit
+from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, finish_panel, label, new_figure, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,10 +95,7 @@ def _shapes(run: "Run") -> "Figure":
             position = np.asarray(run.fields(name, time)["position"])
             x, _, z = position[np.abs(position[:, 1] - middle) < within * run.case.grid.cell].T
             axes.plot(x, z, ".", markersize=2 if name == "lid" else 1, color=colour, label=name)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.3g} ms")
-        label(axes, "x", "z", "m", "m")
-        axes.label_outer()
+        finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "z", "m")
     panels[0, 0].legend(markerscale=4, loc="upper left")
     figure.suptitle(f"{run.case.title}, cut through the middle")
     return figure

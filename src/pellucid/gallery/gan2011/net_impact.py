@@ -8,7 +8,7 @@ from pellucid.case import load
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,10 +83,7 @@ def _shapes(run: "Run") -> "Figure":
         for name, colour in (("cuboid", COLOURS[1]), ("net", COLOURS[0])):
             x, _, z = np.asarray(run.fields(name, float(time))["position"]).T
             axes.plot(x, z, ".", markersize=1, color=colour, label=name)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {time:.3g} s")
-        label(axes, "x", "z", "m", "m")
-        axes.label_outer()
+        finish_panel(axes, f"t = {time:.3g} s", "x", "z", "m")
     panels[0, 0].legend(markerscale=8, loc="lower left")
     figure.suptitle(f"{run.case.title}, from the side")
     return figure

@@ -9,7 +9,7 @@ from pellucid.geometry.algorithms.enclosure import heights
 from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -168,25 +168,20 @@ def _curves(run: "Run") -> "Figure":
 def _shapes(run: "Run") -> "Figure":
     reached = recorded(run.times("bag"), INSTANTS)
     figure = new_figure(height=2.05 * -(-len(reached) // 3) + 0.4)
-    subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
+    subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
     sheet, shown = run.fields("bag", 0.0)["position"], {}
     row = np.flatnonzero(sheet[:, 1] < 1e-9)
     row = row[np.argsort(sheet[row, 0])]
     for name in GAS:
         y = run.fields(name, 0.0)["position"][:, 1]
         shown[name] = y < y.min() + 0.01 * run.case.grid.cell
-    for axes, time in zip(subplots, reached, strict=False):
+    for axes, time in zip(subplots, reached, strict=True):
         for name, colour in zip(GAS, (COLOURS[1], COLOURS[4]), strict=True):
             points = run.fields(name, time)["position"][shown[name]]
             axes.plot(points[:, 0], points[:, 2], ".", color=colour, markersize=1.5, label=name)
         now = run.fields("bag", time)["position"][row]
         axes.plot(now[:, 0], now[:, 2], color=COLOURS[0], label="sheet")
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.3g} ms")
-        label(axes, "x", "z", "m", "m")
-        axes.label_outer()
-    for unused in subplots[len(reached) :]:
-        unused.remove()
+        finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "z", "m")
     figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=4, loc="outside lower center", ncols=3)
     return figure
 
@@ -194,7 +189,7 @@ def _shapes(run: "Run") -> "Figure":
 def _wrinkles(run: "Run") -> "Figure":
     reached = recorded(run.times("bag"), INSTANTS)[-3:]
     figure = new_figure(height=3.4)
-    subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
+    subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)
     triangles = run.triangles("bag")
     for axes, time in zip(subplots, reached, strict=True):
         position, principal = run.fields("bag", time)["position"], _principal(run, time)
@@ -205,9 +200,6 @@ def _wrinkles(run: "Run") -> "Figure":
         x, y, _ = position.T
         colours = share[triangles].mean(axis=1)
         drawn = axes.tripcolor(x, y, colours, triangles=triangles, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.3g} ms")
-        label(axes, "x", "y", "m", "m")
-        axes.label_outer()
-    figure.colorbar(drawn, ax=list(subplots), label="smaller over larger principal stress", shrink=0.8)
+        finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "y", "m")
+    figure.colorbar(drawn, ax=subplots, label="smaller over larger principal stress", shrink=0.8)
     return figure

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,13 +80,10 @@ def _shapes(run: "Run") -> "Figure":
     reached = recorded(run.times("membrane"), INSTANTS)
     figure = new_figure(height=3.2)
     turn = np.linspace(0.0, 0.5 * pi, 91)
-    for axes, time in zip(figure.subplots(1, len(reached), sharey=True, squeeze=False)[0], reached, strict=True):
+    for axes, time in zip(panels(figure, len(reached), len(reached), sharey=True), reached, strict=True):
         for name, size in (("gas", 1.5), ("membrane", 3.0)):
             axes.plot(*run.fields(name, time)["position"][:, :2].T, ".", markersize=size, label=name)
         axes.plot(circle(run) * np.cos(turn), circle(run) * np.sin(turn), "k:", linewidth=1)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {time:.3g} s")
-        label(axes, "x", "y", "m", "m")
-        axes.label_outer()
+        finish_panel(axes, f"t = {time:.3g} s", "x", "y", "m")
     figure.legend(*axes.get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)
     return figure

@@ -15,7 +15,7 @@ from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.gallery.lian2014.shapes import IMAGES, sections
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -107,15 +107,12 @@ def _curves(run: "Run") -> "Figure":
 def _pieces(run: "Run") -> "Figure":
     reached = recorded(run.times("drop"), PLANS)
     figure = new_figure(height=3.5)
-    subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
+    subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)
     for axes, time in zip(subplots, reached, strict=True):
         place, joined = 1e3 * run.fields("drop", time)["position"], in_largest(run, time)
         for shown, colour, what in ((joined, COLOURS[0], "largest piece"), (~joined, COLOURS[1], "broken off")):
             x, y, _ = np.concatenate([place[shown] * image for image in IMAGES]).T
             axes.plot(x, y, ".", markersize=1.5, color=colour, label=what)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.2f} ms")
-        label(axes, "x", "y", "mm", "mm")
-        axes.label_outer()
+        finish_panel(axes, f"t = {1e3 * time:.2f} ms", "x", "y", "mm")
     figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=5, loc="outside lower center", ncols=2)
     return figure

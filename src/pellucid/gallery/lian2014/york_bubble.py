@@ -9,7 +9,7 @@ from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -115,20 +115,15 @@ def _curves(run: "Run") -> "Figure":
 def _shapes(run: "Run") -> "Figure":
     reached = recorded(run.times("skin"), INSTANTS)
     figure = new_figure(height=2.3 * -(-len(reached) // 3) + 0.3)
-    subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
+    subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
     near = 0.3 * run.case.grid.cell
-    for axes, time in zip(subplots, reached, strict=False):
+    for axes, time in zip(subplots, reached, strict=True):
         for name, size in (("water", 1.5), ("skin", 3.0)):
             begun, now = (run.fields(name, instant)["position"] for instant in (0.0, time))
             shown = np.abs(begun[:, 1]) < near
             axes.plot(*(1e3 * now[shown][:, [0, 2]].T), ".", markersize=size, label=name)
         axes.axhline(0.0, color="black", linewidth=0.8)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.0f} ms")
-        label(axes, "x", "z", "mm", "mm")
-        axes.label_outer()
+        finish_panel(axes, f"t = {1e3 * time:.0f} ms", "x", "z", "mm")
         axes.tick_params(labelbottom=True)
-    for unused in subplots[len(reached) :]:
-        unused.remove()
     figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)
     return figure
