@@ -17,7 +17,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellucid.geometry.shape import Box, Geometry
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.solids import Box
 
 SAMPLES = 512  # of a lattice cell: 8 along each of three axes, 23 of two;
 FEWEST_SAMPLES = 64  # fewer of each where there are many cells, which then are small for what they are cut by,

@@ -21,19 +21,9 @@ DENSEST = 0.78 / 0.729825  # the densest shocked gas over the exact density behi
 SCATTER = 0.25  # of single points about the means, more on coarse grids, with linear functions and behind weaker shocks
 
 METRICS = (
-    "density_l1",
-    "pressure_l1",
-    "velocity_l1",
-    "internal_energy_l1",
-    "density_left",
-    "pressure_left",
-    "velocity_left",
-    "density_right",
-    "pressure_right",
-    "velocity_right",
-    "shock_position",
-    "largest_density",
-    "densest_point",
+    *(f"{name}_l1" for name in QUANTITIES),
+    *(f"{name}_{side}" for side in ("left", "right") for name in ("density", "pressure", "velocity")),
+    *("shock_position", "largest_density", "densest_point"),
 )
 
 
