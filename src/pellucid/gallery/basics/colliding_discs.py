@@ -5,16 +5,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.gallery.exact_curves import energy_metric, vanishing, worst_balance
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 # Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
 CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
@@ -52,7 +51,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def _contact(run: "Run", times: "Array", lower: "Array", speed: float) -> dict[str, Metric]:
+def _contact(run: "Run", times: Array, lower: Array, speed: float) -> dict[str, Metric]:
     """Contact is when the mean velocity changes: from 1 % off the approach to within 1 % of the rebound."""
     along = lower @ lower[0] / speed**2
     begins = _crossing(times, along, 0.99)
@@ -69,7 +68,7 @@ def _contact(run: "Run", times: "Array", lower: "Array", speed: float) -> dict[s
     }
 
 
-def _crossing(times: "Array", signal: "Array", level: float) -> float:
+def _crossing(times: Array, signal: Array, level: float) -> float:
     """When a falling signal first passes a level [s]; nan where it never does."""
     below = np.flatnonzero(signal < level)
     if len(below) == 0 or below[0] == 0:
@@ -84,7 +83,7 @@ def _as_published(run: "Run") -> bool:
     return same and np.linalg.norm(case.body[0].velocity) == np.linalg.norm([0.1, 0.1]) and case.time.end > 3.3
 
 
-def _mean_velocities(run: "Run") -> "tuple[Array, Array, Array]":
+def _mean_velocities(run: "Run") -> tuple[Array, Array, Array]:
     history = run.history
     lower, upper = (np.column_stack([history[f"{name}_x"], history[f"{name}_y"]]) for name in ("lower", "upper"))
     return np.asarray(history["time"]), lower, upper

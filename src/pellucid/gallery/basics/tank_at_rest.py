@@ -5,16 +5,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 SLOW = 1e-3  # m/s, of waves that would raise the surface to 2 m/s if they were as high as the water is deep
 PRESSURE_SHARE = 0.01  # of the pressure on the ground; half of it is the compression g H/(2 c²) that ρ₀ g depth leaves out
@@ -45,7 +44,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def pressure_errors(run: "Run") -> "tuple[Array, Array]":
+def pressure_errors(run: "Run") -> tuple[Array, Array]:
     """In each frame, over the pressure on the ground: the largest difference of a point from ρ₀ g depth, and from a
     column of the same liquid."""
     water: Any = run.case.body[0]
@@ -60,18 +59,18 @@ def pressure_errors(run: "Run") -> "tuple[Array, Array]":
     return worst[:, 0], worst[:, 1]
 
 
-def depths(run: "Run", position: "Array") -> "Array":
+def depths(run: "Run", position: Array) -> Array:
     """Depths [m] of places in a tank whose gravity is along -y."""
     water: Any = run.case.body[0]
     return np.asarray(water.hydrostatic.level - position[:, 1])
 
 
-def simple(run: "Run", depth: "Array") -> "Array":
+def simple(run: "Run", depth: Array) -> Array:
     """ρ₀ g depth [Pa]."""
     return np.asarray(run.case.body[0].material.density * -run.case.gravity[1] * depth)
 
 
-def column(run: "Run", depth: "Array") -> "Array":
+def column(run: "Run", depth: Array) -> Array:
     """Pressure of Tait's liquid [Pa] of which c² grows by (n-1) g depth, as dp = ρ g ds has it."""
     material: Any = run.case.body[0].material
     eos, n = material.eos, material.eos.exponent

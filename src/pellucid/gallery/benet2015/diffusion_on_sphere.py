@@ -7,17 +7,16 @@ import numpy as np
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
 from pellucid.gallery.exact_curves import compared
+from pellucid.references.arrays import Array
 from pellucid.references.diffusion import harmonic_decay
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 CAPTIONS = {"harmonics": "Left: the amplitude of each harmonic. Right: what it differs from the exact one by."}
 
@@ -33,7 +32,7 @@ def _field(run: "Run") -> tuple[DiffusingFieldCase, float]:
     return body, surface.icosphere.radius
 
 
-def _amplitudes(run: "Run") -> "tuple[Array, dict[int, Array]]":
+def _amplitudes(run: "Run") -> tuple[Array, dict[int, Array]]:
     """Instants [s], and at each of these the part of each harmonic in the field over that at the start, by its degree."""
     body, _ = _field(run)
     times = run.times(body.name)

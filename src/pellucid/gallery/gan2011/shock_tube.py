@@ -6,7 +6,8 @@ import numpy as np
 
 from pellucid.case import load
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.references.shock_tube import QUANTITIES, Array, Profile, Tube, points_of
+from pellucid.references.arrays import Array
+from pellucid.references.shock_tube import QUANTITIES, Profile, Tube, points_of
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 

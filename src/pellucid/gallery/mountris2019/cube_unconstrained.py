@@ -6,17 +6,16 @@ import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.gallery.mountris2019.curves import elasticity, form_of, residuals
+from pellucid.references.arrays import Array
 from pellucid.references.stretched_block import Stretched, stretched
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 CAPTIONS = {"cube_unconstrained": "Displacements of the nodes against the exact ones, and what they differ by."}
 
@@ -31,7 +30,7 @@ def _exact(run: "Run") -> "tuple[Stretched, float, float]":
     return stretched(form_of(run), *elasticity(run), along), edge, along
 
 
-def _displacements(run: "Run") -> "tuple[Array, Array]":
+def _displacements(run: "Run") -> tuple[Array, Array]:
     """Displacements of the nodes [m] and the exact ones, each of shape (n, 3)."""
     cube, _, along = _exact(run)
     name = run.case.body[0].name

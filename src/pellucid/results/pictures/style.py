@@ -63,7 +63,7 @@ def new_figure(
     return figure
 
 
-def panels(figure: "Figure", number: int, across: int, **shared: bool) -> "list[Axes]":
+def panels(figure: "Figure", number: int, across: int, **shared: Any) -> "list[Axes]":
     """So many axes, at most so many in a row; shared: as of `Figure.subplots`."""
     every = figure.subplots(-(-number // across), across, squeeze=False, **shared).ravel()
     for unused in every[number:]:
