@@ -31,11 +31,7 @@ LARGEST_SCALE = 0.02  # by which volumes may be corrected
 
 
 def shares_of_cells(
-    shape: Geometry,
-    left_out: Sequence[Geometry],
-    centres: np.ndarray,
-    spacing: np.ndarray,
-    active: tuple[bool, bool, bool],
+    shape: Geometry, left_out: Sequence[Geometry], centres: np.ndarray, spacing: np.ndarray, active: tuple[bool, bool, bool]
 ) -> tuple[np.ndarray, np.ndarray]:
     """The points inside, shape (n, 3), and the measure that each represents [m, m², m³], shape (n,).
 

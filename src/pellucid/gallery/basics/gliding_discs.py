@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
 
 
-CAPTIONS = {
-    "gliding_discs": "Speed on the plate, the way over the hill, and the energy of both; grey, the exact ones.",
-}
+CAPTIONS = {"gliding_discs": "Speed on the plate, the way over the hill, and the energy of both; grey, the exact ones."}
 
 METRICS = ("speed", "contact_work", "energy_flat", "energy_round", "way")
 
