@@ -20,8 +20,8 @@ from pellucid.case import Case, dumps, load
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import CONTACT, FIRST_LOAD, GRAVITY, INTERNAL, SUPPORT, StepWork, Totals, no_work
 from pellucid.findings import Reason
-from pellucid.geometry.shape import Box
 from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.solids import Box
 from pellucid.grid.model import GridCase
 from pellucid.materials.linear_elastic import LinearElasticMaterial
 from pellucid.model import Vector, parameter

@@ -48,9 +48,7 @@ def run(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out",
-            metavar="DIR",
-            help="Folder for the results, in place of an earlier run (default: a new runs/NAME).",
+            "--out", metavar="DIR", help="Folder for the results, in place of an earlier run (default: a new runs/NAME)."
         ),
     ] = None,
     threads: Threads = None,

@@ -4,18 +4,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
-
-def column(run: "Run", name: str) -> "Array":
+def column(run: "Run", name: str) -> Array:
     """A column of the history."""
     return np.asarray(run.history[name], dtype=float)
 
@@ -25,13 +23,23 @@ def compared(value: float, exact: float, tolerance: float, unit: str, meaning: s
     return Metric(value, exact, abs(value / exact - 1.0), tolerance, unit, meaning)
 
 
+def vanishing(value: float, tolerance: float, meaning: str, unit: str = "") -> Metric:
+    """A number that is zero if all is right."""
+    return Metric(value, 0.0, abs(value), tolerance, unit, meaning)
+
+
+def worst_balance(run: "Run", tolerance: float, meaning: str = "largest relative error of the energy balance") -> Metric:
+    """The error of the energy balance where it is largest."""
+    return vanishing(float(np.abs(run.history["energy_error"]).max()), tolerance, meaning)
+
+
 def energy_metric(run: "Run", tolerance: float) -> Metric:
     """The relative error of the energy balance at the end."""
     error = abs(float(run.summary["conservation"]["energy"]))
-    return Metric(error, 0.0, error, tolerance, "", "relative error of the energy balance at the end")
+    return vanishing(error, tolerance, "relative error of the energy balance at the end")
 
 
-def beside(axes: "Axes", time: "Array", found: "Array", exact: "Array", name: str, colour: str) -> None:
+def beside(axes: "Axes", time: Array, found: Array, exact: Array, name: str, colour: str) -> None:
     """A curve in colour over the exact one, which is wide and grey; later ones are dashed, so that none hides another."""
     first = not axes.lines
     axes.plot(time, exact, color="#bbb", linewidth=4.0, zorder=1.5, label="exact" if first else None)

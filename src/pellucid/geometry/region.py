@@ -14,9 +14,10 @@ from pydantic import field_validator, model_validator
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
-from pellucid.geometry.shape import Box, Shape
+from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.geometry.shapes.rotation import plane_problems
+from pellucid.geometry.shapes.solids import Box
 from pellucid.model import Vector, parameter
 from pellucid.units import to_si
 

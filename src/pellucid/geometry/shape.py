@@ -11,8 +11,6 @@ from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter
 from pellucid.geometry.shapes.solids import Box, Cylinder, Sphere
 from pellucid.geometry.surfaces.inside import Inside
 
-__all__ = ["Box", "Cushion", "Cylinder", "Geometry", "Inside", "Pipe", "Rotated", "Shape", "Shell", "Sphere"]
-
 
 class Shape(Choice):
     """A table with one key that names the shape."""

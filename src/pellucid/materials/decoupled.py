@@ -11,15 +11,7 @@ from typing import Any
 
 from pellucid.jit import generic, point_function, pointwise
 from pellucid.materials.hyperelastic import HyperelasticMaterial, hyperelastic
-from pellucid.materials.law import (
-    Law,
-    LawType,
-    cauchy_stress,
-    energy,
-    volumetric_energy,
-    volumetric_stress,
-    wave_speed,
-)
+from pellucid.materials.law import Law, LawType, cauchy_stress, energy, volumetric_energy, volumetric_stress, wave_speed
 from pellucid.materials.trial import Operation
 from pellucid.model import parameter
 from pellucid.tensors import IDENTITY, Symmetric, Tensor, determinant, largest_row_sum, scale

@@ -12,13 +12,13 @@ from math import pi
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
+
+from pellucid.references.arrays import Array
 
 if TYPE_CHECKING:
     from pellucid.case import Case
     from pellucid.geometry.shapes.contract import Geometry
 
-Array = NDArray[np.float64]
 INNERMOST = 1e-3  # ξ, within which there is less than 1e-12 of the mass and 1e-5 of the energy, which is added
 MEASURE = {1: 2.0, 2: 2.0 * pi, 3: 4.0 * pi}  # of the unit sphere's surface; of a plane, on both its sides
 

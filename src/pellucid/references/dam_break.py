@@ -7,12 +7,12 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from pellucid.references.arrays import Array
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-
-Array = NDArray[np.float64]
 
 
 def martin_moyce(quantity: str) -> tuple[Array, Array]:

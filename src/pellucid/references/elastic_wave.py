@@ -5,15 +5,13 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.materials.elastic import ElasticMaterial
+from pellucid.references.arrays import Array
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from pellucid.references.arrays import Array
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-
-Array = NDArray[np.float64]
 
 
 def read(table: str) -> dict[str, Array]:

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
+
+from pellucid.references.arrays import Array
 
 if TYPE_CHECKING:
     from pellucid.case import Case
 
-Array = NDArray[np.float64]
 HEIGHTS = 2001  # at which the stretch is found; Simpson's rule between them is exact to 1e-12
 
 

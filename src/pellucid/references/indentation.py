@@ -11,9 +11,8 @@ from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pellucid.references.arrays import Array
 
 
 class Layer(NamedTuple):

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pellucid.references.arrays import Array
 from pellucid.references.riemann import GasState, RiemannSolution, solve
 
 if TYPE_CHECKING:
     from pellucid.case import Case
 
-Array = NDArray[np.float64]
 QUANTITIES = {"density": "kg/m^3", "pressure": "Pa", "velocity": "m/s", "internal_energy": "J/kg"}
 
 

@@ -11,18 +11,17 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import j0, j1
 
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.materials.elastic import ElasticMaterial
+from pellucid.references.arrays import Array
 
 if TYPE_CHECKING:
     from pellucid.case import Case
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,12 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from pellucid.errors import RunStopped
+from pellucid.progress import Progress
 from pellucid.results.metrics import Metric
 from pellucid.running.launch import run_case
-
-if TYPE_CHECKING:
-    from pellucid.progress import Progress
 
 
 class Row(NamedTuple):

@@ -127,12 +127,7 @@ def _boundary(body: BodyModel, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _across(
-    place: np.ndarray,
-    normal: np.ndarray,
-    one: Border,
-    other: Border,
-    theirs: tuple[np.ndarray, np.ndarray] | None,
-    cell: float,
+    place: np.ndarray, normal: np.ndarray, one: Border, other: Border, theirs: tuple[np.ndarray, np.ndarray] | None, cell: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points of one boundary that have another before them across a gap of fewer than FEWEST cells: places, normals, widths.
 

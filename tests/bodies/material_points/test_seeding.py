@@ -6,7 +6,10 @@ from small_cases import box, case, simulation
 
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError
-from pellucid.geometry.shape import Box, Cylinder, Inside, Pipe, Shape, Shell, Sphere
+from pellucid.geometry.shape import Shape
+from pellucid.geometry.shapes.hollow import Pipe, Shell
+from pellucid.geometry.shapes.solids import Box, Cylinder, Sphere
+from pellucid.geometry.surfaces.inside import Inside
 from pellucid.grid.model import GridCase
 
 SHAPES = {

@@ -12,8 +12,11 @@ from pellucid.geometry.checks.surface_holes import rims, without_holes
 from pellucid.geometry.checks.surface_orientation import turned_alike
 from pellucid.geometry.checks.surface_repair import repaired
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh
+from pellucid.geometry.surfaces.box import BoxSurface
+from pellucid.geometry.surfaces.cylinder import CylinderSurface
 from pellucid.geometry.surfaces.file import mended
-from pellucid.geometry.surfaces.surface import BoxSurface, CylinderSurface, Icosphere, Rectangle
+from pellucid.geometry.surfaces.icosphere import Icosphere
+from pellucid.geometry.surfaces.rectangle import Rectangle
 
 BALL = Icosphere(centre=(1, 2, 3), radius=2.0, refinements=2).mesh()
 DRUM = CylinderSurface(start=(0, 0, 0), end=(0, 0, 3), radius=1.0, rings=3, along=5).mesh()

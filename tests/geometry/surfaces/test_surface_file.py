@@ -10,7 +10,8 @@ from pellucid import load
 from pellucid.case import dumps, loads
 from pellucid.errors import CaseError
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.surfaces.surface import Icosphere, SurfaceFile
+from pellucid.geometry.surfaces.file import SurfaceFile
+from pellucid.geometry.surfaces.icosphere import Icosphere
 
 BALL = Icosphere(centre=(0, 0, 0), radius=2.0, refinements=2).triangulate()
 FORMATS = {

@@ -12,8 +12,8 @@ from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.shape import Box
 from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.inside import Inside
 from pellucid.grid.model import GridCase
 from pellucid.materials.diffusive import DiffusiveMaterial

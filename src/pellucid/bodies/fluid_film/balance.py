@@ -85,12 +85,7 @@ class FilmBalance(FilmForces):
     """Finds the motions of a film."""
 
     def __init__(
-        self,
-        geometry: FilmGeometry,
-        material: LipidFilm,
-        physics: FilmPhysics,
-        initial_density: float,
-        solver: FilmSolver,
+        self, geometry: FilmGeometry, material: LipidFilm, physics: FilmPhysics, initial_density: float, solver: FilmSolver
     ) -> None:
         super().__init__(geometry, material, physics, initial_density)
         self.solver = solver

@@ -47,11 +47,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     energy_kind = "strain"
 
     def __init__(
-        self,
-        case: "FluidFilmCase",
-        grid_case: GridCase,
-        velocity_field: VelocityField,
-        velocity_transfer: VelocityTransfer,
+        self, case: "FluidFilmCase", grid_case: GridCase, velocity_field: VelocityField, velocity_transfer: VelocityTransfer
     ) -> None:
         self.geometry, x = case.geometry()
         self.forces = FilmForces(self.geometry, case.material, case.physics(), case.initial_density)

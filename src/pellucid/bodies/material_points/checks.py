@@ -10,7 +10,8 @@ from pellucid.bodies.material_points.seeding import points_along_axes
 from pellucid.bodies.membranes.model import CLOSE_IT, NEEDS_SPACE
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.shape import Box, Inside
+from pellucid.geometry.shapes.solids import Box
+from pellucid.geometry.surfaces.inside import Inside
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector
 from pellucid.parts.body_model import BodyModel

@@ -17,7 +17,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellucid.geometry.shape import Box, Geometry
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.solids import Box
 
 SAMPLES = 512  # of a lattice cell: 8 along each of three axes, 23 of two;
 FEWEST_SAMPLES = 64  # fewer of each where there are many cells, which then are small for what they are cut by,
@@ -30,11 +31,7 @@ LARGEST_SCALE = 0.02  # by which volumes may be corrected
 
 
 def shares_of_cells(
-    shape: Geometry,
-    left_out: Sequence[Geometry],
-    centres: np.ndarray,
-    spacing: np.ndarray,
-    active: tuple[bool, bool, bool],
+    shape: Geometry, left_out: Sequence[Geometry], centres: np.ndarray, spacing: np.ndarray, active: tuple[bool, bool, bool]
 ) -> tuple[np.ndarray, np.ndarray]:
     """The points inside, shape (n, 3), and the measure that each represents [m, m², m³], shape (n,).
 

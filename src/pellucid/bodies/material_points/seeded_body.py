@@ -14,8 +14,9 @@ from pellucid.bodies.initial.state import Stress, add_initial_state, added_veloc
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.shape import Geometry, Shape
+from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.boundary_points import boundary_points
+from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.surfaces.box import Face
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material

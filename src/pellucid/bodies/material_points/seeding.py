@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pellucid.bodies.material_points.cutting import shares_of_cells
-from pellucid.geometry.shape import Box, Geometry
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.solids import Box
 from pellucid.grid.model import GridCase
 
 

@@ -37,10 +37,7 @@ class MembraneCase(DampedModel):
     if TYPE_CHECKING:  # each kind declares its own
         material: MembraneMaterial
     tension: float = parameter(
-        "N/m",
-        "initial tension along all directions; thickness and density are those of the tense membrane",
-        0.0,
-        ge=0,
+        "N/m", "initial tension along all directions; thickness and density are those of the tense membrane", 0.0, ge=0
     )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())

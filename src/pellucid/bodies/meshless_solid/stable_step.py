@@ -30,11 +30,7 @@ class PowerIteration:
     """
 
     def __init__(
-        self,
-        inertia: np.ndarray,
-        free: np.ndarray,
-        extent: float,
-        shift: Callable[[np.ndarray], np.ndarray] | None = None,
+        self, inertia: np.ndarray, free: np.ndarray, extent: float, shift: Callable[[np.ndarray], np.ndarray] | None = None
     ) -> None:
         """shift: by what forces [N], shape (n, 3), change before they meet the inertia, where they do."""
         self._inertia, self.free, self._extent, self._shift = inertia[:, None], free, extent, shift

@@ -42,13 +42,7 @@ def quadrature_places(mesh: SimplexMesh, n_points: int) -> np.ndarray:
 
 
 def make_tables(
-    mesh: SimplexMesh,
-    evaluator: Evaluator,
-    law: Any,
-    n_points: int,
-    consistent: bool,
-    averaged: bool,
-    storage: Any = None,
+    mesh: SimplexMesh, evaluator: Evaluator, law: Any, n_points: int, consistent: bool, averaged: bool, storage: Any = None
 ) -> Tables:
     """Shape functions at the quadrature points of a mesh whose cells stand in spatial order.
 

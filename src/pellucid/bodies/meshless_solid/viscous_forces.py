@@ -18,15 +18,7 @@ from pellucid.jit import kernel, point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES
-from pellucid.materials.law import (
-    ZERO_GRADIENT,
-    Law,
-    diffusivity,
-    dissipated_energy,
-    signal_speed,
-    stored_energy,
-    update,
-)
+from pellucid.materials.law import ZERO_GRADIENT, Law, diffusivity, dissipated_energy, signal_speed, stored_energy, update
 from pellucid.materials.point_state import PointState, in_arrays, initial_arrays, load, store
 from pellucid.tensors import cofactor, determinant, multiply, piola_transform
 

@@ -9,11 +9,7 @@ from pellucid.contact.subcell_damping import SubcellMotion, damp_subcell_velocit
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.passes.moving import Stay, move_points, moving
-from pellucid.grid.points import (
-    ByIndex,
-    MappedPoints,
-    PointArrays,
-)
+from pellucid.grid.points import ByIndex, MappedPoints, PointArrays
 from pellucid.grid.shared_points import WholePoints
 from pellucid.grid.sorting import kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import gather_vectors

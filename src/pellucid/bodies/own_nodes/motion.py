@@ -6,14 +6,7 @@ import numpy as np
 
 from pellucid.bodies.own_nodes import kernels
 from pellucid.bodies.own_nodes.field_condition import FieldCondition
-from pellucid.bodies.own_nodes.kernels import (
-    CHUNK,
-    FASTEST,
-    NODE_SUMS,
-    UNDAMPED,
-    Drag,
-    NodeForces,
-)
+from pellucid.bodies.own_nodes.kernels import CHUNK, FASTEST, NODE_SUMS, UNDAMPED, Drag, NodeForces
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD, StepWork, Totals, row_length, step_work
 from pellucid.grid.lattice import Grid

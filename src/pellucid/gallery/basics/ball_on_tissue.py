@@ -10,6 +10,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
+from pellucid.gallery.exact_curves import compared, energy_metric, vanishing
 from pellucid.references.indentation import Layer, at_contact, force
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -72,28 +73,17 @@ def metrics(run: "Run") -> dict[str, Metric]:
     from_middle = now - (0.0, 0.0, exact.middle(run, end))
     beneath = (begun[:, 2] > begun[:, 2].max() * (1.0 - 1e-9)) & (np.hypot(now[:, 0], now[:, 1]) < BENEATH * exact.radius)
     gap = float(np.mean(np.linalg.norm(from_middle[beneath], axis=1)) - exact.radius)
-    energy, momentum = (abs(float(run.summary["conservation"][name])) for name in ("energy", "momentum"))
+    momentum = float(run.summary["conservation"]["momentum"])
     return {
-        "force": Metric(
-            float(found),
-            known,
-            abs(found / known - 1.0),
-            FORCE * (cell / FINE) ** 2,
-            "N",
-            "exact, on a linear elastic layer",
-        ),
-        "gap": Metric(
+        "force": compared(float(found), known, FORCE * (cell / FINE) ** 2, "N", "exact, on a linear elastic layer"),
+        "gap": vanishing(
             gap,
-            0.0,
-            abs(gap),
             0.5 * cell**2 * exact.radius,
-            "m",
             "mean distance of the face from the ball beneath it; tolerated is what the ball rises within a cell",
+            "m",
         ),
-        "energy": Metric(energy, 0.0, energy, ENERGY, "", "relative error of the energy balance at the end"),
-        "momentum": Metric(
-            momentum, 0.0, momentum, MOMENTUM, "", "error of the momentum relative to all impulses from outside"
-        ),
+        "energy": energy_metric(run, ENERGY),
+        "momentum": vanishing(momentum, MOMENTUM, "error of the momentum relative to all impulses from outside"),
     }
 
 

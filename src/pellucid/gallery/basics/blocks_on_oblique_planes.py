@@ -5,16 +5,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 CAPTIONS = {"blocks_on_oblique_planes": "Speeds down the slope, ways seen from above, and how far they are off the exact line."}
 
@@ -30,7 +29,7 @@ PULL = 9.81 * (np.sin(SLOPE) - FRICTION * np.cos(SLOPE))  # [m/s²]
 BLOCKS = {"on_plate": "on the plate", "on_wall": "on the wall"}
 
 
-def vectors(run: "Run", block: str, quantity: str = "") -> "Array":
+def vectors(run: "Run", block: str, quantity: str = "") -> Array:
     """Displacements [m] or, with "v", velocities [m/s] of a block, shape (n, 3)."""
     return np.stack([column(run, f"{block}_{quantity}{axis}") for axis in "xyz"], axis=1)
 

@@ -5,17 +5,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from pellucid.gallery.exact_curves import beside, column, energy_metric
+from pellucid.gallery.exact_curves import beside, column, energy_metric, vanishing
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 CAPTIONS = {"cylinders_in_trough": "How far the cylinders have swung, how far off the exact place they are, and their energy."}
 
@@ -27,7 +26,7 @@ INERTIA = {"glides": 1.0, "rolls": 1.5}
 """What moves, over the mass: what rolls turns as well, with a moment of inertia of m R²/2."""
 
 
-def exact(run: "Run", name: str) -> "Array":
+def exact(run: "Run", name: str) -> Array:
     """Angle of a pendulum from the lowest point [rad]."""
     time, pull = column(run, "time"), GRAVITY / LENGTH / INERTIA[name]
     found = solve_ivp(
@@ -36,12 +35,12 @@ def exact(run: "Run", name: str) -> "Array":
     return np.asarray(found.y[0])
 
 
-def angle(run: "Run", name: str) -> "Array":
+def angle(run: "Run", name: str) -> Array:
     """Of the axis of a cylinder about that of the trough, from the lowest point [rad]."""
     return np.arctan2(column(run, f"{name}_x"), -column(run, f"{name}_y"))
 
 
-def energy_change(run: "Run", name: str) -> "Array":
+def energy_change(run: "Run", name: str) -> Array:
     """Change of kinetic energy, with the spin of what rolls, and potential energy, over what is freed on the way down."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     energy = 0.5 * INERTIA[name] * squared + GRAVITY * column(run, f"{name}_y")
@@ -61,7 +60,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         result[name] = Metric(off, 0.0, off / START, 0.04 * cells, "rad", meaning)
         change = float(np.max(np.abs(energy_change(run, name))))
         meaning = "largest change of energy, over what is freed on the way down"
-        result[f"{name}_energy"] = Metric(change, 0.0, change, (0.06 if name == "glides" else 0.12) * cells, "", meaning)
+        result[f"{name}_energy"] = vanishing(change, (0.06 if name == "glides" else 0.12) * cells, meaning)
     turned, way = column(run, "rolls_angle"), LENGTH / RADIUS * (START - angle(run, "rolls"))
     slip, spin = float(np.max(np.abs(turned - way))), float(np.max(np.abs(column(run, "glides_angle"))))
     meaning = "what rolls: turned, less what its way says, over this at the end"

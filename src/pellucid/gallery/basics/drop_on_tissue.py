@@ -9,9 +9,10 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
 from pellucid.gallery.drop_curves import drop_curves
+from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +40,6 @@ def metrics(run: "Run") -> dict[str, Metric]:
     """Least height of the water above the face, what contact gave the water, momentum, mass, energy."""
     kept, cells = run.summary["conservation"], min(clearance(run, float(time)) for time in run.times("water"))
     cells /= run.case.grid.cell
-    lost = float(np.abs(run.history["energy_error"]).max())
     given = -float(np.asarray(run.history["force"]) @ np.diff(run.history["time"], prepend=0.0))
     begun, ended = (_momentum(run, float(run.times("water")[frame])) for frame in (0, -1))
     gained, momentum, mass = ended - begun, float(kept["momentum"]), float(kept["mass"])
@@ -55,13 +55,11 @@ def metrics(run: "Run") -> dict[str, Metric]:
             "N*s",
             "momentum along z that the water got; the reference is the sum of the forces of contact",
         ),
-        "momentum": Metric(
-            momentum, 0.0, momentum, ROUNDING, "", "momentum that no impulse explains, over the largest sum of mass times speed"
+        "momentum": vanishing(
+            momentum, ROUNDING, "momentum that no impulse explains, over the largest sum of mass times speed"
         ),
-        "mass": Metric(mass, 0.0, mass, ROUNDING, "", "relative change of the mass"),
-        "energy": Metric(
-            lost, 0.0, lost, ENERGY, "", "largest error of the energy balance, over the largest energy that moved"
-        ),
+        "mass": vanishing(mass, ROUNDING, "relative change of the mass"),
+        "energy": worst_balance(run, ENERGY, "largest error of the energy balance, over the largest energy that moved"),
     }
 
 
@@ -99,9 +97,6 @@ def _sections(run: "Run") -> "Figure":
             shown = begun[:, 1] < begun[:, 1].min() + near
             x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
             axes.plot(x, z, ".", markersize=1.5, color=colour, label=name)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * float(time):.0f} ms")
-        label(axes, "x", "z", "mm", "mm")
-        axes.label_outer()
+        finish_panel(axes, f"t = {1e3 * float(time):.0f} ms", "x", "z", "mm")
     subplots[0, 0].legend(markerscale=5, loc="upper right")
     return figure

@@ -6,20 +6,17 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from pellucid.gallery.exact_curves import beside, column, compared
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
-CAPTIONS = {
-    "gliding_discs": "Speed on the plate, the way over the hill, and the energy of both; grey, the exact ones.",
-}
+CAPTIONS = {"gliding_discs": "Speed on the plate, the way over the hill, and the energy of both; grey, the exact ones."}
 
 METRICS = ("speed", "contact_work", "energy_flat", "energy_round", "way")
 
@@ -51,19 +48,19 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def energy_of(run: "Run", name: str, level: float) -> "Array":
+def energy_of(run: "Run", name: str, level: float) -> Array:
     """Kinetic and potential energy of a disc over its mass [J/kg], above a level [m]."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     return np.asarray(0.5 * squared + GRAVITY * (column(run, f"{name}_y") - level))
 
 
-def bead(run: "Run", time: "Array") -> "Array":
+def bead(run: "Run", time: Array) -> Array:
     """Exact places of the centre [m], shape (n, 2): on a circle about the hill until its weight no longer holds it there."""
     first = np.array([column(run, "round_x")[0], column(run, "round_y")[0]]) - HILL
     speed = float(np.hypot(column(run, "round_vx")[0], column(run, "round_vy")[0]))
     start = [np.arctan2(first[0], first[1]), speed / CENTRES]
 
-    def leaves(_: float, state: "Array") -> float:
+    def leaves(_: float, state: Array) -> float:
         return float(GRAVITY * np.cos(state[0]) - CENTRES * state[1] ** 2)
 
     leaves.terminal = True  # type: ignore[attr-defined]

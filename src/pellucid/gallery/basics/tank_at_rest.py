@@ -4,16 +4,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import vanishing, worst_balance
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 SLOW = 1e-3  # m/s, of waves that would raise the surface to 2 m/s if they were as high as the water is deep
 PRESSURE_SHARE = 0.01  # of the pressure on the ground; half of it is the compression g H/(2 c²) that ρ₀ g depth leaves out
@@ -34,18 +34,17 @@ def metrics(run: "Run") -> dict[str, Metric]:
     """The fastest point, the worst pressure of a point beside ρ₀ g depth and beside a compressible column, the ledger."""
     fastest = float(np.max(run.history["fastest"]))
     weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
-    energy = float(np.max(np.abs(run.history["energy_error"])))
     text = "speed of the fastest point in any row of the history"
     pressure = "largest difference from {} of any point in any frame, over the pressure on the ground"
     return {
-        "fastest": Metric(fastest, 0.0, fastest, SLOW, "m/s", text),
-        "pressure": Metric(weight, 0.0, weight, PRESSURE_SHARE, "", pressure.format("density times g times depth")),
-        "column": Metric(squeezed, 0.0, squeezed, COLUMN_SHARE, "", pressure.format("that of a compressible column")),
-        "energy": Metric(energy, 0.0, energy, LEDGER, "", "largest relative error of the energy balance"),
+        "fastest": vanishing(fastest, SLOW, text, "m/s"),
+        "pressure": vanishing(weight, PRESSURE_SHARE, pressure.format("density times g times depth")),
+        "column": vanishing(squeezed, COLUMN_SHARE, pressure.format("that of a compressible column")),
+        "energy": worst_balance(run, LEDGER),
     }
 
 
-def pressure_errors(run: "Run") -> "tuple[Array, Array]":
+def pressure_errors(run: "Run") -> tuple[Array, Array]:
     """In each frame, over the pressure on the ground: the largest difference of a point from ρ₀ g depth, and from a
     column of the same liquid."""
     water: Any = run.case.body[0]
@@ -60,18 +59,18 @@ def pressure_errors(run: "Run") -> "tuple[Array, Array]":
     return worst[:, 0], worst[:, 1]
 
 
-def depths(run: "Run", position: "Array") -> "Array":
+def depths(run: "Run", position: Array) -> Array:
     """Depths [m] of places in a tank whose gravity is along -y."""
     water: Any = run.case.body[0]
     return np.asarray(water.hydrostatic.level - position[:, 1])
 
 
-def simple(run: "Run", depth: "Array") -> "Array":
+def simple(run: "Run", depth: Array) -> Array:
     """ρ₀ g depth [Pa]."""
     return np.asarray(run.case.body[0].material.density * -run.case.gravity[1] * depth)
 
 
-def column(run: "Run", depth: "Array") -> "Array":
+def column(run: "Run", depth: Array) -> Array:
     """Pressure of Tait's liquid [Pa] of which c² grows by (n-1) g depth, as dp = ρ g ds has it."""
     material: Any = run.case.body[0].material
     eos, n = material.eos, material.eos.exponent

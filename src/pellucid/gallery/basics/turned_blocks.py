@@ -6,16 +6,15 @@ import numpy as np
 
 from pellucid.gallery.basics.blocks_on_slope import FRICTION, PULL, shear_and_compression, softness
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 CAPTIONS = {"turned_blocks": "Speeds of what slides, ways of what sticks, and the bodies at the end."}
 
@@ -25,7 +24,7 @@ PLATES = {"east": (np.radians(17.0), 1.0), "west": (np.radians(-33.0), -1.0)}
 """Angle of a plate, and the direction along it in which its blocks slide."""
 
 
-def along_and_off(run: "Run", block: str, quantity: str = "") -> tuple["Array", "Array"]:
+def along_and_off(run: "Run", block: str, quantity: str = "") -> tuple[Array, Array]:
     """Ways [m] or, with "v", velocities [m/s] of a block along its plate and off it."""
     angle, sign = PLATES[block[:4]]
     x, y = column(run, f"{block}_{quantity}x"), column(run, f"{block}_{quantity}y")

@@ -1,7 +1,5 @@
 """Compressed sphere against the exact motion."""
 
-from pellucid.gallery.benet2015.growing import METRICS, figures, metrics
-
-CAPTIONS = {"growth": "Radius, density and speed of the film against time, with the exact ones."}
+from pellucid.gallery.benet2015.growing import CAPTIONS, METRICS, figures, metrics
 
 __all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]

@@ -3,14 +3,12 @@
 from typing import TYPE_CHECKING
 
 from pellucid.gallery.benet2015.films import film_of
-from pellucid.gallery.benet2015.growing import METRICS, figures, metrics
+from pellucid.gallery.benet2015.growing import CAPTIONS, METRICS, figures, metrics
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
-
-CAPTIONS = {"growth": "Radius, density and speed of the film against time, with the exact ones."}
 
 __all__ = ["CAPTIONS", "METRICS", "figures", "films", "metrics"]
 

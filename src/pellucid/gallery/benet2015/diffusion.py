@@ -7,17 +7,17 @@ import numpy as np
 from pellucid.approximants.radial.windows import windows_on_line
 from pellucid.bodies.diffusing_field.domain import Line
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
+from pellucid.gallery.exact_curves import compared, vanishing
+from pellucid.references.arrays import Array
 from pellucid.references.diffusion import between_zero_ends
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 CAPTIONS = {
     "profiles": "Concentration at the start and at the end (as figure 4.5 of the thesis).",
@@ -48,11 +48,11 @@ def _bar(run: "Run") -> tuple[DiffusingFieldCase, Line]:
     return body, line
 
 
-def _exact(run: "Run", x: "Array", time: float) -> "Array":
+def _exact(run: "Run", x: Array, time: float) -> Array:
     """The concentration at x [m] along the bar."""
     body, line = _bar(run)
 
-    def start(y: "Array") -> "Array":
+    def start(y: Array) -> Array:
         places = np.stack([y, np.zeros_like(y), np.zeros_like(y)], axis=1)
         return np.asarray(body.concentration + sum(field.at(places) for field in body.initial))
 
@@ -61,7 +61,7 @@ def _exact(run: "Run", x: "Array", time: float) -> "Array":
     return between_zero_ends(start, line.upper, body.material.diffusivity * time, x)
 
 
-def _profiles(run: "Run") -> "tuple[Array, Array, Array, float]":
+def _profiles(run: "Run") -> tuple[Array, Array, Array, float]:
     """Places [m], concentrations of the nodes and exact ones at the end, each (n,), and the time [s]."""
     name = run.case.body[0].name
     time = float(run.times(name)[-1])
@@ -81,8 +81,8 @@ def metrics(run: "Run") -> dict[str, Metric]:
     left = float(0.5 * length * weights @ _exact(run, 0.5 * length * (points + 1.0), time))
     amount = float(run.history["amount"][-1])
     return {
-        "relative_error": Metric(error, 0.0, error, allowed, "", "largest error of a node over the largest concentration"),
-        "amount": Metric(amount, left, abs(amount / left - 1.0), allowed, "m^3", "concentration over the bar, exact series"),
+        "relative_error": vanishing(error, allowed, "largest error of a node over the largest concentration"),
+        "amount": compared(amount, left, allowed, "m^3", "concentration over the bar, exact series"),
     }
 
 
@@ -137,7 +137,7 @@ def _window_figure(run: "Run") -> "Figure":
     return figure
 
 
-def _fastest_growth(x: "Array", width: float, body: DiffusingFieldCase) -> float:
+def _fastest_growth(x: Array, width: float, body: DiffusingFieldCase) -> float:
     """[1/s], of the equations of the nodes; 0 is that of a uniform concentration."""
     content, outflow = (part.toarray() for part in windows_on_line(x, body.radial, width))
     rates = np.linalg.eigvals(np.linalg.solve(content, -body.material.diffusivity * outflow).astype(complex))

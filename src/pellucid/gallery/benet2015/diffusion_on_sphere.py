@@ -6,17 +6,17 @@ import numpy as np
 
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
+from pellucid.gallery.exact_curves import compared
+from pellucid.references.arrays import Array
 from pellucid.references.diffusion import harmonic_decay
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 CAPTIONS = {"harmonics": "Left: the amplitude of each harmonic. Right: what it differs from the exact one by."}
 
@@ -32,7 +32,7 @@ def _field(run: "Run") -> tuple[DiffusingFieldCase, float]:
     return body, surface.icosphere.radius
 
 
-def _amplitudes(run: "Run") -> "tuple[Array, dict[int, Array]]":
+def _amplitudes(run: "Run") -> tuple[Array, dict[int, Array]]:
     """Instants [s], and at each of these the part of each harmonic in the field over that at the start, by its degree."""
     body, _ = _field(run)
     times = run.times(body.name)
@@ -61,12 +61,11 @@ def metrics(run: "Run") -> dict[str, Metric]:
         # of the trapezoidal rule, and of polynomials of degree 4 as found, which fall faster
         allowed = 1.2 * (abs(body.alpha - 0.5) * angle + angle**2 / 12.0) + 2e-3 * (degree * spacing) ** 4
         text = f"rate at which the harmonic of degree {degree} fades, l (l + 1) D/R²"
-        result[f"decay_{degree}"] = Metric(float(rate), sought, float(abs(rate / sought - 1.0)), allowed, "1/s", text)
+        result[f"decay_{degree}"] = compared(float(rate), sought, allowed, "1/s", text)
     amounts = run.history["amount"]
     drift = float(np.abs(amounts - amounts[0]).max() / abs(amounts[0]))
     result["amount"] = Metric(float(amounts[-1]), float(amounts[0]), drift, 1e-12, "m^3", "largest change of the amount")
-    text = "area of the surface that the functions span"
-    result["area"] = Metric(area, exact, abs(area / exact - 1.0), 0.02 * spacing**4, "m^2", text)
+    result["area"] = compared(area, exact, 0.02 * spacing**4, "m^2", "area of the surface that the functions span")
     return result
 
 

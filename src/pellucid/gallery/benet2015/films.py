@@ -6,13 +6,14 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.conditions.loads.film_pressure import FilmPressure
+from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.geometry.algorithms.equivalent_ellipse import Ellipsoid, of_curve
 from pellucid.geometry.surfaces.film_shapes import Ellipse, Spheroid
 from pellucid.geometry.surfaces.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.style import label
+from pellucid.results.pictures import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,11 +56,8 @@ def pressures_of(run: "Run") -> list[FilmPressure]:
 
 def finish_panel(axes: "Axes", time: float) -> None:
     """A picture of the plane of x and y at a time [s]: one scale, no lattice, names at the rim."""
-    axes.set_aspect("equal")
     axes.grid(False)
-    axes.set_title(f"t = {time:.2g} s")
-    label(axes, "x", "y", "m", "m")
-    axes.label_outer()
+    style.finish_panel(axes, f"t = {time:.2g} s", "x", "y", "m")
 
 
 def shapes_of(run: "Run", name: str) -> list[Ellipsoid]:
@@ -89,6 +87,6 @@ def kept(run: "Run", name: str) -> dict[str, Metric]:
     masses = np.array([run.fields(name, time)["mass"].sum() for time in times])
     swollen, lost = (float(np.abs(values / values[0] - 1.0).max()) for values in (measures, masses))
     return {
-        inside: Metric(swollen, 0.0, swollen, INSIDE, "", f"largest relative change of the {inside} inside the film"),
-        "film_mass": Metric(lost, 0.0, lost, MASS, "", "largest relative change of the mass of the film"),
+        inside: vanishing(swollen, INSIDE, f"largest relative change of the {inside} inside the film"),
+        "film_mass": vanishing(lost, MASS, "largest relative change of the mass of the film"),
     }

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.gallery.benet2015.films import film_of, lipid_of
+from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
 from pellucid.results.pictures.films import Animation
@@ -27,17 +28,16 @@ BANDS = {10.0: (0.41, 0.43), 0.01: (0.36, 0.37)}
 
 def metrics(run: "Run") -> dict[str, Metric]:
     """Radius of the waist at the end against a separate solution; balance of power; mass."""
-    power = float(np.abs(run.history["energy_error"]).max())
     mass = abs(float(run.summary["conservation"]["mass"]))
     result = {
-        "energy": Metric(power, 0.0, power, 5e-3, "", "of the load and of what is stored and dissipated"),
-        "mass": Metric(mass, 0.0, mass, 1e-13, "", "relative change of the mass"),
+        "energy": worst_balance(run, 5e-3, "of the load and of what is stored and dissipated"),
+        "mass": vanishing(mass, 1e-13, "relative change of the mass"),
     }
     band = BANDS.get(lipid_of(film_of(run)).stiffness)
     if band and run.history["time"][-1] >= 0.35 * (1.0 - 1e-9):
         found, middle = float(run.history["waist"][-1]), 0.5 * sum(band)
         allowed = 0.05 + 0.5 * (band[1] - band[0]) / middle  # what the reference is good to
-        result["waist"] = Metric(found, middle, abs(found / middle - 1.0), allowed, "m", "radius of the waist at the end")
+        result["waist"] = compared(found, middle, allowed, "m", "radius of the waist at the end")
     return result
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pellucid.gallery.benet2015.films import films_of
+from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -50,13 +51,12 @@ def metrics(run: "Run") -> dict[str, Metric]:
     waist = float(CubicSpline(revolved[:, 1], revolved[:, 0])(0.0))
     found = waist + float(off[np.abs(height) <= BELT].mean())
     worst = float(np.abs(off).max())
-    power = float(np.abs(run.history["energy_error"]).max())
     mass = abs(float(run.summary["conservation"]["mass"]))
     return {
-        "waist": Metric(found, waist, abs(found / waist - 1.0), 1e-2, "m", "radius in space against that of revolution"),
+        "waist": compared(found, waist, 1e-2, "m", "radius in space against that of revolution"),
         "profile": Metric(worst, 0.0, worst / waist, 1e-2, "m", "largest difference of radii, over the waist"),
-        "energy": Metric(power, 0.0, power, 5e-3, "", "of the load and of what is stored and dissipated"),
-        "mass": Metric(mass, 0.0, mass, 1e-13, "", "relative change of the mass"),
+        "energy": worst_balance(run, 5e-3, "of the load and of what is stored and dissipated"),
+        "mass": vanishing(mass, 1e-13, "relative change of the mass"),
     }
 
 

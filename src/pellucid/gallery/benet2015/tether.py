@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.gallery.benet2015.films import film_of, pressures_of, radius_of
+from pellucid.gallery.exact_curves import compared, worst_balance
 from pellucid.references.vesicles import Tether, tether
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
@@ -45,14 +46,13 @@ def metrics(run: "Run") -> dict[str, Metric]:
     """Force and radius against a tube of the tension that the film has then; balance of power."""
     tube, thin = _tube(run)
     force, radius = float(run.history["force"][-1]), _radius(run)
-    power = float(np.abs(run.history["energy_error"]).max())
     share = 0.5 * thin.radius / radius_of(film_of(run))  # πr²P/F with P = 2σ/R
     text = "force on the pole against 2π√(2κσ), which leaves out the pressure in the tube"
     return {
-        "force": Metric(force, tube.force, abs(force / tube.force - 1.0), 0.02, "N", "force on the pole"),
-        "radius": Metric(radius, tube.radius, abs(radius / tube.radius - 1.0), 0.02, "m", "radius of the tube"),
-        "thin_force": Metric(force, thin.force, abs(force / thin.force - 1.0), 0.005 + share, "N", text),
-        "energy": Metric(power, 0.0, power, 1e-3, "", "of the load and of what is stored and dissipated"),
+        "force": compared(force, tube.force, 0.02, "N", "force on the pole"),
+        "radius": compared(radius, tube.radius, 0.02, "m", "radius of the tube"),
+        "thin_force": compared(force, thin.force, 0.005 + share, "N", text),
+        "energy": worst_balance(run, 1e-3, "of the load and of what is stored and dissipated"),
     }
 
 

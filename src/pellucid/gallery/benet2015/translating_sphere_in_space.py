@@ -3,16 +3,12 @@
 from typing import TYPE_CHECKING
 
 from pellucid.gallery.benet2015.films import film_of
-from pellucid.gallery.benet2015.translating import METRICS, figures, metrics
+from pellucid.gallery.benet2015.translating import CAPTIONS, METRICS, figures, metrics
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
-
-CAPTIONS = {
-    "translation": "Error of the velocity against time, and the tension along the axis of motion at its end and the exact one."
-}
 
 __all__ = ["CAPTIONS", "METRICS", "figures", "films", "metrics"]
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.gallery.benet2015.films import enclosed_area, finish_panel, kept, shapes_of
+from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.region import Region
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import evenly
@@ -61,9 +62,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         "clearance": Metric(
             nearest, NEAREST, max(0.0, NEAREST - nearest), TOUCH, "", "least distance from the walls, in cells"
         ),
-        "sideways": Metric(
-            aside, 0.0, aside, SIDEWAYS, "", "largest distance of its middle from that of the channel, in radii"
-        ),
+        "sideways": vanishing(aside, SIDEWAYS, "largest distance of its middle from that of the channel, in radii"),
         **kept(run, NAME),
     }
 

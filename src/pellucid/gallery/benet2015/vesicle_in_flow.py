@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pellucid.gallery.benet2015.films import finish_panel, kept
+from pellucid.gallery.exact_curves import compared
 from pellucid.geometry.algorithms.equivalent_ellipse import of_surface
 from pellucid.references.drops import approach, deformation
 from pellucid.results.metrics import Metric
@@ -64,13 +65,8 @@ def metrics(run: "Run") -> dict[str, Metric]:
     found, expected = of_surface(run.fields("film", end)["position"], triangles).deformation, drop.expected(end)
     tolerance = CLOSE * (CELLS * run.case.grid.cell / drop.radius) ** 2
     return {
-        "deformation": Metric(
-            found,
-            expected,
-            abs(found / expected - 1.0),
-            tolerance,
-            "",
-            "(L - B)/(L + B) at the end; reference: Taylor, Cox, with plates by Shapira & Haber",
+        "deformation": compared(
+            found, expected, tolerance, "", "(L - B)/(L + B) at the end; reference: Taylor, Cox, with plates by Shapira & Haber"
         ),
         **kept(run, "film"),
     }

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.gallery.benet2015.films import films_of
+from pellucid.gallery.exact_curves import compared
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.curves_in_plane import film_of_curves
@@ -38,7 +39,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     for name, found in _energies(run).items():
         branch, hundredths = name.split("-")
         exact = SHAPE_ENERGIES[branch, int(hundredths) / 100]
-        result[name] = Metric(found, exact, abs(found / exact - 1.0), 1e-3, "", "bending energy over 8πκ")
+        result[name] = compared(found, exact, 1e-3, "", "bending energy over 8πκ")
     return result
 
 

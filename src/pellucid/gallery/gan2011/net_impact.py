@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.case import load
+from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,13 +38,13 @@ def metrics(run: "Run") -> dict[str, Metric]:
     for name, what in (("cuboid_z", "the cuboid's centre"), ("net_z", "the net's middle")):
         error = finite_elements.largest_deviation(times, run.history[name], reference["time"], reference[f"tied_{name}"])
         text = f"largest deviation of {what} from finite elements over their largest excursion"
-        result[f"{name[:-2]}_deviation"] = Metric(error, 0.0, error, tolerance, "", text)
+        result[f"{name[:-2]}_deviation"] = vanishing(error, tolerance, text)
     if times[-1] >= TURNED:
         found, wanted = run.history["cuboid_z"], reference["tied_cuboid_z"]
         low, lowest = float(found.min()), float(wanted.min())
-        result["lowest"] = Metric(low, lowest, abs(low / lowest - 1.0), tolerance, "m", "lowest point of the cuboid's centre")
+        result["lowest"] = compared(low, lowest, tolerance, "m", "lowest point of the cuboid's centre")
         turn, turning = float(times[np.argmin(found)]), float(reference["time"][np.argmin(wanted)])
-        result["turning_time"] = Metric(turn, turning, abs(turn / turning - 1.0), TURNING_TIME, "s", "when it is there")
+        result["turning_time"] = compared(turn, turning, TURNING_TIME, "s", "when it is there")
     return result
 
 
@@ -82,10 +83,7 @@ def _shapes(run: "Run") -> "Figure":
         for name, colour in (("cuboid", COLOURS[1]), ("net", COLOURS[0])):
             x, _, z = np.asarray(run.fields(name, float(time))["position"]).T
             axes.plot(x, z, ".", markersize=1, color=colour, label=name)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {time:.3g} s")
-        label(axes, "x", "z", "m", "m")
-        axes.label_outer()
+        finish_panel(axes, f"t = {time:.3g} s", "x", "z", "m")
     panels[0, 0].legend(markerscale=8, loc="lower left")
     figure.suptitle(f"{run.case.title}, from the side")
     return figure

@@ -15,7 +15,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Colour, Drawabl
 from pellucid.results.pictures.rendering.points import ball_radii, bricks, lattice_sides
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import rim, section
-from pellucid.results.pictures.style import WIDTH, new_figure, settle
+from pellucid.results.pictures.style import WIDTH, new_figure, panels, settle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -157,11 +157,8 @@ def _panels(run: "Run", times: np.ndarray, stage: Stage) -> "Figure":
     rows, columns = stage.camera.shape
     width = WIDTH / (2.2 if across == 2 else 1.6)  # of a panel [inch]
     figure = new_figure(WIDTH * min(1.0, 0.35 + 0.35 * across), down * (width * rows / columns + 0.1), layout="compressed")
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, time in zip(panels, times, strict=False):
+    for axes, time in zip(panels(figure, len(times), across), times, strict=True):
         draw_oocyte(axes, run, float(time), stage)
-    for unused in panels[len(times) :]:
-        unused.remove()
     return figure
 
 

@@ -4,11 +4,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.geometry.algorithms.enclosure import heights
 from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,9 +45,9 @@ def metrics(run: "Run") -> dict[str, Metric]:
     least = at_rest(pressure / (skin.material.young_modulus * skin.thickness))
     result = {}
     text = "mean volume of the bag over the last quarter of the run; reference: least energy at the gas's pressure"
-    result["volume"] = Metric(volume, least["volume"], abs(volume / least["volume"] - 1.0), VOLUME, "m³", text)
+    result["volume"] = compared(volume, least["volume"], VOLUME, "m³", text)
     text = "the same; reference: the flat bag of paper, which neither has a dome nor stretches"
-    result["paper_bag"] = Metric(volume, PAPER_BAG, abs(volume / PAPER_BAG - 1.0), PAPER, "m³", text)
+    result["paper_bag"] = compared(volume, PAPER_BAG, PAPER, "m³", text)
     history = run.history
     late = history["time"] >= REST * history["time"][-1]
     for name, what in (("height", "half the height"), ("half_width", "half width in the middle of an edge")):
@@ -55,10 +56,10 @@ def metrics(run: "Run") -> dict[str, Metric]:
         result[name] = Metric(value, least[name], abs(value - least[name]) / (0.5 * SIDE), SHAPE, "m", text)
     leak = max(_outside(run, float(time)) for time in times)
     text = f"largest share of the gas's points that lie more than {CLOSE:g} cells outside the bag"
-    result["leak"] = Metric(leak, 0.0, leak, 1e-6, "", text)
+    result["leak"] = vanishing(leak, 1e-6, text)
     expected = _pressure_of_energy(run, rest)
     text = "mean pressure of the gas; reference: (γ-1)/V times the energy of the start that sheet and motion do not have"
-    result["pressure"] = Metric(pressure, expected, abs(pressure / expected - 1.0), PRESSURE, "Pa", text)
+    result["pressure"] = compared(pressure, expected, PRESSURE, "Pa", text)
     total = np.sum([history[f"{name}_energy"] for name in ("internal", "kinetic", "strain", "hourglass")], axis=0)
     lost = float(np.abs(total - total[0]).max())
     text = "largest change of the energy of gas and bag; error over that of the start"
@@ -67,7 +68,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
         lowest, highest = zip(*(_extreme_stresses(run, float(time)) for time in times), strict=True)
         squeezed = max(0.0, -min(lowest)) / max(highest)
         text = "largest compressive principal stress in the sheet over the largest tension of the run"
-        result["compression"] = Metric(squeezed, 0.0, squeezed, COMPRESSION, "", text)
+        result["compression"] = vanishing(squeezed, COMPRESSION, text)
     return result
 
 
@@ -167,25 +168,20 @@ def _curves(run: "Run") -> "Figure":
 def _shapes(run: "Run") -> "Figure":
     reached = recorded(run.times("bag"), INSTANTS)
     figure = new_figure(height=2.05 * -(-len(reached) // 3) + 0.4)
-    subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
+    subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
     sheet, shown = run.fields("bag", 0.0)["position"], {}
     row = np.flatnonzero(sheet[:, 1] < 1e-9)
     row = row[np.argsort(sheet[row, 0])]
     for name in GAS:
         y = run.fields(name, 0.0)["position"][:, 1]
         shown[name] = y < y.min() + 0.01 * run.case.grid.cell
-    for axes, time in zip(subplots, reached, strict=False):
+    for axes, time in zip(subplots, reached, strict=True):
         for name, colour in zip(GAS, (COLOURS[1], COLOURS[4]), strict=True):
             points = run.fields(name, time)["position"][shown[name]]
             axes.plot(points[:, 0], points[:, 2], ".", color=colour, markersize=1.5, label=name)
         now = run.fields("bag", time)["position"][row]
         axes.plot(now[:, 0], now[:, 2], color=COLOURS[0], label="sheet")
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.3g} ms")
-        label(axes, "x", "z", "m", "m")
-        axes.label_outer()
-    for unused in subplots[len(reached) :]:
-        unused.remove()
+        finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "z", "m")
     figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=4, loc="outside lower center", ncols=3)
     return figure
 
@@ -193,7 +189,7 @@ def _shapes(run: "Run") -> "Figure":
 def _wrinkles(run: "Run") -> "Figure":
     reached = recorded(run.times("bag"), INSTANTS)[-3:]
     figure = new_figure(height=3.4)
-    subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
+    subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)
     triangles = run.triangles("bag")
     for axes, time in zip(subplots, reached, strict=True):
         position, principal = run.fields("bag", time)["position"], _principal(run, time)
@@ -204,9 +200,6 @@ def _wrinkles(run: "Run") -> "Figure":
         x, y, _ = position.T
         colours = share[triangles].mean(axis=1)
         drawn = axes.tripcolor(x, y, colours, triangles=triangles, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.3g} ms")
-        label(axes, "x", "y", "m", "m")
-        axes.label_outer()
-    figure.colorbar(drawn, ax=list(subplots), label="smaller over larger principal stress", shrink=0.8)
+        finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "y", "m")
+    figure.colorbar(drawn, ax=subplots, label="smaller over larger principal stress", shrink=0.8)
     return figure

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, new_figure
@@ -48,11 +49,9 @@ def deviations(run: "Run", curves: tuple[Curve, ...]) -> dict[str, Metric]:
     for curve in curves:
         error = finite_elements.largest_deviation(run.history["time"], run.history[curve.column], curve.times, curve.known)
         text = f"largest deviation of {curve.what} from finite elements over their largest excursion"
-        found[f"{curve.column[:-2]}_deviation"] = Metric(error, 0.0, error, tolerance_of(run), "", text)
+        found[f"{curve.column[:-2]}_deviation"] = vanishing(error, tolerance_of(run), text)
     share = float(run.history["hourglass_energy"].max() / run.history["kinetic_energy"][0])
-    found["hourglass"] = Metric(
-        share, 0.0, share, HOURGLASS, "", "largest energy of hourglass modes over that of the motion at first"
-    )
+    found["hourglass"] = vanishing(share, HOURGLASS, "largest energy of hourglass modes over that of the motion at first")
     return found
 
 

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,9 +36,9 @@ def metrics(run: "Run") -> dict[str, Metric]:
     for name in ("radius_0", "radius_90"):
         found = float(run.history[name][last].mean())
         text = f"mean over the last {LAST:g} s, against a circle of the membrane's length, stretched by the gas"
-        result[name] = Metric(found, wanted, abs(found / wanted - 1.0), TOLERANCE, "m", text)
+        result[name] = compared(found, wanted, TOLERANCE, "m", text)
     lost = float(np.abs(loss(run)).max())
-    result["energy"] = Metric(lost, 0.0, lost, ENERGY, "", "largest change of the total energy over that at the start")
+    result["energy"] = vanishing(lost, ENERGY, "largest change of the total energy over that at the start")
     return result
 
 
@@ -79,13 +80,10 @@ def _shapes(run: "Run") -> "Figure":
     reached = recorded(run.times("membrane"), INSTANTS)
     figure = new_figure(height=3.2)
     turn = np.linspace(0.0, 0.5 * pi, 91)
-    for axes, time in zip(figure.subplots(1, len(reached), sharey=True, squeeze=False)[0], reached, strict=True):
+    for axes, time in zip(panels(figure, len(reached), len(reached), sharey=True), reached, strict=True):
         for name, size in (("gas", 1.5), ("membrane", 3.0)):
             axes.plot(*run.fields(name, time)["position"][:, :2].T, ".", markersize=size, label=name)
         axes.plot(circle(run) * np.cos(turn), circle(run) * np.sin(turn), "k:", linewidth=1)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {time:.3g} s")
-        label(axes, "x", "y", "m", "m")
-        axes.label_outer()
+        finish_panel(axes, f"t = {time:.3g} s", "x", "y", "m")
     figure.legend(*axes.get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)
     return figure

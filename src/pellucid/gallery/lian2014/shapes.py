@@ -12,7 +12,7 @@ from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Colour, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import COLOURS, WIDTH, label, new_figure
+from pellucid.results.pictures.style import COLOURS, WIDTH, finish_panel, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,10 +44,7 @@ def sections(run: "Run", body: str, times: Iterable[float], half_width: float, r
             shown = (begun[:, 1] < begun[:, 1].min() + near) & (begun[:, 0] < 1e3 * half_width)
             x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
             axes.plot(x, z, ".", markersize=size, color=colour, label=name)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * float(time):.2f} ms")
-        label(axes, "x", "z", "mm", "mm")
-        axes.label_outer()
+        finish_panel(axes, f"t = {1e3 * float(time):.2f} ms", "x", "z", "mm")
     subplots[0, 0].legend(markerscale=5, loc="upper right")
     return figure
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.case import load
+from pellucid.gallery.exact_curves import compared
 from pellucid.gallery.lian2014 import shapes
 from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of, tolerance_of
 from pellucid.references import finite_elements
@@ -39,11 +40,10 @@ def metrics(run: "Run") -> dict[str, Metric]:
     tolerance = tolerance_of(run)
     times, found, known = run.history["time"], run.history, curves[0].known
     low, lowest = float(found["membrane_z"].min()), float(known.min())
-    result["lowest"] = Metric(low, lowest, abs(low / lowest - 1.0), tolerance, "m", "lowest point of the sheet's middle")
+    result["lowest"] = compared(low, lowest, tolerance, "m", "lowest point of the sheet's middle")
     speed = _last_speed(times, found["sphere_top_z"])
     wanted = _last_speed(curves[1].times, curves[1].known)
-    text = "mean speed of the sphere's top over the last 0.05 ms"
-    result["rebound"] = Metric(speed, wanted, abs(speed / wanted - 1.0), tolerance, "m/s", text)
+    result["rebound"] = compared(speed, wanted, tolerance, "m/s", "mean speed of the sphere's top over the last 0.05 ms")
     return result
 
 

@@ -11,10 +11,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from pellucid.gallery.drop_curves import drop_curves
+from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.gallery.lian2014.shapes import IMAGES, sections
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,13 +47,11 @@ def metrics(run: "Run") -> dict[str, Metric]:
     end, result = float(times[-1]), {}
     worst = max(below(run, float(time)) for time in times)
     least = 0.5 / len(run.fields("drop")["mass"])
-    result["leak"] = Metric(worst, 0.0, worst, least, "", "largest share of the drop's points below the sheet in any frame")
+    result["leak"] = vanishing(worst, least, "largest share of the drop's points below the sheet in any frame")
     momentum = run.summary["conservation"]["momentum"]
     text = "momentum that no impulse explains, over the largest sum of mass times speed"
-    result["momentum"] = Metric(momentum, 0.0, momentum, ROUNDING, "", text)
-    lost = float(np.abs(run.history["energy_error"]).max())
-    text = "largest error of the energy balance, over the largest energy that moved"
-    result["energy"] = Metric(lost, 0.0, lost, ENERGY, "", text)
+    result["momentum"] = vanishing(momentum, ROUNDING, text)
+    result["energy"] = worst_balance(run, ENERGY, "largest error of the energy balance, over the largest energy that moved")
     grown = radius(run, end) / radius(run, 0.0)
     text = "the drop's radius over that at the start; falls short of the reference by"
     result["spread"] = Metric(grown, SPREAD, max(0.0, 1.0 - grown / SPREAD), SHORT, "", text)
@@ -108,15 +107,12 @@ def _curves(run: "Run") -> "Figure":
 def _pieces(run: "Run") -> "Figure":
     reached = recorded(run.times("drop"), PLANS)
     figure = new_figure(height=3.5)
-    subplots = figure.subplots(1, len(reached), sharex=True, sharey=True, squeeze=False).ravel()
+    subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)
     for axes, time in zip(subplots, reached, strict=True):
         place, joined = 1e3 * run.fields("drop", time)["position"], in_largest(run, time)
         for shown, colour, what in ((joined, COLOURS[0], "largest piece"), (~joined, COLOURS[1], "broken off")):
             x, y, _ = np.concatenate([place[shown] * image for image in IMAGES]).T
             axes.plot(x, y, ".", markersize=1.5, color=colour, label=what)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.2f} ms")
-        label(axes, "x", "y", "mm", "mm")
-        axes.label_outer()
+        finish_panel(axes, f"t = {1e3 * time:.2f} ms", "x", "y", "mm")
     figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=5, loc="outside lower center", ncols=2)
     return figure

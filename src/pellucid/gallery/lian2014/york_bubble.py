@@ -4,11 +4,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,20 +40,20 @@ def metrics(run: "Run") -> dict[str, Metric]:
     result = {}
     leak = max(outside)
     text = f"largest share of the water's points that lie more than {CLOSE:g} cells outside the skin"
-    result["leak"] = Metric(leak, 0.0, leak, 1e-6, "", text)
+    result["leak"] = vanishing(leak, 1e-6, text)
     widest_space = max(map(abs, space))
     text = "largest mean distance of skin and water, the bag's volume less the water's over its area, in cells"
-    result["space"] = Metric(widest_space, 0.0, widest_space, CLOSE, "", text)
+    result["space"] = vanishing(widest_space, CLOSE, text)
     first = int(np.argmax(np.abs(history["floor_force"]) > 0.0))
     gap = (float(history["bottom_z"][first]) - 0.5 * skin_case.thickness) / cell
     text = "distance of the bag from the floor when that first pushes, in cells; a row of the history late"
-    result["touch"] = Metric(gap, 0.0, abs(gap), CLOSE, "", text)
+    result["touch"] = vanishing(gap, CLOSE, text)
     wide = float(times[np.argmax([_half_width(run, float(time)) for time in times])])
     skin = run.fields("skin", wide)["position"]
     directions = np.linspace(0.0, 0.5 * np.pi, 19)
     widths = np.array([(skin[:, 0] * np.cos(a) + skin[:, 1] * np.sin(a)).max() for a in directions])
     spread = float((widths.max() - widths.min()) / widths.mean())
-    result["roundness"] = Metric(spread, 0.0, spread, ROUND, "", "difference of the half widths at the widest, over their mean")
+    result["roundness"] = vanishing(spread, ROUND, "difference of the half widths at the widest, over their mean")
     stored = float(np.interp(wide, history["time"], history["strain_energy"]))
     least = least_energy(
         skin_case.surface.sphere.radius, float(widths.mean()), skin_case.thickness, law.young_modulus, law.poisson_ratio
@@ -114,20 +115,15 @@ def _curves(run: "Run") -> "Figure":
 def _shapes(run: "Run") -> "Figure":
     reached = recorded(run.times("skin"), INSTANTS)
     figure = new_figure(height=2.3 * -(-len(reached) // 3) + 0.3)
-    subplots = figure.subplots(-(-len(reached) // 3), 3, sharex=True, sharey=True, squeeze=False).ravel()
+    subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
     near = 0.3 * run.case.grid.cell
-    for axes, time in zip(subplots, reached, strict=False):
+    for axes, time in zip(subplots, reached, strict=True):
         for name, size in (("water", 1.5), ("skin", 3.0)):
             begun, now = (run.fields(name, instant)["position"] for instant in (0.0, time))
             shown = np.abs(begun[:, 1]) < near
             axes.plot(*(1e3 * now[shown][:, [0, 2]].T), ".", markersize=size, label=name)
         axes.axhline(0.0, color="black", linewidth=0.8)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {1e3 * time:.0f} ms")
-        label(axes, "x", "z", "mm", "mm")
-        axes.label_outer()
+        finish_panel(axes, f"t = {1e3 * time:.0f} ms", "x", "z", "mm")
         axes.tick_params(labelbottom=True)
-    for unused in subplots[len(reached) :]:
-        unused.remove()
     figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)
     return figure

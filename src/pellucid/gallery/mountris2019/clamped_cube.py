@@ -5,18 +5,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.gallery.mountris2019.curves import displacement, form_of, residuals
+from pellucid.references.arrays import Array
 from pellucid.references.bonded_cube import BONDED_CUBE, AtRest
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]  # corners of a tetrahedron
 
@@ -59,7 +59,7 @@ def known_at(run: "Run", distance: float) -> AtRest:
     return BONDED_CUBE[form_of(run), distance]
 
 
-def beside_known(axes: "Axes", run: "Run", values: "Array", places: Sequence[float], known: Sequence[float]) -> None:
+def beside_known(axes: "Axes", run: "Run", values: Array, places: Sequence[float], known: Sequence[float]) -> None:
     """Values at the equilibria against how far the top has moved up or down [m], and what finite elements say at some places
     [m], with by how much the run is off there."""
     moved = abs(displacement(run, 2))
@@ -76,7 +76,7 @@ def beside_known(axes: "Axes", run: "Run", values: "Array", places: Sequence[flo
 
 
 def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric:
-    return Metric(value, known, abs(value / known - 1.0), tolerance, unit, "finite elements of second order")
+    return compared(value, known, tolerance, unit, "finite elements of second order")
 
 
 def _scatter(run: "Run") -> Metric:
@@ -96,4 +96,4 @@ def _scatter(run: "Run") -> Metric:
     inner = (abs(start - middle) < 0.26 * edge).all(axis=1)
     off = (pressure - total / count)[inner]
     scatter = float(np.sqrt(np.mean(off**2)) / np.ptp(pressure[inner]))
-    return Metric(scatter, 0.0, scatter, 0.1, "", "pressure of a node less that of its neighbours, over the range of both")
+    return vanishing(scatter, 0.1, "pressure of a node less that of its neighbours, over the range of both")

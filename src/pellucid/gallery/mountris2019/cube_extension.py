@@ -4,20 +4,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import compared
 from pellucid.gallery.mountris2019.clamped_cube import METRICS as SHARED
 from pellucid.gallery.mountris2019.clamped_cube import beside_known, known_at, metrics_at, of_mesh
 from pellucid.gallery.mountris2019.curves import form_of
 from pellucid.references import finite_elements
+from pellucid.references.arrays import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from pellucid.results.storage.run import Run
 
-    Array = NDArray[np.float64]
 
 DISTANCE = 0.05
 
@@ -29,7 +29,7 @@ CAPTIONS = {
 }
 
 
-def _lines(run: "Run") -> "dict[str, tuple[Array, Array]]":
+def _lines(run: "Run") -> dict[str, tuple[Array, Array]]:
     """Heights at rest [m] and displacements [m] of the nodes on the middle line of a free face and on a free edge."""
     name = run.case.body[0].name
     start = run.fields(name, 0.0)["position"]
@@ -45,7 +45,7 @@ def _lines(run: "Run") -> "dict[str, tuple[Array, Array]]":
     return found
 
 
-def _known_line(run: "Run", line: str, height: "Array") -> "Array":
+def _known_line(run: "Run", line: str, height: Array) -> Array:
     """The displacement across [m] by finite elements at heights [m]; the upper half mirrors the lower one."""
     table, edge = finite_elements.read("cube_bulge"), 0.1
     return np.asarray(np.interp(np.minimum(height, edge - height), table["z"], table[f"{form_of(run)}_{line}_x"]))
@@ -57,7 +57,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     height, moved = _lines(run)["face"]
     bulge = float(np.interp(0.05, height, moved[:, 0]))
     known = float(_known_line(run, "face", np.array([0.05]))[0])
-    shape = Metric(bulge, known, abs(bulge / known - 1.0), of_mesh(run, 0.01, 2.0), "m", "finite elements of second order")
+    shape = compared(bulge, known, of_mesh(run, 0.01, 2.0), "m", "finite elements of second order")
     return {**metrics_at(run, DISTANCE, of_mesh(run, 0.01, 1.5)), "bulge": shape}
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references.indented import indented
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.style import COLOURS, label, new_figure
@@ -41,7 +42,7 @@ def residuals(run: "Run", tolerance: float = 1e-12) -> dict[str, Metric]:
     found = {}
     for place, where in (("nodes", "at the nodes of prescribed faces"), ("between", "at places between these nodes")):
         value = float(run.summary[f"ebc_residual_{place}"])
-        found[f"ebc_residual_{place}"] = Metric(value, 0.0, value, tolerance, "m", f"of the field {where}")
+        found[f"ebc_residual_{place}"] = vanishing(value, tolerance, f"of the field {where}", "m")
     return found
 
 
@@ -50,7 +51,7 @@ def work_done(run: "Run") -> Metric:
     energies = run.summary["energies"]
     given = float(energies["motion_work"] - energies["damping_heat"])
     stored = float(energies["strain"])
-    return Metric(stored, given, abs(stored / given - 1.0), 2e-3, "J", "work of the motion less the heat of the damping")
+    return compared(stored, given, 2e-3, "J", "work of the motion less the heat of the damping")
 
 
 def excess(run: "Run", body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:
@@ -64,7 +65,7 @@ def excess(run: "Run", body: Literal["cylinder", "heart"], share: float, reactio
     for name, column, (first, second) in (("energy", "strain_energy", known.energy), ("force", reaction, known.force)):
         above = float((abs(run.history[column][row]) - second) / (first - second))
         text = f"{name} above that of quadratic tetrahedra, over how far linear ones are above"
-        found[f"excess_{name}"] = Metric(above, 0.0, abs(above), EXCESS, "", text)
+        found[f"excess_{name}"] = vanishing(above, EXCESS, text)
     return found
 
 

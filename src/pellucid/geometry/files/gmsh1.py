@@ -5,27 +5,11 @@ import numpy as np
 from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged
 from pellucid.geometry.files.words import floats, integers, text_of
 
-KINDS = {
-    1: "line",
-    2: "triangle",
-    3: "quad",
-    4: "tetra",
-    5: "hexahedron",
-    6: "wedge",
-    7: "pyramid",
-    8: "line3",
-    9: "triangle6",
-    10: "quad9",
-    11: "tetra10",
-    12: "hexahedron27",
-    13: "wedge18",
-    14: "pyramid14",
-    15: "vertex",
-    16: "quad8",
-    17: "hexahedron20",
-    18: "wedge15",
-    19: "pyramid13",
-}
+_KINDS = (
+    "line triangle quad tetra hexahedron wedge pyramid line3 triangle6 quad9 "
+    "tetra10 hexahedron27 wedge18 pyramid14 vertex quad8 hexahedron20 wedge15 pyramid13"
+)
+KINDS = dict(enumerate(_KINDS.split(), 1))
 """Kinds of elements by their numbers (Gmsh reference manual, MSH file format version 1); corners come first."""
 
 

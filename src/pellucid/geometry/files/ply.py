@@ -7,26 +7,10 @@ import numpy as np
 from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
 from pellucid.geometry.files.words import text_of
 
-TYPES = {
-    "char": "i1",
-    "uchar": "u1",
-    "short": "i2",
-    "ushort": "u2",
-    "int": "i4",
-    "uint": "u4",
-    "float": "f4",
-    "double": "f8",
-    "int8": "i1",
-    "uint8": "u1",
-    "int16": "i2",
-    "uint16": "u2",
-    "int32": "i4",
-    "uint32": "u4",
-    "int64": "i8",
-    "uint64": "u8",
-    "float32": "f4",
-    "float64": "f8",
-}
+TYPES = {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
+for _letter, _prefix in (("i", ""), ("u", "u")):
+    TYPES |= {f"{_prefix}{name}": f"{_letter}{size}" for name, size in (("char", 1), ("short", 2), ("int", 4))}
+    TYPES |= {f"{_prefix}int{8 * size}": f"{_letter}{size}" for size in (1, 2, 4, 8)}
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 CORNERS = ("vertex_indices", "vertex_index")
 

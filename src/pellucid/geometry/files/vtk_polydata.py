@@ -7,20 +7,9 @@ import numpy as np
 from pellucid.geometry.files.contents import Contents, Damaged, flat_blocks
 from pellucid.geometry.files.words import floats, integers, text_of
 
-TYPES = {
-    "char": "i1",
-    "unsigned_char": "u1",
-    "short": "i2",
-    "unsigned_short": "u2",
-    "int": "i4",
-    "unsigned_int": "u4",
-    "long": "i8",
-    "unsigned_long": "u8",
-    "float": "f4",
-    "double": "f8",
-    "vtktypeint64": "i8",
-    "vtkidtype": "i8",
-}
+TYPES = {"float": "f4", "double": "f8", "vtktypeint64": "i8", "vtkidtype": "i8"}
+for _name, _size in (("char", 1), ("short", 2), ("int", 4), ("long", 8)):
+    TYPES |= {_name: f"i{_size}", f"unsigned_{_name}": f"u{_size}"}
 POLYGONS, STRIPS = "POLYGONS", "TRIANGLE_STRIPS"
 LISTS = (POLYGONS, STRIPS, "LINES", "VERTICES")
 ENDS = ("POINT_DATA", "CELL_DATA")

@@ -17,24 +17,6 @@ from pellucid.geometry.surfaces.rectangle import Lid, Rectangle
 from pellucid.geometry.surfaces.sphere import SphereSurface
 from pellucid.geometry.surfaces.tube import Tube
 
-__all__ = [
-    "BoxSurface",
-    "CushionSurface",
-    "CylinderSurface",
-    "Disc",
-    "Elements",
-    "EllipsoidSurface",
-    "Icosphere",
-    "Lid",
-    "Mesh",
-    "Rectangle",
-    "SphereSurface",
-    "Surface",
-    "SurfaceFile",
-    "Triangulation",
-    "Tube",
-]
-
 Elements = Literal["quads", "triangles"]
 """Quadrilaterals where the surface has them, or triangles alone."""
 

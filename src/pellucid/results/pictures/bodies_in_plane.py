@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.results.pictures.quantities import Fields, Limits, is_film, limits, meaning, values_of
 from pellucid.results.pictures.rendering.axes import INK
-from pellucid.results.pictures.style import COLOURS, WIDTH, label, new_figure, with_unit
+from pellucid.results.pictures.style import COLOURS, WIDTH, label, new_figure, panels, with_unit
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS
 
@@ -68,18 +68,15 @@ def panels_in_plane(run: "Run", quantity: str) -> "Figure":
     flat = _Flat(run.stored.thin, [fields["position"] for bodies in states for fields in bodies])
     down, width, height = flat.arrangement(len(chosen))
     figure = new_figure(height=height * down + 0.75, layout="compressed")
-    panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()
-    for unused in panels[len(chosen) :]:
-        unused.remove()
-    panels = panels[: len(chosen)]
-    for axes, bodies, shown, time in zip(panels, states, values, chosen, strict=True):
+    drawn = panels(figure, len(chosen), -(-len(chosen) // down), sharex=True, sharey=True)
+    for axes, bodies, shown, time in zip(drawn, states, values, chosen, strict=True):
         together = np.concatenate([fields["position"] for fields in bodies])
         there = np.concatenate([_there(fields) for fields in bodies])
         dots = flat.draw(axes, together[there], shown[there], width, colours)
         for skin in skins:
             flat.draw_skin(axes, run.fields(skin, float(time))["position"], run.cells(skin).lines)
         axes.set_title(f"t = {time:.4g} s")
-    bar = figure.colorbar(dots, ax=list(panels), shrink=0.9, pad=0.01, aspect=25, extend=colours.extend)
+    bar = figure.colorbar(dots, ax=drawn, shrink=0.9, pad=0.01, aspect=25, extend=colours.extend)
     bar.set_label(with_unit(title, unit))
     bar.outline.set_visible(False)
     return figure

@@ -14,7 +14,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
-from pellucid.results.pictures.style import WIDTH, new_figure, with_unit
+from pellucid.results.pictures.style import WIDTH, new_figure, panels, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,10 +66,9 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     rows, columns = camera.shape
     width = min((WIDTH - 1.0) / across, MOST_HEIGHT / down * columns / rows)  # of a panel [inch]
     figure = new_figure(across * width + 1.0, down * width * rows / columns + 0.1, layout="compressed")
-    panels = figure.subplots(down, across, squeeze=False).ravel()
     surfaces = {name: _surface(of_body, start[name]) for name, of_body in cells.items()}
     nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * VIEW.axes()[2]
-    for axes, time, state, values in zip(panels, chosen, states, shown, strict=False):
+    for axes, time, state, values in zip(panels(figure, len(chosen), across), chosen, states, shown, strict=True):
         drawn: list[Drawable] = []
         for name, fields in state.items():
             colours = np.nan_to_num(coloured(values[name], limited[:2], limited.palette))
@@ -80,8 +79,6 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
         show(axes, render(drawn, camera, cut), camera)
         scale_bar(axes, camera)
         corner_words(axes, f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}", "cut open" if cut else "")
-    for unused in panels[len(chosen) :]:
-        unused.remove()
     scale = ScalarMappable(Normalize(limited.low, limited.high), limited.palette)
     bar = figure.colorbar(scale, ax=figure.axes, shrink=0.7, pad=0.01, aspect=25, extend=limited.extend)
     bar.set_label(with_unit(*meaning(run.stored.bodies, quantity)))

@@ -8,7 +8,7 @@ from pellucid.results.pictures.bodies_in_plane import INSTANTS
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import limits
-from pellucid.results.pictures.style import label, new_figure, with_unit
+from pellucid.results.pictures.style import label, new_figure, panels, with_unit
 from pellucid.state import FIELDS
 
 if TYPE_CHECKING:
@@ -97,13 +97,11 @@ def curves_in_plane(run: "Run") -> "Figure":
     stage = Stage(run, chosen)
     down = 1 if stage.ratio > 0.7 else 2
     figure = new_figure(height=min(6.5, 0.9 + down * stage.ratio * 8.0 * down / len(chosen) * 0.9), layout="compressed")
-    panels = figure.subplots(down, -(-len(chosen) // down), sharex=True, sharey=True, squeeze=False).ravel()
-    for unused in panels[len(chosen) :]:
-        unused.remove()
-    for axes, time in zip(panels, chosen, strict=False):
+    shown = panels(figure, len(chosen), -(-len(chosen) // down), sharex=True, sharey=True)
+    for axes, time in zip(shown, chosen, strict=True):
         drawn = stage.draw(axes, float(time))
         axes.label_outer()
-    stage.bar(figure, drawn, panels[: len(chosen)])
+    stage.bar(figure, drawn, shown)
     return figure
 
 

@@ -15,7 +15,7 @@ from pellucid.results.pictures.case_module import drawn, drawn_by_module, notice
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.stopped import MARK, where_it_stopped
-from pellucid.results.pictures.style import DPI, LINES, label, new_figure, settle
+from pellucid.results.pictures.style import DPI, LINES, label, new_figure, panels, settle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -180,16 +180,14 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
     across = 2 if number == 4 else min(3, number)
     down = -(-number // across)
     figure = new_figure(height=2.8 * down)
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, probe in zip(panels, run.stored.probes, strict=False):
+    drawn = panels(figure, number, across)
+    for axes, probe in zip(drawn, run.stored.probes, strict=True):
         axes.plot(run.history["time"], run.history[probe], _line(run))
         if beside and beside.units.get(probe) == run.units[probe]:
             axes.plot(beside.history["time"], beside.history[probe], _line(beside, 1))
         _mark_stop(run, axes)
         label(axes, _time(run), probe, "s", run.units[probe])
-    for axes in panels[number:]:
-        axes.remove()
-    lines = max((list(axes.lines) for axes in panels[:number]), key=len)
+    lines = max((list(axes.lines) for axes in drawn), key=len)
     if beside and len(lines) > 1:
         figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
     return figure

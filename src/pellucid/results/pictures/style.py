@@ -63,6 +63,22 @@ def new_figure(
     return figure
 
 
+def panels(figure: "Figure", number: int, across: int, **shared: Any) -> "list[Axes]":
+    """So many axes, at most so many in a row; shared: as of `Figure.subplots`."""
+    every = figure.subplots(-(-number // across), across, squeeze=False, **shared).ravel()
+    for unused in every[number:]:
+        unused.remove()
+    return list(every[:number])
+
+
+def finish_panel(axes: "Axes", title: str, x: str, y: str, unit: str) -> None:
+    """A picture of a plane beside others: one scale, names at the rim."""
+    axes.set_aspect("equal")
+    axes.set_title(title)
+    label(axes, x, y, unit, unit)
+    axes.label_outer()
+
+
 def settle(figure: "Figure") -> None:
     """Fix the layout of a figure: one round leaves it within a pixel. Each drawing would find it again otherwise."""
     layout = figure.get_layout_engine()

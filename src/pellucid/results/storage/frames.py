@@ -36,12 +36,7 @@ class NoFrame(IndexError):
 
 
 def create(
-    path: Path,
-    capacity: int,
-    time: float,
-    frame: Frame,
-    cells: Cells | None = None,
-    constant: Collection[str] = CONSTANT,
+    path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None, constant: Collection[str] = CONSTANT
 ) -> bytes:
     """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3), (n, 6) or the like.
 

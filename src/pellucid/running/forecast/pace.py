@@ -11,14 +11,12 @@ from contextlib import suppress
 from math import exp, log
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from pellucid.case import Case
 from pellucid.case.memory import PROGRAM_BYTES, memory_estimate
 from pellucid.compilation.kernel_key import kernel_key
 from pellucid.jit import cache_folder
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
 
 FEWEST_STEPS, LEAST_SECONDS = 20, 0.2
 """Of a run that teaches something."""

@@ -1,12 +1,10 @@
 """Cases set up without compiling anything, for what only a simulation knows."""
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from pellucid.case import Case
 from pellucid.case.memory import n_points
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
 
 MOST_POINTS = 1000
 """Of cases that are set up for this, which takes a second or two."""

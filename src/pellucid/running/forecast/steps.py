@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator
 from math import ceil, inf, isfinite, sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from pellucid.case import Case
 from pellucid.case.sections import parts_of
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
@@ -11,9 +12,6 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import is_driven
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
 from pellucid.running.forecast.quick_set_up import set_up_quickly
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
 
 
 class Foretold(NamedTuple):

@@ -2,15 +2,12 @@
 
 from contextlib import suppress
 from math import isnan, sqrt
-from typing import TYPE_CHECKING
 
+from pellucid.case import Case
 from pellucid.errors import UsageError
 from pellucid.progress import clock
 from pellucid.running.forecast.pace import Pace, Paces
 from pellucid.running.forecast.steps import Foretold, of_case
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
 
 WIDE = 2.0
 """Times as long as the least: up to then the mean is told, by their ratio."""

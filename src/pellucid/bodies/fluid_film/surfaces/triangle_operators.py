@@ -123,14 +123,7 @@ def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -
     _fill(-(-e // CHUNK), np.ascontiguousarray(x, dtype=float), nodes, tables, filled)
     value = np.broadcast_to(tables.value[tables.kind][..., None], (e, q, m, 3))
     return Operators(
-        filled.area,
-        filled.position,
-        filled.normal,
-        value,
-        filled.strain,
-        filled.slope,
-        filled.curvature,
-        filled.bending,
+        filled.area, filled.position, filled.normal, value, filled.strain, filled.slope, filled.curvature, filled.bending
     )
 
 

@@ -65,10 +65,7 @@ def skin_points(
                 count += int(here.sum())
         triangles.append(np.array(numbers)[within].transpose(2, 0, 1).reshape(-1, 3))
     values = values_at(
-        mesh,
-        evaluator,
-        np.concatenate([cell_of_node[nodes], *cells]),
-        np.concatenate([mesh.nodes[nodes], *places]),
+        mesh, evaluator, np.concatenate([cell_of_node[nodes], *cells]), np.concatenate([mesh.nodes[nodes], *places])
     )
     values.data[abs(values.data) < SMALLEST] = 0.0
     values.eliminate_zeros()

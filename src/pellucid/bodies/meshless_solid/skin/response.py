@@ -52,12 +52,7 @@ class SkinResponse:
     """
 
     def __init__(
-        self,
-        surface: GridCoupling,
-        mass: np.ndarray,
-        values: sparse.csr_array,
-        inertia: np.ndarray,
-        prescribed: np.ndarray,
+        self, surface: GridCoupling, mass: np.ndarray, values: sparse.csr_array, inertia: np.ndarray, prescribed: np.ndarray
     ) -> None:
         self._surface, self._mass, self._values = surface, mass, values
         self._inertia, self._prescribed = inertia, prescribed
