@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from pellucid.grid.nodal_fields import FOUND, OR, RUN, STEP, NodalField
-from pellucid.jit import pointwise
+from pellucid.jit import kernel, pointwise
 
 CHUNK = 512  # nodes that a thread takes at a time
 ALL = np.zeros(0, np.int64)
@@ -41,14 +41,28 @@ def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> Nodes
 
     rows, shape (rows + 1,): the first node of each row of slabs, and behind the last; most: nodes in a chunk.
     """
-    begin = rows if node is ALL else np.searchsorted(node, rows)
-    length = np.diff(begin)
-    pieces = -(-length // most)
-    of_row = np.concatenate([[0], np.cumsum(pieces)])
-    row = np.repeat(np.arange(len(pieces)), pieces)
-    within = np.arange(of_row[-1]) - of_row[row]
-    edges = np.append(begin[row] + length[row] * within // np.maximum(pieces[row], 1), begin[-1])
-    return NodesByRow(ChunkedNodes(node, edges), of_row)
+    of_row, n = np.empty(len(rows), np.int64), rows[-1] if node is ALL else len(node)
+    edges = np.empty(len(rows) + n // most + 1, np.int64)
+    return NodesByRow(ChunkedNodes(node, edges[: 1 + _divide(rows, node, node is ALL, most, edges, of_row)]), of_row)
+
+
+@kernel()
+def _divide(rows, node, is_all, most, edges, of_row):
+    """Fill where chunks begin and the last ends, and the first chunk of each row and behind the last; how many chunks."""
+    chunks = end = 0
+    edges[0] = of_row[0] = 0
+    for row in range(len(rows) - 1):
+        first = end
+        if is_all:
+            end = rows[row + 1]
+        while not is_all and end < len(node) and node[end] < rows[row + 1]:
+            end += 1
+        pieces = (end - first + most - 1) // most
+        for piece in range(pieces):
+            edges[chunks + piece + 1] = first + (end - first) * (piece + 1) // pieces
+        chunks += pieces
+        of_row[row + 1] = chunks
+    return chunks
 
 
 class NodeFlags(NamedTuple):
