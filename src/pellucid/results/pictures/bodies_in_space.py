@@ -1,10 +1,9 @@
 """Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open, and solids once more."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import Fields, limits, meaning, values_of
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
@@ -15,11 +14,6 @@ from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
 from pellucid.results.pictures.style import WIDTH, new_figure, panels, with_unit
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 INSTANTS = 4
 COLUMNS = 700  # pixels of a panel
@@ -37,7 +31,7 @@ MOST_BALLS = 60_000
 """More points of a body than this are thinned out evenly, the balls grow instead."""
 
 
-def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure":
+def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
     """All bodies at some instants but those that are lines, coloured by "speed", "displacement" or "load".
 
     What surrounds a body is cut open through the middle of that; where `halved`, all are through that of the largest solid.
@@ -86,7 +80,7 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     return figure
 
 
-def is_open_in_front(run: "Run") -> bool:
+def is_open_in_front(run: Run) -> bool:
     """Whether all solids lie at the front of the grid, as at a plane of symmetry: they are open there without a cut."""
     grid = run.stored.grid
     names = [body.name for body in run.stored.bodies if len(run.cells(body.name).tetrahedra)]
