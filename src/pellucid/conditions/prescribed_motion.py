@@ -1,7 +1,7 @@
 """Prescribed motions of bodies or parts of them, as the user describes them."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from pydantic import model_validator
 
@@ -14,13 +14,10 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where, faults
 from pellucid.model import Model, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
-
 
 WAYS = ("x", "y", "z", "normal")
 
@@ -101,7 +98,7 @@ class Motion(Condition):
         return MOTION_WORK, IMPACT_HEAT
 
     @classmethod
-    def activate(cls, conditions: Sequence["Motion"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """The motions of each body together; those of a film are all along its normal."""
         from pellucid.conditions.normal_motion import NormalMotions
         from pellucid.conditions.prescribed_points import PrescribedPoints

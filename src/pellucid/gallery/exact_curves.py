@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Axes, Run
 

@@ -1,7 +1,7 @@
 """Diffusing fields as the user describes them."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -18,14 +18,11 @@ from pellucid.geometry.surfaces.inside import Inside
 from pellucid.grid.model import GridCase
 from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.model import parameter
+from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.state import Field
-
-if TYPE_CHECKING:
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
 
 STENCIL_BYTES = 60  # of a node, over the square of the nodes of its stencil: measured on a sphere of 10 242
 WIDEST = 1.0
@@ -55,7 +52,7 @@ class DiffusingFieldCase(BodyModel):
     concentration: float = parameter("", "uniform concentration at the start", 0.0)
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
-    def build(self, placement: "Placement") -> "Body":
+    def build(self, placement: Placement) -> Body:
         """Its nodes."""
         from pellucid.bodies.diffusing_field.body import DiffusingField
 

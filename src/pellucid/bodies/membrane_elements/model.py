@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from math import ceil, sqrt
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -18,14 +18,11 @@ from pellucid.geometry.surfaces.surface import Elements
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyElasticMembraneMaterial
 from pellucid.model import parameter
+from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_elements
-
-if TYPE_CHECKING:
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
 
 SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
@@ -64,7 +61,7 @@ class MembraneElementsCase(MembraneCase):
         """Not alone: then nothing can touch it."""
         return len(parts.names(BodyModel)) > 1
 
-    def build(self, placement: "Placement") -> "Body":
+    def build(self, placement: Placement) -> Body:
         """Elements on their own nodes, or on those of a velocity field that others share."""
         from pellucid.bodies.membrane_elements.on_grid import ElementsOnGrid
         from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements

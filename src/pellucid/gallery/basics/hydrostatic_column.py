@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.heavy_column import HeavyColumn
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure

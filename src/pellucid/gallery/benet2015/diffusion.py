@@ -6,7 +6,7 @@ from pellucid.approximants.radial.windows import windows_on_line
 from pellucid.bodies.diffusing_field.domain import Line
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.diffusion import between_zero_ends
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run

@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.gallery.mountris2019.curves import displacement, form_of, residuals
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.bonded_cube import BONDED_CUBE, AtRest
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Axes, Run
