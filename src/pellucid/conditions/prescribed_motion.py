@@ -7,12 +7,13 @@ from pydantic import model_validator
 
 from pellucid.conditions.led_turns import Rotations, turn_problems
 from pellucid.conditions.signals import Signal
+from pellucid.conditions.signals.along_axes import AlongAxes
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.conditions.support import Axis
 from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where, faults
-from pellucid.model import Model, name_parameter, parameter
+from pellucid.model import name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
@@ -22,12 +23,9 @@ from pellucid.parts.part import Parts
 WAYS = ("x", "y", "z", "normal")
 
 
-class Displacements(Model):
+class Displacements(AlongAxes):
     """Prescribed displacements along the axes; what is left out is free."""
 
-    x: Signal | None = parameter("", "along x", None)
-    y: Signal | None = parameter("", "along y", None)
-    z: Signal | None = parameter("", "along z", None)
     normal: Signal | None = parameter(
         "",
         "of nodes of a fluid film along its normal at the moment, while they are free to go along it; instead of the others",

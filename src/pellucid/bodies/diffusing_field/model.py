@@ -12,6 +12,7 @@ from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.checks.surface_checks import faults
+from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.inside import Inside
@@ -83,8 +84,7 @@ class DiffusingFieldCase(BodyModel):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        position = self.domain.positions()
-        return position.min(axis=0), position.max(axis=0)
+        return bounding_box(self.domain.positions())
 
     def standing(self, grid: GridCase) -> Standing:
         """Its nodes."""

@@ -14,6 +14,7 @@ from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.checks.slowest_elements import rates_of_surface, slowest_of_surface, step_warning
 from pellucid.geometry.checks.surface_checks import mesh_faults
 from pellucid.geometry.meshes.surface_mesh import Mesh
+from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.surfaces.surface import Elements
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyElasticMembraneMaterial
@@ -88,8 +89,7 @@ class MembraneElementsCase(MembraneCase):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        vertices = self.mesh().vertices
-        return vertices.min(axis=0), vertices.max(axis=0)
+        return bounding_box(self.mesh().vertices)
 
     def standing(self, grid: GridCase) -> Standing:
         """Its nodes, and its elements cut into triangles."""

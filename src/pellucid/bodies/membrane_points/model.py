@@ -11,7 +11,7 @@ from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import COMMON_FIELDS, longest_edge, place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyMembraneMaterial
 from pellucid.materials.damage import DamageRecord, Elastodamage
@@ -51,8 +51,7 @@ class MembranePointsCase(MembraneCase):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        vertices = self.surface.triangulate().vertices
-        return vertices.min(axis=0), vertices.max(axis=0)
+        return bounding_box(self.surface.triangulate().vertices)
 
     def standing(self, grid: GridCase) -> Standing:
         """Its vertices and triangles."""

@@ -11,11 +11,12 @@ from pellucid.conditions.led_turns import Rotations
 from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.conditions.signals import Signal
+from pellucid.conditions.signals.along_axes import AlongAxes
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES
-from pellucid.model import Model, Vector, parameter
+from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
@@ -23,12 +24,8 @@ from pellucid.parts.part import Parts
 NONE = (0.0, 0.0, 0.0)
 
 
-class AnchorPath(Model):
+class AnchorPath(AlongAxes):
     """Displacements of an anchor along the axes; what is left out stays."""
-
-    x: Signal | None = parameter("", "along x", None)
-    y: Signal | None = parameter("", "along y", None)
-    z: Signal | None = parameter("", "along z", None)
 
 
 class RigidSpring(RigidLoad):

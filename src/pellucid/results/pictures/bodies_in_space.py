@@ -3,6 +3,7 @@
 import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import Fields, limits, meaning, values_of
@@ -52,7 +53,7 @@ def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
     solids = [position for name, position in start.items() if len(cells[name].tetrahedra)]
     cut = opening(list(start.values()))
     if halved and solids:
-        cut = through_the_middle([_box(position) for position in solids])
+        cut = through_the_middle([bounding_box(position) for position in solids])
     places = np.concatenate([fields["position"] for state in states for fields in state.values()])
     camera = camera_for(VIEW, places[cut.beyond(places) <= 0.0] if cut else places, COLUMNS, margin=0.06)
     across = min(2, len(chosen))
@@ -90,7 +91,7 @@ def is_open_in_front(run: Run) -> bool:
 
 def opening(positions: list[np.ndarray]) -> Plane | None:
     """Where to cut bodies open of which one surrounds another: through the middle of what is surrounded, else nowhere."""
-    boxes = [_box(position) for position in positions]
+    boxes = [bounding_box(position) for position in positions]
     hidden = [
         inner
         for k, inner in enumerate(boxes)
@@ -105,10 +106,6 @@ def through_the_middle(boxes: list[Box]) -> Plane:
     middle = float(0.5 * (largest[0] + largest[1]) @ np.array(FRONT))
     # layers of points often lie in the very middle: a little before it, so that they stay in every picture
     return Plane(FRONT, middle + ASIDE * float((largest[1] - largest[0]).max()))
-
-
-def _box(position: np.ndarray) -> Box:
-    return position.min(axis=0), position.max(axis=0)
 
 
 def _surface(cells: Cells, position: np.ndarray) -> Faceted:
