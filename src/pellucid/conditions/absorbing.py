@@ -4,7 +4,7 @@ Source: Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. 95, 859.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pydantic import field_validator
@@ -17,12 +17,10 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 SAMPLES = 4000  # of the integral of a boundary function, which is piecewise quadratic or cubic
 
@@ -43,7 +41,7 @@ class Absorbing(Condition):
         return (ABSORBED_ENERGY,)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Absorbing"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Absorbing"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """Rates at the nodes, which their momentum equation reads: nothing else acts in a step."""
         for absorbing in conditions:
             member = assembly.bodies[absorbing.body]

@@ -1,18 +1,15 @@
 """Damping: what the keys `damping` and `damping_until` of a body stand for."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.energy import DAMPING, DAMPING_HEAT, Channel, StepWork
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.capabilities import TakesDrag
 from pellucid.parts.condition import Condition
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 
 class Damping(Condition):
@@ -27,7 +24,7 @@ class Damping(Condition):
         return (DAMPING_HEAT,)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Damping"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Damping"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """One for each."""
         return [ActiveDamping(damping, assembly) for damping in conditions]
 
@@ -41,7 +38,7 @@ class Damping(Condition):
 class ActiveDamping(ActiveCondition):
     """A drag on a body that is built."""
 
-    def __init__(self, damping: Damping, assembly: "Assembly") -> None:
+    def __init__(self, damping: Damping, assembly: Assembly) -> None:
         self._damping, self._layout = damping, assembly.layout
         self._body = assembly.bodies[damping.body].offers(TakesDrag)
         self._lost, self._impulse = 0.0, np.zeros(3)

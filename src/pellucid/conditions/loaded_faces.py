@@ -1,7 +1,6 @@
 """Faces of a body with its own nodes on which tractions and pressures act, and the forces at its nodes."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,12 +8,10 @@ from pellucid.findings import Finding, Path, refuse
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.face_shares import FaceShares
 from pellucid.geometry.region import Where, chosen_faces, faults
+from pellucid.parts.annotations import AssembledBody
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.capabilities import HasMesh
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import AssembledBody
 
 
 class LoadedFaces:
@@ -26,7 +23,7 @@ class LoadedFaces:
     mesh.
     """
 
-    def __init__(self, member: "AssembledBody", where: Where, path: Path) -> None:
+    def __init__(self, member: AssembledBody, where: Where, path: Path) -> None:
         """Raises CaseError, with the path of the region, where no face is in it."""
         self.body, start = member.body, member.selectable()
         refuse(faults(where, start, path, self.body.name, member.active_axes, faces=True))

@@ -1,7 +1,7 @@
 """Outflow: faces of the grid through which material points leave the computation."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import field_validator
 
@@ -11,13 +11,11 @@ from pellucid.energy import OUTFLOW_ENERGY, Channel
 from pellucid.findings import Finding, Path, Reason
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import LosesPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 
 class Outflow(Condition):
@@ -38,7 +36,7 @@ class Outflow(Condition):
         return (OUTFLOW_ENERGY,)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Outflow"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """Bodies let their points go by themselves: nothing else acts in a step."""
         led = {name for name, member in assembly.bodies.items() if member.body.constraint is not None}
         for outflow in conditions:

@@ -1,36 +1,31 @@
 """Prescribed motions of bodies or parts of them, as the user describes them."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from pydantic import model_validator
 
 from pellucid.conditions.led_turns import Rotations, turn_problems
 from pellucid.conditions.signals import Signal
+from pellucid.conditions.signals.along_axes import AlongAxes
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.conditions.support import Axis
 from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where, faults
-from pellucid.model import Model, name_parameter, parameter
+from pellucid.model import name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
-
-
 WAYS = ("x", "y", "z", "normal")
 
 
-class Displacements(Model):
+class Displacements(AlongAxes):
     """Prescribed displacements along the axes; what is left out is free."""
 
-    x: Signal | None = parameter("", "along x", None)
-    y: Signal | None = parameter("", "along y", None)
-    z: Signal | None = parameter("", "along z", None)
     normal: Signal | None = parameter(
         "",
         "of nodes of a fluid film along its normal at the moment, while they are free to go along it; instead of the others",
@@ -101,7 +96,7 @@ class Motion(Condition):
         return MOTION_WORK, IMPACT_HEAT
 
     @classmethod
-    def activate(cls, conditions: Sequence["Motion"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """The motions of each body together; those of a film are all along its normal."""
         from pellucid.conditions.normal_motion import NormalMotions
         from pellucid.conditions.prescribed_points import PrescribedPoints

@@ -1,7 +1,6 @@
 """Pressure that follows a membrane or the faces of a solid."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,14 +11,12 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import TakesPressure, TakesTractions
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 
 class Pressure(ChangesInTime, Condition):
@@ -52,11 +49,11 @@ class Pressure(ChangesInTime, Condition):
         return "load_work"
 
     @classmethod
-    def activate(cls, conditions: Sequence["Pressure"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Pressure"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """One for each."""
         return [pressure.active(assembly, number) for number, pressure in enumerate(conditions)]
 
-    def active(self, assembly: "Assembly", number: int) -> ActiveCondition:
+    def active(self, assembly: Assembly, number: int) -> ActiveCondition:
         """What acts in a run; number: its place among the pressures of the case."""
         if not assembly.bodies[self.body].body.is_surface:
             return ActiveFacePressure(self, assembly, number)
@@ -76,7 +73,7 @@ class Pressure(ChangesInTime, Condition):
 class ActivePressure(ActiveCondition):
     """A pressure on a membrane that is built."""
 
-    def __init__(self, pressure: Pressure, assembly: "Assembly") -> None:
+    def __init__(self, pressure: Pressure, assembly: Assembly) -> None:
         self._body, self._pressure = assembly.bodies[pressure.body].offers(TakesPressure), pressure
         self._column = assembly.load_column(pressure.body, pressure.load_channel())
 
@@ -88,7 +85,7 @@ class ActivePressure(ActiveCondition):
 class ActiveFacePressure(ActiveCondition):
     """A pressure on faces of a solid that is built."""
 
-    def __init__(self, pressure: Pressure, assembly: "Assembly", number: int) -> None:
+    def __init__(self, pressure: Pressure, assembly: Assembly, number: int) -> None:
         member, where = assembly.bodies[pressure.body], pressure.where or "boundary"
         self._faces, self._pressure = LoadedFaces(member, where, ("pressure", number, "where")), pressure
         self._add = assembly.forces_on(pressure.body, pressure.load_channel())

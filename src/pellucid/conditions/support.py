@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from math import inf
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
 from pydantic import field_validator, model_validator
@@ -14,12 +14,10 @@ from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
 Axis = Literal["x", "y", "z"]
@@ -183,7 +181,7 @@ class Support(Condition):
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
     @classmethod
-    def activate(cls, conditions: Sequence["Support"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Support"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """Constrain the nodes of all grids, where axes may be thin too, and those of bodies with their own."""
         from pellucid.conditions.constrained_nodes import constrain_all
 

@@ -1,17 +1,12 @@
 """Curves of a drop that falls on something: heights against time, and where the energy goes."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import label, new_figure
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-    from pellucid.results.storage.run import Run
-
-
-def drop_curves(run: "Run", heights: Mapping[str, str], struck: str) -> "Figure":
+def drop_curves(run: Run, heights: Mapping[str, str], struck: str) -> Figure:
     """heights: columns of the history with what they are; struck: what the drop falls on."""
     figure = new_figure(height=3.4)
     above, energy = figure.subplots(1, 2)

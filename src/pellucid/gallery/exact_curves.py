@@ -1,19 +1,13 @@
 """Curves of a run beside exact ones, and metrics of numbers that have an exact value."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from pellucid.results.storage.run import Run
+from pellucid.results.pictures.annotations import Axes, Run
 
 
-def column(run: "Run", name: str) -> Array:
+def column(run: Run, name: str) -> Array:
     """A column of the history."""
     return np.asarray(run.history[name], dtype=float)
 
@@ -28,18 +22,18 @@ def vanishing(value: float, tolerance: float, meaning: str, unit: str = "") -> M
     return Metric(value, 0.0, abs(value), tolerance, unit, meaning)
 
 
-def worst_balance(run: "Run", tolerance: float, meaning: str = "largest relative error of the energy balance") -> Metric:
+def worst_balance(run: Run, tolerance: float, meaning: str = "largest relative error of the energy balance") -> Metric:
     """The error of the energy balance where it is largest."""
     return vanishing(float(np.abs(run.history["energy_error"]).max()), tolerance, meaning)
 
 
-def energy_metric(run: "Run", tolerance: float) -> Metric:
+def energy_metric(run: Run, tolerance: float) -> Metric:
     """The relative error of the energy balance at the end."""
     error = abs(float(run.summary["conservation"]["energy"]))
     return vanishing(error, tolerance, "relative error of the energy balance at the end")
 
 
-def beside(axes: "Axes", time: Array, found: Array, exact: Array, name: str, colour: str) -> None:
+def beside(axes: Axes, time: Array, found: Array, exact: Array, name: str, colour: str) -> None:
     """A curve in colour over the exact one, which is wide and grey; later ones are dashed, so that none hides another."""
     first = not axes.lines
     axes.plot(time, exact, color="#bbb", linewidth=4.0, zorder=1.5, label="exact" if first else None)

@@ -13,6 +13,7 @@ from pellucid.geometry.checks.quality import dihedral_angles, quad_qualities, te
 from pellucid.geometry.checks.solid_checks import apart, solid_faults
 from pellucid.geometry.checks.surface_checks import mesh_faults
 from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.checks.words import Fault
 from pellucid.geometry.files.contents import Contents
 from pellucid.geometry.files.first_order import counted, first_order
 from pellucid.geometry.files.read import ANY, read_file
@@ -29,8 +30,6 @@ METRES, MILLIMETRES = 3.0, 1000.0
 HEAD = 2000
 """Bytes in which a file may say what its unit is."""
 SAID = re.compile(rb"unit[s]?\s*[=:]?\s*\(?(mm|cm|dm|um|nm|m|inch|in)\b", re.IGNORECASE)
-
-Fault = tuple[str, str]
 
 
 @dataclass(frozen=True)

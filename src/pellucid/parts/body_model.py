@@ -13,14 +13,11 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial
 from pellucid.model import Vector, name_parameter
+from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.part import Part, Parts
 from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 from pellucid.state import Field, declare_field
-
-if TYPE_CHECKING:
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
 
 FIELD_MEANING = "velocity field: bodies of one field move together, those of different fields touch by contact"
 
@@ -104,7 +101,7 @@ class BodyModel(Part):
         """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
 
     @abstractmethod
-    def build(self, placement: "Placement") -> "Body":
+    def build(self, placement: Placement) -> Body:
         """Build the body; in a case with several, from the model that `with_others` returns."""
 
     def check_set_up(self) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 
 if TYPE_CHECKING:
     from pellucid.case import Case

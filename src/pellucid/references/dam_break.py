@@ -4,15 +4,11 @@ import csv
 from dataclasses import dataclass
 from importlib.resources import files
 from math import sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pellucid.references.arrays import Array
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
+from pellucid.references.annotations import Array, Case
 
 
 def martin_moyce(quantity: str) -> tuple[Array, Array]:
@@ -35,7 +31,7 @@ class Column:
     gravity: float
 
     @classmethod
-    def of(cls, case: "Case") -> "Column":
+    def of(cls, case: Case) -> "Column":
         """The column of a case: its first body, a box, with gravity along -y."""
         lower, upper = case.body[0].bounds()
         return cls(float(upper[0] - lower[0]), float(upper[1] - lower[1]), -case.gravity[1])

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 
 TERMS = 200
 

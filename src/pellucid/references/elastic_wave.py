@@ -2,16 +2,12 @@
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.materials.elastic import ElasticMaterial
-from pellucid.references.arrays import Array
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
+from pellucid.references.annotations import Array, Case
 
 
 @dataclass(frozen=True)
@@ -24,7 +20,7 @@ class StandingWave:
     speed: float
 
     @classmethod
-    def of(cls, case: "Case") -> "StandingWave":
+    def of(cls, case: Case) -> "StandingWave":
         """The wave that the first body of a case starts with. In a bar held sideways the wave's modulus is λ + 2μ."""
         body = case.body[0]
         wave = body.velocity_wave if isinstance(body, MaterialPointsCase) else None

@@ -2,15 +2,11 @@
 
 import csv
 from importlib.resources import files
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pellucid.references.arrays import Array
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
+from pellucid.references.annotations import Array, Case
 
 
 def read(table: str) -> dict[str, Array]:
@@ -31,7 +27,7 @@ def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Arra
     return float(np.abs(apart).max() / np.abs(reference - reference[0]).max())
 
 
-def same_problem(case: "Case", other: "Case") -> bool:
+def same_problem(case: Case, other: Case) -> bool:
     """Whether two cases state the same problem for the same bodies.
 
     Grid, points, step, length and output may differ, and so may the kind of a membrane: of points or of elements.

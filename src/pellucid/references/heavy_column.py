@@ -6,14 +6,11 @@ Source: Bonet & Wood 2008, Nonlinear Continuum Mechanics for Finite Element Anal
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
-from pellucid.references.arrays import Array
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
+from pellucid.references.annotations import Array, Case
 
 HEIGHTS = 2001  # at which the stretch is found; Simpson's rule between them is exact to 1e-12
 
@@ -29,7 +26,7 @@ class HeavyColumn:
     shear: float
 
     @classmethod
-    def of(cls, case: "Case") -> "HeavyColumn":
+    def of(cls, case: Case) -> "HeavyColumn":
         """The column of a case whose first body is a box that stands on the lower face of the grid, gravity along -y."""
         body = case.body[0]
         lower, upper = body.bounds()

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 
 
 class Layer(NamedTuple):

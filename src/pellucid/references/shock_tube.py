@@ -2,15 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array, Case
 from pellucid.references.riemann import GasState, RiemannSolution, solve
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
 
 QUANTITIES = {"density": "kg/m^3", "pressure": "Pa", "velocity": "m/s", "internal_energy": "J/kg"}
 
@@ -26,7 +23,7 @@ class Tube:
     cell: float
 
     @classmethod
-    def of(cls, case: "Case") -> "Tube":
+    def of(cls, case: Case) -> "Tube":
         """The tube of a case whose first body is the gas on the left, its second the gas on the right."""
         left, right = (_gas(body) for body in case.body)
         diaphragm = float(case.body[0].bounds()[1][0])

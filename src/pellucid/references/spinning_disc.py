@@ -8,7 +8,6 @@ Valid for small strains, (ωR)² ρ/E << 1.
 from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,10 +17,7 @@ from scipy.special import j0, j1
 
 from pellucid.bodies.material_points.model import MaterialPointsCase
 from pellucid.materials.elastic import ElasticMaterial
-from pellucid.references.arrays import Array
-
-if TYPE_CHECKING:
-    from pellucid.case import Case
+from pellucid.references.annotations import Array, Case
 
 
 @dataclass(frozen=True)
@@ -36,7 +32,7 @@ class SpinningDisc:
     modes: int = 20
 
     @classmethod
-    def of(cls, case: "Case") -> "SpinningDisc":
+    def of(cls, case: Case) -> "SpinningDisc":
         """The disc of a case with one body, a cylinder along z."""
         body = case.body[0]
         cylinder = body.shape.cylinder if isinstance(body, MaterialPointsCase) else None

@@ -11,7 +11,7 @@ from collections.abc import Set as AbstractSet
 import numpy as np
 
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
@@ -88,15 +88,11 @@ def _near(
     known = [model.with_others(models) for model in models if model.name in standing]
     if len(known) < 2:
         return []
-    boxes = [_box(standing[model.name].position) if model.name in going_on else model.bounds() for model in known]
+    boxes = [bounding_box(standing[model.name].position) if model.name in going_on else model.bounds() for model in known]
     lower, upper = (np.array(ends)[:, ~np.array(grid.thin())] for ends in zip(*boxes, strict=True))
     meet = (lower[:, None] <= upper[None] + grid.cell).all(axis=2)
     pairs = np.argwhere(np.triu(meet & meet.T, 1)).tolist()
     return [(known[i], known[j]) for i, j in pairs if not {known[i].name, known[j].name} <= going_on]
-
-
-def _box(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return places.min(axis=0), places.max(axis=0)
 
 
 def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: AbstractSet[str]) -> Contains:

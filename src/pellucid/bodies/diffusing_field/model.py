@@ -1,7 +1,7 @@
 """Diffusing fields as the user describes them."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -12,20 +12,18 @@ from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.state import initial_problems
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.checks.surface_checks import faults
+from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.inside import Inside
 from pellucid.grid.model import GridCase
 from pellucid.materials.diffusive import DiffusiveMaterial
 from pellucid.model import parameter
+from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.state import Field
-
-if TYPE_CHECKING:
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
 
 STENCIL_BYTES = 60  # of a node, over the square of the nodes of its stencil: measured on a sphere of 10 242
 WIDEST = 1.0
@@ -55,7 +53,7 @@ class DiffusingFieldCase(BodyModel):
     concentration: float = parameter("", "uniform concentration at the start", 0.0)
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
-    def build(self, placement: "Placement") -> "Body":
+    def build(self, placement: Placement) -> Body:
         """Its nodes."""
         from pellucid.bodies.diffusing_field.body import DiffusingField
 
@@ -86,8 +84,7 @@ class DiffusingFieldCase(BodyModel):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        position = self.domain.positions()
-        return position.min(axis=0), position.max(axis=0)
+        return bounding_box(self.domain.positions())
 
     def standing(self, grid: GridCase) -> Standing:
         """Its nodes."""

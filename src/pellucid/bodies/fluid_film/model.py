@@ -17,6 +17,7 @@ from pellucid.energy import DAMPING_HEAT, VISCOUS_HEAT, Channel
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.algorithms.spatial_order import spatial_order
+from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.surfaces.film_shapes import FilmShape
 from pellucid.grid.model import GridCase
@@ -234,8 +235,7 @@ class FluidFilmCase(BodyModel):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        positions = self.positions()
-        return positions.min(axis=0), positions.max(axis=0)
+        return bounding_box(self.positions())
 
     def standing(self, grid: GridCase) -> Standing:
         """Its nodes, and between those of a surface triangles."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from math import hypot
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pellucid.bodies.initial.state import initial_problems
 from pellucid.bodies.material_points.checks import (
@@ -18,13 +18,10 @@ from pellucid.bodies.placing import COMMON_FIELDS, place_problems
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.model import parameter
+from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.condition import is_driven
 from pellucid.parts.part import Parts
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_in_cells
-
-if TYPE_CHECKING:
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
 
 
 class MaterialPointsCase(SeededBody):
@@ -33,7 +30,7 @@ class MaterialPointsCase(SeededBody):
     kind: Literal["material-points"] = "material-points"
     rigid: bool = parameter("", "whether a solid moves as a rigid body; its elasticity then does not count", False)
 
-    def build(self, placement: "Placement") -> "Body":
+    def build(self, placement: Placement) -> Body:
         """Its points on the grid."""
         from pellucid.bodies.material_points.body import MaterialPoints
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from math import ceil, sqrt
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -14,18 +14,16 @@ from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.checks.slowest_elements import rates_of_surface, slowest_of_surface, step_warning
 from pellucid.geometry.checks.surface_checks import mesh_faults
 from pellucid.geometry.meshes.surface_mesh import Mesh
+from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.surfaces.surface import Elements
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyElasticMembraneMaterial
 from pellucid.model import parameter
+from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_elements
-
-if TYPE_CHECKING:
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
 
 SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
@@ -64,7 +62,7 @@ class MembraneElementsCase(MembraneCase):
         """Not alone: then nothing can touch it."""
         return len(parts.names(BodyModel)) > 1
 
-    def build(self, placement: "Placement") -> "Body":
+    def build(self, placement: Placement) -> Body:
         """Elements on their own nodes, or on those of a velocity field that others share."""
         from pellucid.bodies.membrane_elements.on_grid import ElementsOnGrid
         from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
@@ -91,8 +89,7 @@ class MembraneElementsCase(MembraneCase):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        vertices = self.mesh().vertices
-        return vertices.min(axis=0), vertices.max(axis=0)
+        return bounding_box(self.mesh().vertices)
 
     def standing(self, grid: GridCase) -> Standing:
         """Its nodes, and its elements cut into triangles."""

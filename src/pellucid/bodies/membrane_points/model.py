@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from math import ceil
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -11,18 +11,15 @@ from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import COMMON_FIELDS, longest_edge, place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyMembraneMaterial
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.model import parameter
+from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import StepLimit, signals_in_cells
-
-if TYPE_CHECKING:
-    from pellucid.parts.body import Body
-    from pellucid.parts.placement import Placement
 
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
 ALIKE = 1e-6  # of a cell; points that differ by less are one
@@ -37,7 +34,7 @@ class MembranePointsCase(MembraneCase):
     kind: Literal["membrane-points"] = "membrane-points"
     material: AnyMembraneMaterial = parameter("", "what the membrane is made of")
 
-    def build(self, placement: "Placement") -> "Body":
+    def build(self, placement: Placement) -> Body:
         """Its points on the grid."""
         from pellucid.bodies.membrane_points.body import MembranePoints
 
@@ -54,8 +51,7 @@ class MembranePointsCase(MembraneCase):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner [m]."""
-        vertices = self.surface.triangulate().vertices
-        return vertices.min(axis=0), vertices.max(axis=0)
+        return bounding_box(self.surface.triangulate().vertices)
 
     def standing(self, grid: GridCase) -> Standing:
         """Its vertices and triangles."""

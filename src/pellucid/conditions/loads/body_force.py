@@ -1,6 +1,6 @@
 """An acceleration of one body."""
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -9,9 +9,7 @@ from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Path
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
+from pellucid.parts.annotations import Assembly
 
 
 class BodyForce(ChangesInTime, LoadModel):
@@ -20,7 +18,7 @@ class BodyForce(ChangesInTime, LoadModel):
     kind: Literal["body-force"] = "body-force"
     acceleration: Vector = parameter("m/s^2", "force on unit mass")
 
-    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its forces."""
         return ActiveBodyForce(self, assembly)
 
@@ -28,7 +26,7 @@ class BodyForce(ChangesInTime, LoadModel):
 class ActiveBodyForce(ActiveCondition):
     """An acceleration of a body that is built, on its points as they are stored."""
 
-    def __init__(self, load: BodyForce, assembly: "Assembly") -> None:
+    def __init__(self, load: BodyForce, assembly: Assembly) -> None:
         self._body, self._load = assembly.bodies[load.body].body, load
         self._add = assembly.forces_on(load.body, load.channel)
 

@@ -1,17 +1,14 @@
 """The points of a body that a load acts on."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.findings import Finding, Path, refuse
 from pellucid.geometry.region import Where, chosen_nodes, faults
+from pellucid.parts.annotations import AssembledBody
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import AssembledBody
 
 
 def chosen_problems(where: Where, name: str, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -21,7 +18,7 @@ def chosen_problems(where: Where, name: str, path: Path, parts: Parts) -> Iterat
         yield from faults(where, start, (*path, "where"), name, parts.active_axes)
 
 
-def chosen_points(where: Where, member: "AssembledBody", path: Path) -> np.ndarray:
+def chosen_points(where: Where, member: AssembledBody, path: Path) -> np.ndarray:
     """Whether a point of a body that is built is in the region of the load at a path, by the numbers of the points, shape (n,).
 
     Raises CaseError where none is.

@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from inspect import get_annotations
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,14 +16,12 @@ from pellucid.findings import Finding, Path, listed, refuse
 from pellucid.geometry.region import Where
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import SpreadsPoints
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 from pellucid.users.users_code import WrongArray, as_array, failing_as, home_of
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 OTHER_CHANNELS = [channel.name for channel in FIXED_COLUMNS]
 
@@ -47,7 +45,7 @@ class LoadModel(Condition):
             )
 
     @abstractmethod
-    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """What acts in a run. Raises CaseError, with the path of the load in the case, where it cannot."""
 
     def load_channel(self) -> str:
@@ -55,7 +53,7 @@ class LoadModel(Condition):
         return self.channel
 
     @classmethod
-    def activate(cls, conditions: Sequence["LoadModel"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["LoadModel"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """One for each."""
         return [load.active(assembly, ("load", number)) for number, load in enumerate(conditions)]
 
@@ -99,7 +97,7 @@ class Load(ChangesInTime, LoadModel):
         if self.region is not None:
             yield from chosen_problems(self.region, self.body, path, parts)
 
-    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its forces."""
         return ActiveLoad(self, assembly, path)
 
@@ -107,7 +105,7 @@ class Load(ChangesInTime, LoadModel):
 class ActiveLoad(ActiveCondition):
     """A load on a body that is built."""
 
-    def __init__(self, load: Load, assembly: "Assembly", path: Path) -> None:
+    def __init__(self, load: Load, assembly: Assembly, path: Path) -> None:
         member = assembly.bodies[load.body]
         self._body, self._load, self._path = member.body, load, path
         if isinstance(self._body, SpreadsPoints):

@@ -1,7 +1,7 @@
 """Pressure on a fluid film."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -12,12 +12,10 @@ from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
 from pellucid.model import Model, Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 
 class Band(Model):
@@ -58,7 +56,7 @@ class FilmPressure(ChangesInTime, LoadModel):
         if self.along is not None and not any(self.along):
             yield Finding((*path, "along"), "has no length", "give a direction such as [0, 1, 0], or leave it out")
 
-    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """What acts in a run."""
         label = f"{'.'.join(map(str, path))} of kind {self.kind}"
         return ActiveSurfaceLoad(self.traction, self.body, self.channel, assembly, label)

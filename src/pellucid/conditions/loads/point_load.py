@@ -1,7 +1,7 @@
 """A force shared by points."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 
 class PointLoad(ChangesInTime, LoadModel):
@@ -30,7 +28,7 @@ class PointLoad(ChangesInTime, LoadModel):
         yield from super().problems(path, parts)
         yield from chosen_problems(self.where, self.body, path, parts)
 
-    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its forces."""
         return ActivePointLoad(self, assembly, path)
 
@@ -38,7 +36,7 @@ class PointLoad(ChangesInTime, LoadModel):
 class ActivePointLoad(ActiveCondition):
     """A force on points of a body that is built."""
 
-    def __init__(self, load: PointLoad, assembly: "Assembly", path: Path) -> None:
+    def __init__(self, load: PointLoad, assembly: Assembly, path: Path) -> None:
         member = assembly.bodies[load.body]
         self._body, self._load = member.body, load
         chosen = chosen_points(load.where, member, path)

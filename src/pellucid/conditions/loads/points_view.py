@@ -1,16 +1,14 @@
 """What users' loads see of the points of a body."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
 from pellucid.findings import absent
+from pellucid.parts.annotations import Body
 from pellucid.parts.capabilities import Membrane
 from pellucid.users.users_code import read_only
-
-if TYPE_CHECKING:
-    from pellucid.parts.body import Body
 
 
 class PointsView:
@@ -21,7 +19,7 @@ class PointsView:
     and triangles. The arrays cannot be written to.
     """
 
-    def __init__(self, body: "Body") -> None:
+    def __init__(self, body: Body) -> None:
         self._body, self._order = body, body.order()
 
     @cached_property

@@ -1,7 +1,7 @@
 """A force and a torque on a rigid body."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import model_validator
@@ -13,10 +13,8 @@ from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 NONE = (0.0, 0.0, 0.0)
 
@@ -39,7 +37,7 @@ class RigidForce(ChangesInTime, RigidLoad):
         yield from super().problems(path, parts)
         yield from thin_problems(self.force, self.torque, ("force", "torque"), path, parts)
 
-    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its force and torque."""
         return ActiveRigidForce(self, assembly)
 
@@ -47,7 +45,7 @@ class RigidForce(ChangesInTime, RigidLoad):
 class ActiveRigidForce(ActiveCondition):
     """A force and a torque on a rigid body that is built."""
 
-    def __init__(self, load: RigidForce, assembly: "Assembly") -> None:
+    def __init__(self, load: RigidForce, assembly: Assembly) -> None:
         self._on, self._load = OnRigidBody(load, assembly), load
         self._column = assembly.layout.column(Channel(load.channel))
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from math import sqrt
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import model_validator
@@ -11,26 +11,21 @@ from pellucid.conditions.led_turns import Rotations
 from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.conditions.signals import Signal
+from pellucid.conditions.signals.along_axes import AlongAxes
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
 from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES
-from pellucid.model import Model, Vector, parameter
+from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 NONE = (0.0, 0.0, 0.0)
 
 
-class AnchorPath(Model):
+class AnchorPath(AlongAxes):
     """Displacements of an anchor along the axes; what is left out stays."""
-
-    x: Signal | None = parameter("", "along x", None)
-    y: Signal | None = parameter("", "along y", None)
-    z: Signal | None = parameter("", "along z", None)
 
 
 class RigidSpring(RigidLoad):
@@ -90,7 +85,7 @@ class RigidSpring(RigidLoad):
         along = _fastest(self.stiffness, self.damping, mass)
         return max(along, _fastest(self.turning_stiffness, self.turning_damping, least))
 
-    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its force and torque."""
         return ActiveRigidSpring(self, assembly)
 
@@ -102,7 +97,7 @@ def _fastest(stiffness: Vector, damping: Vector, mass: float) -> float:
 class ActiveRigidSpring(ActiveCondition):
     """Springs on a rigid body that is built."""
 
-    def __init__(self, load: RigidSpring, assembly: "Assembly") -> None:
+    def __init__(self, load: RigidSpring, assembly: Assembly) -> None:
         self._on = OnRigidBody(load, assembly)
         self._stiffness = np.array([*load.stiffness, *load.turning_stiffness])
         self._damping = np.array([*load.damping, *load.turning_damping])

@@ -1,7 +1,7 @@
 """A force on unit area of faces."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 
 class Traction(ChangesInTime, LoadModel):
@@ -30,7 +28,7 @@ class Traction(ChangesInTime, LoadModel):
         yield from super().problems(path, parts)
         yield from face_problems(self.where, (*path, "where"), self.body, parts)
 
-    def active(self, assembly: "Assembly", path: Path) -> ActiveCondition:
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its forces at the nodes."""
         return ActiveTraction(self, assembly, path)
 
@@ -38,7 +36,7 @@ class Traction(ChangesInTime, LoadModel):
 class ActiveTraction(ActiveCondition):
     """A traction on a body that is built."""
 
-    def __init__(self, traction: Traction, assembly: "Assembly", path: Path) -> None:
+    def __init__(self, traction: Traction, assembly: Assembly, path: Path) -> None:
         self._traction = traction
         self._faces = LoadedFaces(assembly.bodies[traction.body], traction.where, (*path, "where"))
         self._add = assembly.forces_on(traction.body, traction.channel)

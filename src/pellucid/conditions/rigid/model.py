@@ -1,17 +1,14 @@
 """Rigid bodies: what the key `rigid` of a body stands for."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.energy import IMPACT_HEAT, Channel
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
 from pellucid.parts.condition import Condition
-
-if TYPE_CHECKING:
-    from pellucid.parts.assembly import Assembly
 
 
 class Rigid(Condition):
@@ -26,7 +23,7 @@ class Rigid(Condition):
         return (IMPACT_HEAT,)
 
     @classmethod
-    def activate(cls, conditions: Sequence["Rigid"], assembly: "Assembly") -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence["Rigid"], assembly: Assembly) -> Sequence[ActiveCondition]:
         """One active condition for all rigid bodies of the case."""
         from pellucid.conditions.rigid.body import RigidBodies, RigidBody
 

@@ -1,11 +1,15 @@
 """Tables of a quantity over time in CSV files, as cases name them."""
 
 import csv
+from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from math import isfinite
+from typing import Self
 
 import numpy as np
+from pydantic import model_validator
 
+from pellucid.model import Model
 from pellucid.system.input_files import file_bytes
 
 
@@ -72,3 +76,24 @@ def _numbers(cells: list[str]) -> bool:
         return all(isfinite(float(cell)) for cell in cells)
     except ValueError:
         return False
+
+
+class OverTime(Model):
+    """A quantity over time in a file, which is read at once, so that an error in it is one of the case."""
+
+    @abstractmethod
+    def rows(self) -> np.ndarray:
+        """Time [s] and the quantity, shape (rows, 2). Raises ValueError naming the file's line."""
+
+    @model_validator(mode="after")
+    def _read_it(self) -> Self:
+        self.rows()
+        return self
+
+    def function(self) -> Callable[[float], float]:
+        """The quantity as a function of time [s]."""
+        return between_rows(self.rows())
+
+    def top_speed(self) -> float:
+        """Its largest rate between rows."""
+        return steepest(self.rows())

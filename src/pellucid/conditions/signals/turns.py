@@ -5,13 +5,13 @@ from math import degrees, radians
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import field_validator, model_validator
+from pydantic import field_validator
 
 from pellucid.conditions.signals.contract import Displacement, SignalModel
 from pellucid.conditions.signals.ramp import Ramp
 from pellucid.conditions.signals.sine import Sine
 from pellucid.conditions.signals.steady import Steady
-from pellucid.conditions.signals.time_table import between_rows, read_rows, steepest
+from pellucid.conditions.signals.time_table import OverTime, read_rows
 from pellucid.model import InputFile, Model, parameter
 from pellucid.units import to_si
 
@@ -90,7 +90,7 @@ class SteadyTurn(LikeDisplacement):
         return Steady(velocity=self.angular_velocity)
 
 
-class TableTurn(TurnModel):
+class TableTurn(OverTime, TurnModel):
     """A table of time [s] and angle in degrees: monotone cubics between the rows, constant before and behind.
 
     The angle counts from that at t = 0.
@@ -99,20 +99,7 @@ class TableTurn(TurnModel):
     kind: Literal["table"] = "table"
     path: InputFile = parameter("", "CSV file with the columns time [s] and angle [deg]; a row of names may stand first")
 
-    @model_validator(mode="after")
-    def _read_it(self) -> "TableTurn":
-        self.rows()
-        return self
-
     def rows(self) -> np.ndarray:
         """Time [s] and angle [rad], shape (rows, 2). Raises ValueError naming the file's line."""
         rows = read_rows(self.path, "angle [deg]")
         return np.column_stack([rows[:, 0], np.radians(rows[:, 1])])
-
-    def function(self) -> Displacement:
-        """Angle [rad] as a function of time [s]."""
-        return between_rows(self.rows())
-
-    def top_speed(self) -> float:
-        """Largest angular velocity [rad/s]."""
-        return steepest(self.rows())

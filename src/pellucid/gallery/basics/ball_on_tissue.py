@@ -4,7 +4,7 @@ A quarter, x and y above 0, is computed; the block is as wide as high, which bes
 0.3 % (validation/sphere-on-layer).
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,12 +13,8 @@ from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric, vanishing
 from pellucid.references.indentation import Layer, at_contact, force
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 Array = np.ndarray
 
@@ -44,7 +40,7 @@ class Pressed(NamedTuple):
     centre: float  # height of its middle at the start [m]
 
     @classmethod
-    def of(cls, run: "Run") -> "Pressed":
+    def of(cls, run: Run) -> "Pressed":
         """Those of a run."""
         block, ball = run.case.body
         if not isinstance(block, MeshlessSolidCase) or not isinstance(ball, MembraneElementsCase) or not ball.surface.sphere:
@@ -54,16 +50,16 @@ class Pressed(NamedTuple):
         layer = Layer(elastic["young_modulus"], elastic["poisson_ratio"], float(high[2] - low[2]), bonded=True)
         return cls(layer, sphere.radius + 0.5 * ball.thickness, sphere.centre[2])
 
-    def middle(self, run: "Run", time: float) -> float:
+    def middle(self, run: Run, time: float) -> float:
         """Height of the middle of the ball at a time [m]."""
         return float(self.centre + run.case.motion[0].functions()[2](time))
 
-    def depth(self, run: "Run", time: float) -> float:
+    def depth(self, run: Run, time: float) -> float:
         """How deep the ball is in the layer at a time [m]."""
         return max(0.0, self.layer.thickness + self.radius - self.middle(run, time))
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Force at rest, how far the face is off the ball, energy, momentum."""
     exact, end = Pressed.of(run), float(run.history["time"][-1])
     depth = exact.depth(run, end)
@@ -87,25 +83,25 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def _force(run: "Run") -> Array:
+def _force(run: Run) -> Array:
     """On the whole ball at each row of the history [N]."""
     return np.asarray(4.0 * np.asarray(run.history["force"], dtype=float))
 
 
-def _tissue(run: "Run") -> tuple[Array, Array]:
+def _tissue(run: Run) -> tuple[Array, Array]:
     """Places of the tissue's nodes [m] at the start and at the end, shape (n, 3) each."""
     times = run.times("tissue")
     begun, now = (run.fields("tissue", float(times[frame]))["position"] for frame in (0, -1))
     return begun, now
 
 
-def figures(run: "Run") -> "dict[str, Figure]":
+def figures(run: Run) -> dict[str, Figure]:
     """Force against time, and the face beneath the ball."""
     exact = Pressed.of(run)
     return {"force": _curve(run, exact), "face": _face(run, exact)}
 
 
-def _curve(run: "Run", exact: Pressed) -> "Figure":
+def _curve(run: Run, exact: Pressed) -> Figure:
     time = np.asarray(run.history["time"], dtype=float)
     depth = np.array([exact.depth(run, float(at)) for at in time])
     widest = np.sqrt(2.0 * exact.radius * depth.max())
@@ -121,7 +117,7 @@ def _curve(run: "Run", exact: Pressed) -> "Figure":
     return figure
 
 
-def _face(run: "Run", exact: Pressed) -> "Figure":
+def _face(run: Run, exact: Pressed) -> Figure:
     begun, now = _tissue(run)
     end = float(run.history["time"][-1])
     beside = begun[:, 1] < 1e-9

@@ -1,19 +1,13 @@
 """Strong explosions beside their similarity solution: radius of the shock, density about the centre, total energy."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.blast import MEASURE, Blast
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 DISPLACED = 2.0  # cells: a front is caught within some cells, an error of first order
 ENERGY = 1e-12  # of its scale: rounding
@@ -32,7 +26,7 @@ CAPTIONS = {
 METRICS = ("radius", "worst_radius", "density_l1", "energy")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """The radius at the end and the worst of the later half, the error of the density, and of the balance of energy."""
     blast, cell = Blast.of(run.case), run.case.grid.cell
     times, found = fronts(run, blast)
@@ -66,13 +60,13 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def rings(run: "Run") -> Array:
+def rings(run: Run) -> Array:
     """Radii between rings of one cell [m], from the centre to the wall."""
     cell, width = run.case.grid.cell, float(run.case.grid.extent_upper()[0] - run.case.grid.lower[0])
     return np.arange(0.0, width + 0.5 * cell, cell)
 
 
-def gas(run: "Run", blast: Blast, time: float) -> tuple[Array, Array, Array, Array]:
+def gas(run: Run, blast: Blast, time: float) -> tuple[Array, Array, Array, Array]:
     """Radius [m], mass [kg], volume [m³] and pressure [Pa] of all points at a time of a frame, shape (n,) each."""
     frames = [run.fields(body.name, time) for body in run.case.body]
     names = ("position", "mass", "density", "pressure")
@@ -80,7 +74,7 @@ def gas(run: "Run", blast: Blast, time: float) -> tuple[Array, Array, Array, Arr
     return np.linalg.norm(position[:, : blast.dimensions], axis=1), mass, mass / density, pressure
 
 
-def ring_density(run: "Run", blast: Blast, edges: Array, time: float) -> Array:
+def ring_density(run: Run, blast: Blast, edges: Array, time: float) -> Array:
     """Mass in rings over their volume [kg/m³]."""
     radius, mass, _, _ = gas(run, blast, time)
     n = blast.dimensions
@@ -98,7 +92,7 @@ def exact_density(blast: Blast, edges: Array, time: float, displaced: float = 0.
     return np.asarray((density * weight).sum(axis=1) / weight.sum(axis=1))
 
 
-def fronts(run: "Run", blast: Blast) -> tuple[Array, Array]:
+def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
     """Times of the frames after the start [s] and the radius of the shock in each [m]."""
     edges, times = rings(run), np.asarray(run.times(run.case.body[0].name), dtype=float)[1:]
     middles, found = 0.5 * (edges[1:] + edges[:-1]), []
@@ -113,7 +107,7 @@ def fronts(run: "Run", blast: Blast) -> tuple[Array, Array]:
     return times, np.array(found)
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Radius and energies against time, and density over the radius."""
     blast = Blast.of(run.case)
     figure = new_figure(10.0, 3.6)

@@ -1,19 +1,12 @@
 """Blocks that slide down planes turned about two axes: along the steepest descent, as Coulomb's law says."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 CAPTIONS = {"blocks_on_oblique_planes": "Speeds down the slope, ways seen from above, and how far they are off the exact line."}
 
@@ -29,12 +22,12 @@ PULL = 9.81 * (np.sin(SLOPE) - FRICTION * np.cos(SLOPE))  # [m/s²]
 BLOCKS = {"on_plate": "on the plate", "on_wall": "on the wall"}
 
 
-def vectors(run: "Run", block: str, quantity: str = "") -> Array:
+def vectors(run: Run, block: str, quantity: str = "") -> Array:
     """Displacements [m] or, with "v", velocities [m/s] of a block, shape (n, 3)."""
     return np.stack([column(run, f"{block}_{quantity}{axis}") for axis in "xyz"], axis=1)
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Speeds down the slope, how far the blocks leave the line of the steepest descent, energy."""
     end = float(column(run, "time")[-1])
     result = {}
@@ -53,7 +46,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result | {"energy": energy_metric(run, 0.005)}
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Speeds, ways from above, and what is aside."""
     time = column(run, "time")
     figure = new_figure(height=3.4)

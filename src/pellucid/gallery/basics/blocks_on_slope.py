@@ -1,17 +1,11 @@
 """Blocks that slide, stick and rest, against Coulomb's law."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"blocks_on_slope": "Blocks that slide; that stick; and one that carries its weight upright."}
 
@@ -22,19 +16,19 @@ FRICTION, HEIGHT, DENSITY, YOUNG = 0.3, 0.25, 2000.0, 1e7
 PULL = ALONG - FRICTION * ACROSS
 
 
-def softness(run: "Run") -> float:
+def softness(run: Run) -> float:
     """How much softer than 10 MPa the blocks are."""
     block = run.case.model_dump()["body"][1]
     return YOUNG / float(block["material"]["young_modulus"])
 
 
-def shear_and_compression(run: "Run") -> tuple[float, float]:
+def shear_and_compression(run: Run) -> tuple[float, float]:
     """Mean displacements of a block that bears its weight, ρ g H²/3G and ρ g H²/3M [m]."""
     weight = DENSITY * HEIGHT**2 * softness(run) / (3.0 * YOUNG)
     return weight * ALONG * 2.6, weight * 9.81 * 0.52 / 0.7  # ν = 0.3
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Speeds of what slides, ways of what sticks, height and motion of what rests, energy."""
     time = column(run, "time")
     end, (sheared, pressed) = float(time[-1]), shear_and_compression(run)
@@ -60,7 +54,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result | {"energy": energy_metric(run, 0.005)}
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Speeds, ways of what sticks, and the height of the block that rests."""
     time, (_, pressed) = column(run, "time"), shear_and_compression(run)
     figure = new_figure(height=3.4)

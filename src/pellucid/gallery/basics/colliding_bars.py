@@ -1,17 +1,11 @@
 """Two bars in one dimension: one gives the other all of its speed."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"colliding_bars": "Mean velocities of the bars, and the force between them; grey, exact."}
 
@@ -22,7 +16,7 @@ SPEED, GAP = 0.1, 0.001  # [m/s], [m]
 TOUCH, DURATION, FORCE = GAP / SPEED, 2.0 * LENGTH / WAVE_SPEED, 0.5 * IMPEDANCE * SPEED
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Force and duration of the touch, speeds afterwards, energy."""
     time, force = column(run, "time"), column(run, "force")
     since = (time - TOUCH) / DURATION
@@ -41,7 +35,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Velocities and force."""
     time = column(run, "time")
     share = np.clip((time - TOUCH) / DURATION, 0.0, 1.0)

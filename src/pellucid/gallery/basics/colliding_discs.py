@@ -1,19 +1,12 @@
 """Two colliding discs: symmetry, energy, contact and rebound."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import energy_metric, vanishing, worst_balance
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 # Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
 CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
@@ -28,7 +21,7 @@ CAPTIONS = {
 METRICS = ("momentum", "mirror", "diagonal", "energy", "energy_swing", "contact_begins", "contact_duration", "rebound")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Momentum, mirror symmetry, energy; where the case is Sulsky's, also when and how long they touch, and rebound."""
     times, lower, upper = _mean_velocities(run)
     speed = float(np.linalg.norm(lower[0]))
@@ -51,7 +44,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def _contact(run: "Run", times: Array, lower: Array, speed: float) -> dict[str, Metric]:
+def _contact(run: Run, times: Array, lower: Array, speed: float) -> dict[str, Metric]:
     """Contact is when the mean velocity changes: from 1 % off the approach to within 1 % of the rebound."""
     along = lower @ lower[0] / speed**2
     begins = _crossing(times, along, 0.99)
@@ -77,19 +70,19 @@ def _crossing(times: Array, signal: Array, level: float) -> float:
     return float(times[i - 1] + (signal[i - 1] - level) / (signal[i - 1] - signal[i]) * (times[i] - times[i - 1]))
 
 
-def _as_published(run: "Run") -> bool:
+def _as_published(run: Run) -> bool:
     case = run.case
     same = all(getattr(body.material, key, None) == value for body in case.body for key, value in REFERENCE_MATERIAL.items())
     return same and np.linalg.norm(case.body[0].velocity) == np.linalg.norm([0.1, 0.1]) and case.time.end > 3.3
 
 
-def _mean_velocities(run: "Run") -> tuple[Array, Array, Array]:
+def _mean_velocities(run: Run) -> tuple[Array, Array, Array]:
     history = run.history
     lower, upper = (np.column_stack([history[f"{name}_x"], history[f"{name}_y"]]) for name in ("lower", "upper"))
     return np.asarray(history["time"]), lower, upper
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """The discs at six instants, coloured by mean stress, and their speeds along the line of centres."""
     names = [body.name for body in run.case.body]
     frames = np.asarray(run.times(names[0]), dtype=float)

@@ -1,20 +1,13 @@
 """Cylinders that swing in a trough, gliding and rolling: as pendulums do."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from pellucid.gallery.exact_curves import beside, column, energy_metric, vanishing
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 CAPTIONS = {"cylinders_in_trough": "How far the cylinders have swung, how far off the exact place they are, and their energy."}
 
@@ -26,7 +19,7 @@ INERTIA = {"glides": 1.0, "rolls": 1.5}
 """What moves, over the mass: what rolls turns as well, with a moment of inertia of m R²/2."""
 
 
-def exact(run: "Run", name: str) -> Array:
+def exact(run: Run, name: str) -> Array:
     """Angle of a pendulum from the lowest point [rad]."""
     time, pull = column(run, "time"), GRAVITY / LENGTH / INERTIA[name]
     found = solve_ivp(
@@ -35,19 +28,19 @@ def exact(run: "Run", name: str) -> Array:
     return np.asarray(found.y[0])
 
 
-def angle(run: "Run", name: str) -> Array:
+def angle(run: Run, name: str) -> Array:
     """Of the axis of a cylinder about that of the trough, from the lowest point [rad]."""
     return np.arctan2(column(run, f"{name}_x"), -column(run, f"{name}_y"))
 
 
-def energy_change(run: "Run", name: str) -> Array:
+def energy_change(run: Run, name: str) -> Array:
     """Change of kinetic energy, with the spin of what rolls, and potential energy, over what is freed on the way down."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     energy = 0.5 * INERTIA[name] * squared + GRAVITY * column(run, f"{name}_y")
     return np.asarray((energy - energy[0]) / (GRAVITY * LENGTH * (1.0 - np.cos(START))))
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Angles and energies beside those of pendulums, spin and slip, ways along the trough, energy."""
     # A cylinder sinks in by 0.01 to 0.025 cells, most where it presses most, and the start leaves it free by the sagittas of
     # facets: the pendulum is longer by some cell/50, and what that frees is damped. What rolls winds up springs of friction
@@ -71,7 +64,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result | {"energy": energy_metric(run, 0.005)}
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Angles, what is missing of them, energies."""
     time = column(run, "time")
     figure = new_figure(height=3.4)

@@ -1,19 +1,15 @@
 """Collapsing water column against Martin and Moyce's experiment."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pellucid.gallery.exact_curves import vanishing
 from pellucid.references.dam_break import Column, martin_moyce
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from pellucid.results.storage.run import Run
 
 # The experimenters could not see when the flow began; all their series for this shape pass Z = 1.44 at T = 1.19 to 1.22.
 # So the front is compared in time that counts from that passage; the difference of the starts is a metric of its own.
@@ -33,7 +29,7 @@ CAPTIONS = {
 METRICS = ("start", "front", "front_speed", "wall_height", "ritter_bound", "density_spread")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Front, its speed and the height at the wall against the experiment; Ritter's bound; how nearly incompressible."""
     column = Column.of(run.case)
     times, front = run.history["time"], run.history["front"] / column.width
@@ -54,7 +50,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def _against_experiment(run: "Run", column: Column) -> dict[str, Metric]:
+def _against_experiment(run: Run, column: Column) -> dict[str, Metric]:
     times, front = column.front_time(run.history["time"]), run.history["front"] / column.width
     wanted_time, wanted = martin_moyce("front")
     result: dict[str, Metric] = {}
@@ -82,7 +78,7 @@ def _against_experiment(run: "Run", column: Column) -> dict[str, Metric]:
     return result
 
 
-def wall_height(run: "Run", column: Column) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
+def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
     """tau = t sqrt(g/a) of the frames, and the height of the water in the cells at the wall over the first one."""
     name, cell = run.case.body[0].name, run.case.grid.cell
     times = np.asarray(run.times(name), dtype=float)
@@ -94,7 +90,7 @@ def wall_height(run: "Run", column: Column) -> "tuple[NDArray[np.float64], NDArr
     return column.height_time(times), np.array(heights) / heights[0]
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Front and height against the experiment, and the water at six instants."""
     column = Column.of(run.case)
     curves = new_figure(10.0, 4.0)
@@ -118,7 +114,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"front": curves, "water": _water(run)}
 
 
-def _water(run: "Run") -> "Figure":
+def _water(run: Run) -> Figure:
     name = run.case.body[0].name
     frames = np.asarray(run.times(name), dtype=float)
     figure = new_figure(10.0, 3.6)

@@ -3,21 +3,15 @@
 A quarter, x and y above 0, is computed.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
 from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 Array = np.ndarray
 
@@ -36,7 +30,7 @@ CAPTIONS = {
 METRICS = ("clearance", "impulse", "momentum", "mass", "energy")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Least height of the water above the face, what contact gave the water, momentum, mass, energy."""
     kept, cells = run.summary["conservation"], min(clearance(run, float(time)) for time in run.times("water"))
     cells /= run.case.grid.cell
@@ -63,7 +57,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def clearance(run: "Run", time: float) -> float:
+def clearance(run: Run, time: float) -> float:
     """Least height [m] of the water's points above the face in the frame nearest to a time [s].
 
     The face is flat between the nodes on it; beside it counts the height of the nearest.
@@ -75,17 +69,17 @@ def clearance(run: "Run", time: float) -> float:
     return float(np.min(water[:, 2] - np.where(np.isnan(height), beside, height)))
 
 
-def _momentum(run: "Run", time: float) -> float:
+def _momentum(run: Run, time: float) -> float:
     water = run.fields("water", time)
     return float(water["mass"] @ water["velocity"][:, 2])
 
 
-def figures(run: "Run") -> "dict[str, Figure]":
+def figures(run: Run) -> dict[str, Figure]:
     """The middle cut, and curves against time."""
     return {"sections": _sections(run), "curves": drop_curves(run, HEIGHTS, "tissue")}
 
 
-def _sections(run: "Run") -> "Figure":
+def _sections(run: Run) -> Figure:
     chosen = recorded(run.times("water"), SECTIONS)
     figure = new_figure(height=2.3 * -(-len(chosen) // 2))
     figure.set_layout_engine("compressed")

@@ -1,18 +1,14 @@
 """A block without lateral strain bounces on a floor: the exact impact of a bar on a rigid wall."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"bounce": "Velocity of the centre of mass, and the force on the floor."}
 
@@ -34,7 +30,7 @@ class Impact(NamedTuple):
     spacing: float  # of the nodes along the bar [m]
 
     @classmethod
-    def of(cls, run: "Run") -> "Impact":
+    def of(cls, run: Run) -> "Impact":
         """That of a run."""
         body = run.case.body[0]
         if not isinstance(body, MeshlessSolidCase) or body.mesh.box is None:
@@ -68,7 +64,7 @@ class Impact(NamedTuple):
         return np.asarray(np.clip(2.0 * (time - self.touch) / self.duration - 1.0, -1.0, 1.0) * self.speed)
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Force on the floor, when the block stands still, how fast it leaves, energy."""
     exact, history = Impact.of(run), run.history
     time, velocity, push = (np.asarray(history[name], dtype=float) for name in ("time", "velocity_z", "force"))
@@ -96,7 +92,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Velocity of the centre of mass, and the force on the floor."""
     exact, history = Impact.of(run), run.history
     time = np.asarray(history["time"], dtype=float)

@@ -1,26 +1,20 @@
 """Standing wave of an elastic bar against the exact solution."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references.elastic_wave import StandingWave, period_of
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"wave": "Velocity and displacement along the bar at the end, and the velocity of the antinode against time."}
 
 METRICS = ("velocity_l2", "displacement_l2", "period")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Relative L2 errors of velocity and displacement at the end, and the error of the period."""
     wave = StandingWave.of(run.case)
     x, displacement, velocity, time = _state(run)
@@ -43,7 +37,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Velocity and displacement along the bar at the end, and the velocity of the antinode against time."""
     wave = StandingWave.of(run.case)
     x, displacement, velocity, time = _state(run)
@@ -66,7 +60,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"wave": figure}
 
 
-def _state(run: "Run") -> "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]":
+def _state(run: Run) -> "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]":
     """Initial position, displacement [m], velocity [m/s] along x, each (n,), and the time [s] at the end."""
     name = run.case.body[0].name
     times = run.times(name)

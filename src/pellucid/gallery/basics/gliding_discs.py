@@ -1,20 +1,13 @@
 """Discs that glide without friction on a plate and over a disc: speed and energy are kept, the way is that of a bead."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from pellucid.gallery.exact_curves import beside, column, compared
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 CAPTIONS = {"gliding_discs": "Speed on the plate, the way over the hill, and the energy of both; grey, the exact ones."}
 
@@ -24,7 +17,7 @@ HILL = np.array([3.6, 0.6])
 CENTRES, GRAVITY = 0.8, 9.81  # distance of the centres [m], [m/s²]
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Speed on the plate, work of contact, energy of both discs, where the second one is."""
     time, speed, work = column(run, "time"), column(run, "flat_vx"), float(run.history["contact_work"][-1])
     moving = float(run.history["kinetic_energy"][0])
@@ -48,13 +41,13 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def energy_of(run: "Run", name: str, level: float) -> Array:
+def energy_of(run: Run, name: str, level: float) -> Array:
     """Kinetic and potential energy of a disc over its mass [J/kg], above a level [m]."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     return np.asarray(0.5 * squared + GRAVITY * (column(run, f"{name}_y") - level))
 
 
-def bead(run: "Run", time: Array) -> Array:
+def bead(run: Run, time: Array) -> Array:
     """Exact places of the centre [m], shape (n, 2): on a circle about the hill until its weight no longer holds it there."""
     first = np.array([column(run, "round_x")[0], column(run, "round_y")[0]]) - HILL
     speed = float(np.hypot(column(run, "round_vx")[0], column(run, "round_vy")[0]))
@@ -79,7 +72,7 @@ def bead(run: "Run", time: Array) -> Array:
     return np.asarray(way.T)
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Speed, way, energies."""
     time, exact = column(run, "time"), bead(run, column(run, "time"))
     figure = new_figure(height=3.4)

@@ -1,19 +1,13 @@
 """A column at rest under its own weight: places, stresses and speeds of its points beside the exact solution."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.heavy_column import HeavyColumn
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 SLOW = 1e-3  # m/s; the column swings at up to 1.1 m/s if it is let go
 # Compressed, the points are no lattice of the cells any more: what sums over points lack of integrals does not fall with the
@@ -30,7 +24,7 @@ CAPTIONS = {
 METRICS = ("displacement", "stress", "fastest", "energy")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Displacement of the top, the worst stress of a point, the fastest point, the ledger."""
     column = HeavyColumn.of(run.case)
     rest, place, stress = points(run)
@@ -56,7 +50,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def points(run: "Run") -> tuple[Array, Array, Array]:
+def points(run: Run) -> tuple[Array, Array, Array]:
     """Heights of the points in the stress-free column and in the last frame [m], stress along the column [Pa], (n,) each.
 
     The points are seeded in equal layers, whose order is that of the heights.
@@ -72,7 +66,7 @@ def points(run: "Run") -> tuple[Array, Array, Array]:
     return rest, place, stress
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Displacement and stress over the height, speed against time."""
     column = HeavyColumn.of(run.case)
     figure = new_figure(10.0, 3.6)

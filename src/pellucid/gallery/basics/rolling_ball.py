@@ -1,17 +1,11 @@
 """A ball that rolls down a plate in space, against a rigid body."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"rolling_ball": "How far the ball is, and how fast."}
 
@@ -21,7 +15,7 @@ SHARE = 5.0 / 7.0
 """Of the acceleration along the slope: the moment of inertia is 2/5 m R²."""
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Way and speed at the end, how far it leaves its line, energy."""
     end, pull = float(run.history["time"][-1]), SHARE * float(run.case.gravity[0])
     way, aside = float(column(run, "ball_x")[-1]), float(np.max(np.abs(column(run, "ball_y"))))
@@ -34,7 +28,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Way and speed."""
     time, pull = column(run, "time"), SHARE * float(run.case.gravity[0])
     figure = new_figure(height=3.2)

@@ -1,15 +1,9 @@
 """Discs that roll without slip and glide without friction down a slope, against rigid bodies."""
 
-from typing import TYPE_CHECKING
-
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"rolling_discs": "How far the discs are, and how much that differs from the exact ways."}
 
@@ -21,7 +15,7 @@ NAMES = {"rigid": "rigid, rolls", "elastic": "elastic, rolls", "gliding": "rigid
 RADIUS = 0.4
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Where the discs are at the end, how fast the one without friction is, energy."""
     end, along = float(run.history["time"][-1]), float(run.case.gravity[0])
     # A surface of points is round to a share of (cell/R)², but a layer of half a cell gives way where it touches: the radius
@@ -39,7 +33,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result | {"energy": energy_metric(run, 0.005)}
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Ways, and what is missing of them."""
     time, along = column(run, "time"), float(run.case.gravity[0])
     figure = new_figure(height=3.4)

@@ -1,27 +1,20 @@
 """A spinning elastic disc against the exact breathing motion of linear elasticity."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, energy_metric
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.spinning_disc import SpinningDisc
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 CAPTIONS = {"spinning_disc": "Mean stress against time, and the stresses over the radius, averaged over the frames."}
 
 METRICS = ("mean_stress", "breathing_period", "angle", "angular_momentum", "energy")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Mean stress (virial theorem), first breath, turned angle, angular momentum, energy."""
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times = np.asarray(run.times(name), dtype=float)
@@ -55,7 +48,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def _mean_pull(run: "Run") -> tuple[Array, Array]:
+def _mean_pull(run: Run) -> tuple[Array, Array]:
     """Times [s] and the points' mean of σxx + σyy [Pa]."""
     history = run.history
     return np.asarray(history["time"]), np.asarray(history["stress_xx"]) + np.asarray(history["stress_yy"])
@@ -89,7 +82,7 @@ def _polar_stresses(points: dict[str, Array]) -> tuple[Array, Array, Array]:
     return np.hypot(x, y), radial, s[:, 0] + s[:, 1] - radial
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Mean stress against time, and the stresses over the radius, averaged over the frames of the run."""
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times, pull = _mean_pull(run)

@@ -1,19 +1,14 @@
 """Water that should stay at rest: speeds of its points, and their pressure beside that of their depth."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 SLOW = 1e-3  # m/s, of waves that would raise the surface to 2 m/s if they were as high as the water is deep
 PRESSURE_SHARE = 0.01  # of the pressure on the ground; half of it is the compression g H/(2 c²) that ρ₀ g depth leaves out
@@ -30,7 +25,7 @@ CAPTIONS = {
 METRICS = ("fastest", "pressure", "column", "energy")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """The fastest point, the worst pressure of a point beside ρ₀ g depth and beside a compressible column, the ledger."""
     fastest = float(np.max(run.history["fastest"]))
     weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
@@ -44,7 +39,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def pressure_errors(run: "Run") -> tuple[Array, Array]:
+def pressure_errors(run: Run) -> tuple[Array, Array]:
     """In each frame, over the pressure on the ground: the largest difference of a point from ρ₀ g depth, and from a
     column of the same liquid."""
     water: Any = run.case.body[0]
@@ -59,18 +54,18 @@ def pressure_errors(run: "Run") -> tuple[Array, Array]:
     return worst[:, 0], worst[:, 1]
 
 
-def depths(run: "Run", position: Array) -> Array:
+def depths(run: Run, position: Array) -> Array:
     """Depths [m] of places in a tank whose gravity is along -y."""
     water: Any = run.case.body[0]
     return np.asarray(water.hydrostatic.level - position[:, 1])
 
 
-def simple(run: "Run", depth: Array) -> Array:
+def simple(run: Run, depth: Array) -> Array:
     """ρ₀ g depth [Pa]."""
     return np.asarray(run.case.body[0].material.density * -run.case.gravity[1] * depth)
 
 
-def column(run: "Run", depth: Array) -> Array:
+def column(run: Run, depth: Array) -> Array:
     """Pressure of Tait's liquid [Pa] of which c² grows by (n-1) g depth, as dp = ρ g ds has it."""
     material: Any = run.case.body[0].material
     eos, n = material.eos, material.eos.exponent
@@ -79,7 +74,7 @@ def column(run: "Run", depth: Array) -> Array:
     return np.asarray(material.pressure + stiffness * (growth ** (n / (n - 1.0)) - 1.0))
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Speed against time, pressure over height, and the largest error of the pressure against time."""
     name = run.case.body[0].name
     figure = new_figure(10.0, 3.6)

@@ -1,20 +1,13 @@
 """Blocks on plates that are turned against the grid: they slide and stick as Coulomb's law says, however the plates lie."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.basics.blocks_on_slope import FRICTION, PULL, shear_and_compression, softness
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 CAPTIONS = {"turned_blocks": "Speeds of what slides, ways of what sticks, and the bodies at the end."}
 
@@ -24,14 +17,14 @@ PLATES = {"east": (np.radians(17.0), 1.0), "west": (np.radians(-33.0), -1.0)}
 """Angle of a plate, and the direction along it in which its blocks slide."""
 
 
-def along_and_off(run: "Run", block: str, quantity: str = "") -> tuple[Array, Array]:
+def along_and_off(run: Run, block: str, quantity: str = "") -> tuple[Array, Array]:
     """Ways [m] or, with "v", velocities [m/s] of a block along its plate and off it."""
     angle, sign = PLATES[block[:4]]
     x, y = column(run, f"{block}_{quantity}x"), column(run, f"{block}_{quantity}y")
     return sign * (np.cos(angle) * x + np.sin(angle) * y), np.cos(angle) * y - np.sin(angle) * x
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Speeds along the plates, how far off their lines, ways of what sticks, energy."""
     end, cell = float(column(run, "time")[-1]), run.case.grid.cell
     sheared, _ = shear_and_compression(run)
@@ -52,7 +45,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result | {"energy": energy_metric(run, 0.005)}
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Speeds of what slides, ways of what sticks, and the bodies at the end."""
     time = column(run, "time")
     figure = new_figure(height=3.4)

@@ -1,23 +1,16 @@
 """Diffusion along a bar against the Fourier series."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.approximants.radial.windows import windows_on_line
 from pellucid.bodies.diffusing_field.domain import Line
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.gallery.exact_curves import compared, vanishing
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.diffusion import between_zero_ends
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 CAPTIONS = {
     "profiles": "Concentration at the start and at the end (as figure 4.5 of the thesis).",
@@ -35,7 +28,7 @@ THESIS = 6e-5
 """Largest relative error of the thesis with 41 particles."""
 
 
-def _bar(run: "Run") -> tuple[DiffusingFieldCase, Line]:
+def _bar(run: Run) -> tuple[DiffusingFieldCase, Line]:
     """The field and its line. Raises ValueError for a case that the reference does not cover."""
     body = run.case.body[0]
     line = body.domain.line if isinstance(body, DiffusingFieldCase) else None
@@ -48,7 +41,7 @@ def _bar(run: "Run") -> tuple[DiffusingFieldCase, Line]:
     return body, line
 
 
-def _exact(run: "Run", x: Array, time: float) -> Array:
+def _exact(run: Run, x: Array, time: float) -> Array:
     """The concentration at x [m] along the bar."""
     body, line = _bar(run)
 
@@ -61,7 +54,7 @@ def _exact(run: "Run", x: Array, time: float) -> Array:
     return between_zero_ends(start, line.upper, body.material.diffusivity * time, x)
 
 
-def _profiles(run: "Run") -> tuple[Array, Array, Array, float]:
+def _profiles(run: Run) -> tuple[Array, Array, Array, float]:
     """Places [m], concentrations of the nodes and exact ones at the end, each (n,), and the time [s]."""
     name = run.case.body[0].name
     time = float(run.times(name)[-1])
@@ -70,7 +63,7 @@ def _profiles(run: "Run") -> tuple[Array, Array, Array, float]:
     return x, np.asarray(fields["concentration"]), _exact(run, x, time), time
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """The largest error over the largest concentration, and the amount that is left."""
     x, found, exact, time = _profiles(run)
     error = float(np.abs(found - exact).max() / np.abs(exact).max())
@@ -86,12 +79,12 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Profiles, errors, and why windows must not be wide."""
     return {"profiles": _profile_figure(run), "errors": _error_figure(run), "windows": _window_figure(run)}
 
 
-def _profile_figure(run: "Run") -> "Figure":
+def _profile_figure(run: Run) -> Figure:
     x, found, _, time = _profiles(run)
     figure = new_figure(7.0, 3.6)
     axes = figure.subplots()
@@ -105,7 +98,7 @@ def _profile_figure(run: "Run") -> "Figure":
     return figure
 
 
-def _error_figure(run: "Run") -> "Figure":
+def _error_figure(run: Run) -> Figure:
     x, found, exact, _ = _profiles(run)
     figure = new_figure(7.0, 3.2)
     axes = figure.subplots()
@@ -116,7 +109,7 @@ def _error_figure(run: "Run") -> "Figure":
     return figure
 
 
-def _window_figure(run: "Run") -> "Figure":
+def _window_figure(run: Run) -> Figure:
     """The symbol of windows, and the largest real part of the eigenvalues of -M⁻¹ D K for many widths, ends closed."""
     body, bar = _bar(run)
     x = bar.places()

@@ -1,29 +1,22 @@
 """Spherical harmonics that fade on a sphere, each at its exact rate."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.bodies.diffusing_field.model import DiffusingFieldCase
 from pellucid.bodies.initial.spherical_harmonic import SphericalHarmonic
 from pellucid.gallery.exact_curves import compared
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.diffusion import harmonic_decay
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 CAPTIONS = {"harmonics": "Left: the amplitude of each harmonic. Right: what it differs from the exact one by."}
 
 METRICS = ("decay_2", "decay_3", "amount", "area")
 
 
-def _field(run: "Run") -> tuple[DiffusingFieldCase, float]:
+def _field(run: Run) -> tuple[DiffusingFieldCase, float]:
     """The field and the radius of its sphere [m]. Raises ValueError for a case that the reference does not cover."""
     body = run.case.body[0]
     surface = body.domain.surface if isinstance(body, DiffusingFieldCase) else None
@@ -32,7 +25,7 @@ def _field(run: "Run") -> tuple[DiffusingFieldCase, float]:
     return body, surface.icosphere.radius
 
 
-def _amplitudes(run: "Run") -> tuple[Array, dict[int, Array]]:
+def _amplitudes(run: Run) -> tuple[Array, dict[int, Array]]:
     """Instants [s], and at each of these the part of each harmonic in the field over that at the start, by its degree."""
     body, _ = _field(run)
     times = run.times(body.name)
@@ -47,7 +40,7 @@ def _amplitudes(run: "Run") -> tuple[Array, dict[int, Array]]:
     return times, result
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Rates of decay, the amount, the area."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
@@ -69,7 +62,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Amplitudes of the harmonics."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)

@@ -1,7 +1,5 @@
 """The film of a case of vesicles, and what acts on it."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
@@ -14,21 +12,17 @@ from pellucid.geometry.surfaces.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import style
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from pellucid.results.storage.run import Run
+from pellucid.results.pictures.annotations import Axes, Run
 
 INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid may have
 
 
-def films_of(run: "Run") -> list[FluidFilmCase]:
+def films_of(run: Run) -> list[FluidFilmCase]:
     """All films of the case."""
     return [body for body in run.case.body if isinstance(body, FluidFilmCase)]
 
 
-def film_of(run: "Run") -> FluidFilmCase:
+def film_of(run: Run) -> FluidFilmCase:
     """The only film of the case."""
     (film,) = films_of(run)
     return film
@@ -49,29 +43,29 @@ def radius_of(film: FluidFilmCase) -> float:
     return shape.radius
 
 
-def pressures_of(run: "Run") -> list[FilmPressure]:
+def pressures_of(run: Run) -> list[FilmPressure]:
     """The pressures on it."""
     return [load for load in run.case.load if isinstance(load, FilmPressure)]
 
 
-def finish_panel(axes: "Axes", time: float) -> None:
+def finish_panel(axes: Axes, time: float) -> None:
     """A picture of the plane of x and y at a time [s]: one scale, no lattice, names at the rim."""
     axes.grid(False)
     style.finish_panel(axes, f"t = {time:.2g} s", "x", "y", "m")
 
 
-def shapes_of(run: "Run", name: str) -> list[Ellipsoid]:
+def shapes_of(run: Run, name: str) -> list[Ellipsoid]:
     """The ellipse of a closed film in the plane in each frame."""
     return [of_curve(run.fields(name, float(time))["position"][:, :2]) for time in run.times(name)]
 
 
-def enclosed_area(run: "Run", name: str, time: float) -> float:
+def enclosed_area(run: Run, name: str, time: float) -> float:
     """Area inside a closed film in the plane [m²], of the polygon through its nodes."""
     x, y = run.fields(name, time)["position"][:, :2].T
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def kept(run: "Run", name: str) -> dict[str, Metric]:
+def kept(run: Run, name: str) -> dict[str, Metric]:
     """Largest relative changes of what a closed film has inside, the `area` of a curve or the `volume` of a surface, and of its
     mass, `film_mass`.
     """

@@ -1,20 +1,14 @@
 """A vesicle squeezed by a belt: waist, density and flow."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.benet2015.films import film_of, lipid_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.curves_in_plane import film_of_curves
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {
     "flow": "Along the meridian density and velocity at the end, and how far the film has moved from the waist; its radius."
@@ -26,7 +20,7 @@ BANDS = {10.0: (0.41, 0.43), 0.01: (0.36, 0.37)}
 """Radius of the waist [m] at t = 0.35 by a, of a separate low-order solution of the same problem, good to 5 %."""
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Radius of the waist at the end against a separate solution; balance of power; mass."""
     mass = abs(float(run.summary["conservation"]["mass"]))
     result = {
@@ -41,7 +35,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def _half(run: "Run", time: float) -> tuple[np.ndarray, np.ndarray]:
+def _half(run: Run, time: float) -> tuple[np.ndarray, np.ndarray]:
     """Lengths along the meridian [m] from the waist to the nodes above it, and the masses between [kg], shapes (m,)."""
     fields = run.fields(film_of(run).name, time)
     place, mass = fields["position"][:, [0, 2]], fields["mass"]
@@ -52,14 +46,14 @@ def _half(run: "Run", time: float) -> tuple[np.ndarray, np.ndarray]:
     return arc[upper] - 0.5 * arc[-1], below[upper] - 0.5 * mass.sum()
 
 
-def _moved(run: "Run") -> tuple[np.ndarray, np.ndarray]:
+def _moved(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Lengths from the waist at the start, and how much farther from it along the meridian that film is at the end [m]."""
     start, before = _half(run, 0.0)
     end, after = _half(run, float(run.times(film_of(run).name)[-1]))
     return start, np.interp(before, after, end) - start
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Density, velocity and displacement along the meridian at the end, waist against time."""
     fields = run.fields(film_of(run).name)
     place, velocity = fields["position"][:, [0, 2]], fields["velocity"][:, [0, 2]]
@@ -82,6 +76,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"flow": figure}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The film as it is squeezed."""
     return {"motion": film_of_curves(run)}

@@ -1,21 +1,15 @@
 """A vesicle squeezed by a belt: as a surface in space beside that of revolution."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pellucid.gallery.benet2015.films import films_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"profile": "Profiles at the end, and what the radius of the film in space differs by from that of revolution."}
 
@@ -25,13 +19,13 @@ BELT = 0.15  # height about the equator within which nodes tell the waist [m]
 SIDE = 0.6  # height up to which profiles are compared: nearer to the poles radii change fast with z [m]
 
 
-def _films(run: "Run") -> tuple[str, str]:
+def _films(run: Run) -> tuple[str, str]:
     """The names of the film of revolution and of that in space."""
     revolved, in_space = sorted(films_of(run), key=lambda film: film.shape.span == "space")
     return revolved.name, in_space.name
 
 
-def _profiles(run: "Run") -> tuple[np.ndarray, np.ndarray]:
+def _profiles(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """r and z of the nodes at the end [m], shape (n, 2): of the film of revolution from pole to pole, of that in space."""
     revolved, in_space = (run.fields(name)["position"] for name in _films(run))
     around = np.stack([np.hypot(in_space[:, 0], in_space[:, 1]), in_space[:, 2]], axis=1)
@@ -44,7 +38,7 @@ def _differences(revolved: np.ndarray, in_space: np.ndarray) -> tuple[np.ndarray
     return side[:, 1], side[:, 0] - CubicSpline(revolved[:, 1], revolved[:, 0])(side[:, 1])
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """The waist in space against that of revolution, all of the profile, balance of power, mass."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
@@ -60,7 +54,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Both profiles, and their difference."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
@@ -77,6 +71,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"profile": figure}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The film in space as it is squeezed."""
     return {"motion": film_of_surfaces(run, [_films(run)[1]])}

@@ -1,34 +1,28 @@
 """A tether pulled from a vesicle against the force and radius of a tube."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.benet2015.films import film_of, pressures_of, radius_of
 from pellucid.gallery.exact_curves import compared, worst_balance
 from pellucid.references.vesicles import Tether, tether
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.curves_in_plane import film_of_curves
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"tether": "Force at the pole against its way, with that of a tube, and the meridian at the end."}
 
 METRICS = ("force", "radius", "thin_force", "energy")
 
 
-def _tube(run: "Run") -> tuple[Tether, Tether]:
+def _tube(run: Run) -> tuple[Tether, Tether]:
     """The tube at the tension at the end, with the pressure inside and without."""
     rigidity, tension = film_of(run).material.bending_rigidity, float(run.history["tension"][-1])
     return tether(tension, rigidity, pressures_of(run)[0].value), tether(tension, rigidity)
 
 
-def _radius(run: "Run") -> float:
+def _radius(run: Run) -> float:
     """Radius of the tube [m], the mean of its middle third: towards both ends it swings about that of a long tube.
 
     The tube goes from its narrowest place by the vesicle to its widest by the pole.
@@ -42,7 +36,7 @@ def _radius(run: "Run") -> float:
     return float(r[middle].mean())
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Force and radius against a tube of the tension that the film has then; balance of power."""
     tube, thin = _tube(run)
     force, radius = float(run.history["force"][-1]), _radius(run)
@@ -56,7 +50,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Force against way, meridian at the end."""
     tube, thin = _tube(run)
     figure = new_figure(10.0, 4.2)
@@ -76,6 +70,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"tether": figure}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The tube as it is pulled."""
     return {"motion": film_of_curves(run)}

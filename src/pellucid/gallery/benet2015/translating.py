@@ -1,18 +1,12 @@
 """What the cases of translating vesicles share: the steady motion against the exact one."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.benet2015.films import film_of, pressures_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {
     "translation": "Error of the velocity against time, and the tension along the axis of motion at its end and the exact one."
@@ -20,7 +14,7 @@ CAPTIONS = {
 METRICS = ("velocity", "rigidity", "tension", "energy")
 
 
-def _drive(run: "Run") -> tuple[float, float, int]:
+def _drive(run: Run) -> tuple[float, float, int]:
     """Pressure inside P and load p along an axis [Pa], and the axis of motion in space."""
     inside = next(load.value for load in pressures_of(run) if load.along is None)
     driving, along = next((load.value, load.along) for load in pressures_of(run) if load.along is not None)
@@ -28,13 +22,13 @@ def _drive(run: "Run") -> tuple[float, float, int]:
     return inside, driving * float(np.sign(along[axis])), axis
 
 
-def _velocity(run: "Run") -> float:
+def _velocity(run: Run) -> float:
     """The exact one [m/s]: p/2ζ of a circle, p/3ζ of a sphere."""
     film = film_of(run)
     return _drive(run)[1] / ((2.0 if film.shape.span == "plane" else 3.0) * film.drag.normal)
 
 
-def _tensions(run: "Run") -> "tuple[np.ndarray, np.ndarray]":
+def _tensions(run: Run) -> "tuple[np.ndarray, np.ndarray]":
     """Tension at the nodes at the end [N/m], and the exact one: R (P + (p/2) n·e), of a sphere R (P/2 + (p/3) n·e)."""
     film = film_of(run)
     inside, load, axis = _drive(run)
@@ -46,7 +40,7 @@ def _tensions(run: "Run") -> "tuple[np.ndarray, np.ndarray]":
     return fields["tension"], radius * (halves[0] * inside + halves[1] * load * towards)
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Velocity, how far from rigid the motion is, tension, balance of power."""
     film = film_of(run)
     axis = _drive(run)[2]
@@ -68,7 +62,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Error of the velocity against time, and the tension along the axis of motion."""
     axis = _drive(run)[2]
     figure = new_figure(10.0, 3.4)

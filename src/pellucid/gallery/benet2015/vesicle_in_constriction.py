@@ -1,6 +1,6 @@
 """The vesicle in a constriction: it passes with the flow, stays off the walls and keeps its mass and the area inside."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -8,13 +8,9 @@ from pellucid.gallery.benet2015.films import enclosed_area, finish_panel, kept, 
 from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.region import Region
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 NAME = "vesicle"
 NEAREST, TOUCH = 1.5, 0.5  # cells: quadratic functions reach so far; walls are nodes, and known to half a cell
@@ -31,7 +27,7 @@ CAPTIONS = {
 METRICS = ("passage", "beyond", "clearance", "sideways", "area", "film_mass")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """What flow took it through the throat, where it is at the end, how near the walls it came, what it lost.
 
     In the middle of a channel it goes faster than the mean of the flow and slower than its fastest part: until it is in the
@@ -67,7 +63,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def _room(run: "Run", start: float, end: float) -> float:
+def _room(run: Run, start: float, end: float) -> float:
     """Area of the channel from one place along x to another [m²]."""
     x = np.linspace(start, end, 2001)
     low, high = (np.full(len(x), side) for side in (run.case.grid.lower[1], run.case.grid.upper[1]))
@@ -81,23 +77,23 @@ def _room(run: "Run", start: float, end: float) -> float:
     return float(np.trapezoid(high - low, x))
 
 
-def _walls(run: "Run") -> list[Any]:
+def _walls(run: Run) -> list[Any]:
     """The cylinders whose nodes are held."""
     regions = [support.region() for support in run.case.support]
     return [region.cylinder for region in regions if isinstance(region, Region)]
 
 
-def _distance(run: "Run", position: np.ndarray) -> float:
+def _distance(run: Run, position: np.ndarray) -> float:
     """Of the nearest node from the walls [m]."""
     return min(float(np.hypot(*(position[:, :2] - wall.centre()[:2]).T).min()) - float(wall.radius) for wall in _walls(run))
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """The passage; curves."""
     return {"passage": _passage(run), "shape": _shape(run)}
 
 
-def _passage(run: "Run") -> "Figure":
+def _passage(run: Run) -> Figure:
     from matplotlib.patches import Circle
 
     chosen = evenly(run.times(NAME), PANELS)
@@ -119,7 +115,7 @@ def _passage(run: "Run") -> "Figure":
     return figure
 
 
-def _shape(run: "Run") -> "Figure":
+def _shape(run: Run) -> Figure:
     times, shapes = run.times(NAME), shapes_of(run, NAME)
     middle = [run.fields(NAME, float(time))["position"][:, 0].mean() for time in times]
     areas = np.array([enclosed_area(run, NAME, float(time)) for time in times])

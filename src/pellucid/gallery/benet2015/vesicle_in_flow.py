@@ -1,6 +1,6 @@
 """The drop in a shear: its deformation beside Taylor's theory; the film keeps its mass and the volume inside."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,15 +9,11 @@ from pellucid.gallery.exact_curves import compared
 from pellucid.geometry.algorithms.equivalent_ellipse import of_surface
 from pellucid.references.drops import approach, deformation
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CLOSE, CELLS = 0.05, 6.0  # error at so many cells a radius; it falls at second order
 PANELS = 3
@@ -45,7 +41,7 @@ class Drop(NamedTuple):
         return steady * approach(self.capillary, self.ratio, self.shear * time)
 
 
-def drop_of(run: "Run") -> Drop:
+def drop_of(run: Run) -> Drop:
     """What the case says."""
     fluid, drop, film = (_body(run, name) for name in ("fluid", "drop", "film"))
     radius, shear = film.surface.sphere.radius, fluid.initial[0].x[1]
@@ -54,11 +50,11 @@ def drop_of(run: "Run") -> Drop:
     return Drop(radius, viscosity * shear * radius / tension, drop.material.viscosity / viscosity, radius / gap, shear)
 
 
-def _body(run: "Run", name: str) -> Any:
+def _body(run: Run, name: str) -> Any:
     return next(body for body in run.case.body if body.name == name)
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Deformation at the end; largest changes of the volume inside the film and of its mass."""
     times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
     end = float(times[-1])
@@ -72,17 +68,17 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """The deformation against time; sections."""
     return {"deformation": _deformation(run), "sections": _sections(run)}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The drop: how fast its film moves along the normal, and how it goes round as a tank tread."""
     return {"motion": film_of_surfaces(run, ["film"])}
 
 
-def _deformation(run: "Run") -> "Figure":
+def _deformation(run: Run) -> Figure:
     times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
     shapes = [of_surface(run.fields("film", float(time))["position"], triangles) for time in times]
     figure = new_figure(height=3.4)
@@ -100,7 +96,7 @@ def _deformation(run: "Run") -> "Figure":
     return figure
 
 
-def _sections(run: "Run") -> "Figure":
+def _sections(run: Run) -> Figure:
     chosen = evenly(run.times("film"), PANELS)
     cell = run.case.grid.cell
     figure = new_figure(height=6.5, layout="compressed")

@@ -1,22 +1,16 @@
 """The plane vesicle in a shear beside boundary integrals; its mass and the area inside are kept."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.benet2015.films import finish_panel, kept, shapes_of
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.finite_elements import read
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.curves_in_plane import film_of_curves
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 NAME = "vesicle"
 CLOSE, CELLS = 0.03, 4.0  # error at so many cells a radius, at first order
@@ -31,7 +25,7 @@ CAPTIONS = {
 METRICS = ("deformation", "inclination", "area", "film_mass")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Deformation and inclination at the end; largest changes of the area inside and of the film's mass."""
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
     end, cells = float(times[-1]), 1.0 / run.case.grid.cell
@@ -53,12 +47,12 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Shape against time; the film at some instants."""
     return {"shape": _shape(run), "film": _film(run)}
 
 
-def _shape(run: "Run") -> "Figure":
+def _shape(run: Run) -> Figure:
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
     figure = new_figure(height=3.4)
     left, right = figure.subplots(1, 2)
@@ -73,7 +67,7 @@ def _shape(run: "Run") -> "Figure":
     return figure
 
 
-def _film(run: "Run") -> "Figure":
+def _film(run: Run) -> Figure:
     chosen = evenly(run.times(NAME), PANELS)
     figure = new_figure(height=2.8, layout="compressed")
     for axes, time in zip(figure.subplots(1, len(chosen), sharex=True, sharey=True), chosen, strict=True):
@@ -87,6 +81,6 @@ def _film(run: "Run") -> "Figure":
     return figure
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The film as it turns."""
     return {"motion": film_of_curves(run)}

@@ -1,33 +1,27 @@
 """The bending energy of a vesicle in space against that of the shape equations."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.benet2015 import vesicle_shapes
 from pellucid.gallery.benet2015.films import film_of
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {"energy": "Bending energy against time with that of the shape equations, and the profile at the end."}
 
 METRICS = ("prolate-90",)
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Energy at the end."""
     return vesicle_shapes.metrics(run)
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Energy against time, distance from the axis against height."""
     film = film_of(run)
     figure = new_figure(10.0, 4.0)
@@ -45,6 +39,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"energy": figure}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The vesicle as it comes to rest."""
     return {"motion": film_of_surfaces(run, [film_of(run).name])}

@@ -1,7 +1,6 @@
 """Shapes of vesicles and their bending energies against those of the shape equations."""
 
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,14 +8,10 @@ from pellucid.gallery.benet2015.films import films_of
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.curves_in_plane import film_of_curves
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CAPTIONS = {
     "shapes": "Meridians of the vesicles at rest to one scale, with reduced volume and bending energy over that of a sphere."
@@ -25,7 +20,7 @@ CAPTIONS = {
 METRICS = tuple(f"{branch}-{round(100 * reduced)}" for branch, reduced in SHAPE_ENERGIES)
 
 
-def _energies(run: "Run") -> dict[str, float]:
+def _energies(run: Run) -> dict[str, float]:
     """Bending energy at the end over 8πκ of each film."""
     return {
         film.name: float(run.history[f"bending-{film.name}"][-1]) / (8.0 * pi * film.material.bending_rigidity)
@@ -33,7 +28,7 @@ def _energies(run: "Run") -> dict[str, float]:
     }
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Energies at the end."""
     result = {}
     for name, found in _energies(run).items():
@@ -43,7 +38,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """The shapes at the end."""
     energies = _energies(run)
     places = {film.name: run.fields(film.name)["position"] for film in films_of(run)}
@@ -73,6 +68,6 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"shapes": figure}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The vesicles as they come to rest."""
     return {"motion": film_of_curves(run)}

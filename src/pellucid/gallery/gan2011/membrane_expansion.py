@@ -1,6 +1,6 @@
 """The lid, its cube and the gas below against finite elements that are tied like them."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
@@ -9,12 +9,8 @@ from pellucid.case import load
 from pellucid.gallery.exact_curves import vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, finish_panel, label, new_figure, with_unit
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 TOLERANCE, CELL = 0.05, 0.01  # of the largest change, at this cell [m]; in proportion to the cell above it
 LEAK = 1e-4  # of the gas's points that may be above the lid: less than one of the quick variant's
@@ -29,7 +25,7 @@ CAPTIONS = {
 METRICS = ("cube_z_deviation", "gas_pressure_deviation", "leak")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Largest deviations from the finite elements over the run, and leaks."""
     if not finite_elements.same_problem(run.case, load("gan2011/membrane-expansion")):
         raise ValueError("the finite elements are for the paper's box, lid and cube")
@@ -45,19 +41,19 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def points_above(run: "Run") -> int:
+def points_above(run: Run) -> int:
     """How many points of the gas are above the lid at the end, where the lid is flat between its points."""
     lid, gas = (np.asarray(run.fields(name)["position"]) for name in ("lid", "gas"))
     height = LinearNDInterpolator(lid[:, :2], lid[:, 2])(gas[:, :2])
     return int(np.sum(gas[:, 2] > height))
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Curves beside the references, the middle cut, and the lid in space."""
     return {"curves": _curves(run), "shapes": _shapes(run), "lid": _lid(run)}
 
 
-def _curves(run: "Run") -> "Figure":
+def _curves(run: Run) -> Figure:
     reference, times = finite_elements.read("membrane_expansion"), run.history["time"]
     figure = new_figure(height=5.6)
     grid = figure.subplots(2, 2, sharex=True, height_ratios=(3, 1))
@@ -81,12 +77,12 @@ def _curves(run: "Run") -> "Figure":
     return figure
 
 
-def _instants(run: "Run") -> list[float]:
+def _instants(run: Run) -> list[float]:
     """Six instants, the first sixth of the run to its end: 5 to 30 ms in the whole run."""
     return [float(time) for time in np.linspace(0.0, run.times("lid")[-1], 7)[1:]]
 
 
-def _shapes(run: "Run") -> "Figure":
+def _shapes(run: Run) -> Figure:
     figure = new_figure(height=4.6)
     panels = figure.subplots(2, 3, sharex=True, sharey=True)
     middle = 0.5 * (run.case.body[1].bounds()[0][1] + run.case.body[1].bounds()[1][1])
@@ -101,7 +97,7 @@ def _shapes(run: "Run") -> "Figure":
     return figure
 
 
-def _lid(run: "Run") -> "Figure":
+def _lid(run: Run) -> Figure:
     figure = new_figure(height=5.4)
     lid: Any = run.case.body[1]
     triangles = lid.surface.triangulate().triangles

@@ -1,19 +1,13 @@
 """The cuboid on the net against finite elements that are tied like it."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.case import load
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 TOLERANCE, CELL = 0.03, 0.02  # of the largest excursion, at this cell [m]; in proportion to the cell above it
 TURNING_TIME = 0.05  # the curve turns flatly: it is within 0.5 % of its lowest point for 7 ms to each side
@@ -28,7 +22,7 @@ CAPTIONS = {
 METRICS = ("cuboid_deviation", "net_deviation", "lowest", "turning_time")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Largest deviations from the tied finite elements over the run, lowest point and its time."""
     if not finite_elements.same_problem(run.case, load("gan2011/net-impact")):
         raise ValueError("the finite elements are for the paper's net and cuboid")
@@ -48,12 +42,12 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Displacements against time beside both references, and the shapes from the side."""
     return {"displacement": _displacement(run), "shapes": _shapes(run)}
 
 
-def _displacement(run: "Run") -> "Figure":
+def _displacement(run: Run) -> Figure:
     reference, times = finite_elements.read("net_impact"), run.history["time"]
     figure = new_figure(height=5.6)
     grid = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 1))
@@ -75,7 +69,7 @@ def _displacement(run: "Run") -> "Figure":
     return figure
 
 
-def _shapes(run: "Run") -> "Figure":
+def _shapes(run: Run) -> Figure:
     figure = new_figure(height=3.2)
     wanted = np.array([0.25, 0.5, 0.75, 1.0]) * run.times("net")[-1]
     panels = figure.subplots(2, 2, sharex=True, sharey=True)

@@ -1,7 +1,7 @@
 """Piezo-ICSI: where the zona fails, whether the cytoplasm stays inside, and whether energy is conserved."""
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,16 +11,9 @@ from pellucid.gallery.gan2011 import piezo_pictures
 from pellucid.gallery.gan2011.piezo_pictures import films
 from pellucid.geometry.algorithms.enclosure import inside
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 __all__ = ["CAPTIONS", "figures", "films", "metrics"]
 
@@ -38,7 +31,7 @@ CAPTIONS = piezo_pictures.CAPTIONS | {
 METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """What the paper describes, in numbers: points, path of the tip, place of the failure, leaks, energy."""
     history = run.history
     tip = next(motion for motion in run.case.motion if motion.name == "tip")
@@ -70,25 +63,25 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def _escaped(run: "Run", time: float, zona: np.ndarray) -> int:
+def _escaped(run: Run, time: float, zona: np.ndarray) -> int:
     """Points of the cytoplasm outside the zona, of which the triangles are given."""
     surface, inner = (run.fields(body, time, ("position",))["position"] for body in ("zona", "cytoplasm"))
     return int(np.count_nonzero(~inside(inner, surface, zona)))
 
 
-def _facing(run: "Run", time: float) -> float:
+def _facing(run: Run, time: float) -> float:
     """Share of the failed points whose first place is on the side of the pipette; nan where none failed."""
     start = run.fields("zona", 0.0, ("position",))["position"][:, 0]
     failed = run.fields("zona", time, ("failed",))["failed"] > 0
     return float(np.mean(start[failed] > start.mean())) if failed.any() else float("nan")
 
 
-def figures(run: "Run") -> "dict[str, Callable[[], Figure]]":
+def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
     """How they are drawn: the oocyte whole and cut open, the course of the failure and its place."""
     return piezo_pictures.figures(run) | {"failure": partial(_failure, run)}
 
 
-def _failure(run: "Run") -> "Figure":
+def _failure(run: Run) -> Figure:
     figure = new_figure(10.0, 5.0)
     panels = figure.subplot_mosaic([["count", "place"], ["path", "place"], ["force", "place"]], width_ratios=(1.0, 1.3))
     history = run.history
@@ -109,7 +102,7 @@ def _failure(run: "Run") -> "Figure":
     return figure
 
 
-def _place(axes: "Axes", run: "Run") -> None:
+def _place(axes: Axes, run: Run) -> None:
     """The first places of the points that face the pipette, coloured by the instant at which they had failed."""
     times = run.times("zona")
     start = run.fields("zona", 0.0)["position"]

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Iterable
 from functools import cache, partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.membrane_points.model import MembranePointsCase
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
@@ -16,12 +17,6 @@ from pellucid.results.pictures.rendering.points import ball_radii, bricks, latti
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import rim, section
 from pellucid.results.pictures.style import WIDTH, new_figure, panels, settle
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)
 """Those of the paper's pictures [s]."""
@@ -61,23 +56,23 @@ class Stage(NamedTuple):
     limits: tuple[float, float] = (-1.0, 1.0)
 
 
-def figures(run: "Run") -> "dict[str, Callable[[], Figure]]":
+def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
     """How the oocyte is drawn whole and cut open at the instants of the paper."""
     return {"oocyte_whole": partial(oocyte_whole, run), "oocyte_cut": partial(oocyte_cut, run)}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The oocyte whole and cut open side by side."""
     times = evenly(run.times("zona"), FILM_PICTURES)
     whole, cut = whole_stage(run, FILM_COLUMNS), cut_stage(run, FILM_COLUMNS, times)
 
     @cache
-    def empty() -> "Figure":
+    def empty() -> Figure:
         figure = new_figure(WIDTH, 4.0)
         figure.subplots(1, 2)
         return figure
 
-    def draw(time: float) -> "Figure":
+    def draw(time: float) -> Figure:
         for axes, stage in zip(empty().axes, (whole, cut), strict=True):
             for shown in (*axes.images, *axes.lines, *axes.texts):
                 shown.remove()
@@ -88,13 +83,13 @@ def films(run: "Run") -> dict[str, Animation]:
     return {"oocyte": Animation(draw, times)}
 
 
-def oocyte_whole(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
+def oocyte_whole(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
     """Zona, pipette and plate at some instants [s]; failed parts of the zona in red."""
     stage = whole_stage(run, COLUMNS)
     return _panels(run, recorded(run.times("zona"), times), stage)
 
 
-def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
+def oocyte_cut(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
     """The lower half at some instants [s], cut along the pipette's path: pressure in the cytoplasm, rim of the zona."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -116,12 +111,12 @@ def oocyte_cut(run: "Run", times: Iterable[float] = INSTANTS) -> "Figure":
     return figure
 
 
-def whole_stage(run: "Run", columns: int) -> Stage:
+def whole_stage(run: Run, columns: int) -> Stage:
     """The view from the side of the pipette."""
     return _stage(run, camera_for(WHOLE, _places(run), columns))
 
 
-def cut_stage(run: "Run", columns: int, times: Iterable[float]) -> Stage:
+def cut_stage(run: Run, columns: int, times: Iterable[float]) -> Stage:
     """The view from above into the lower half; the pressures at these instants [s] set the colours."""
     middle = float(run.fields("zona", 0.0)["position"][:, 2].mean())
     plane = Plane((0.0, 0.0, 1.0), middle)
@@ -131,7 +126,7 @@ def cut_stage(run: "Run", columns: int, times: Iterable[float]) -> Stage:
     return _stage(run, camera_for(CUT, places[plane.beyond(places) <= 0.0], columns), plane, (-largest, largest))
 
 
-def draw_oocyte(axes: "Axes", run: "Run", time: float, stage: Stage) -> None:
+def draw_oocyte(axes: Axes, run: Run, time: float, stage: Stage) -> None:
     """Draw the frame nearest to a time [s]."""
     zona = run.fields("zona", time, ("position", "failed"))
     failed = zona["failed"] > 0 if "failed" in zona else np.zeros(len(zona["position"]), bool)
@@ -152,7 +147,7 @@ def draw_oocyte(axes: "Axes", run: "Run", time: float, stage: Stage) -> None:
     corner_words(axes, f"{instant:.0f} µs", words if "failed" in zona else "", FAILED_INK if count else "#666677")
 
 
-def _panels(run: "Run", times: np.ndarray, stage: Stage) -> "Figure":
+def _panels(run: Run, times: np.ndarray, stage: Stage) -> Figure:
     across, down = min(2, len(times)), -(-len(times) // 2)
     rows, columns = stage.camera.shape
     width = WIDTH / (2.2 if across == 2 else 1.6)  # of a panel [inch]
@@ -162,12 +157,12 @@ def _panels(run: "Run", times: np.ndarray, stage: Stage) -> "Figure":
     return figure
 
 
-def _stage(run: "Run", camera: Camera, cut: Plane | None = None, limits: tuple[float, float] = (-1.0, 1.0)) -> Stage:
+def _stage(run: Run, camera: Camera, cut: Plane | None = None, limits: tuple[float, float] = (-1.0, 1.0)) -> Stage:
     plate = run.fields("plate", 0.0)
     return Stage(camera, run.triangles("zona"), lattice_sides(plate["position"], plate["mass"] / plate["density"]), cut, limits)
 
 
-def _places(run: "Run") -> np.ndarray:
+def _places(run: Run) -> np.ndarray:
     """What a picture must hold: zona and plate as they are at the start, the pipette wherever it goes."""
     zona = _position(run, "zona", 0.0)
     middle = zona.mean(axis=0)
@@ -175,23 +170,23 @@ def _places(run: "Run") -> np.ndarray:
     return np.concatenate([middle + SPARE * (zona - middle), *pipette, _position(run, "plate", 0.0)])
 
 
-def _position(run: "Run", body: str, time: float) -> np.ndarray:
+def _position(run: Run, body: str, time: float) -> np.ndarray:
     return run.fields(body, time, ("position",))["position"]
 
 
-def _pipette(run: "Run", time: float) -> Balls:
+def _pipette(run: Run, time: float) -> Balls:
     body = run.fields("pipette", time, ("position", "mass", "density"))
     radii = SWELL * ball_radii(body["mass"], body["density"])
     return Balls(body["position"], radii, np.tile(PIPETTE, (len(radii), 1)), skin=True)
 
 
-def _plate(run: "Run", time: float, stage: Stage) -> Mesh:
+def _plate(run: Run, time: float, stage: Stage) -> Mesh:
     position = _position(run, "plate", time)
     kept = stage.cut.beyond(position) <= 0.0 if stage.cut else slice(None)
     return bricks(position[kept], stage.plate, PLATE)
 
 
-def _medium(run: "Run", time: float, cut: Plane) -> Balls:
+def _medium(run: Run, time: float, cut: Plane) -> Balls:
     """The points in the layer of cells below the cut, as dots."""
     position = _position(run, "medium", time)
     beyond = cut.beyond(position)

@@ -1,20 +1,14 @@
 """Shock tube against the exact solution of its Riemann problem. Serves every tube of ideal gases."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.case import load
 from pellucid.gallery.exact_curves import vanishing
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.shock_tube import QUANTITIES, Profile, Tube, points_of
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CELLS = 4  # the paper plots means over four cells
 DISPLACED = 2.0  # cells: the exact profile, displaced by this much, would be as wrong as the tolerance allows
@@ -28,7 +22,7 @@ METRICS = (
 )
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Errors of the four profiles, the states on both sides of the contact, shock position and largest density."""
     time, tube = float(run.times(run.case.body[0].name)[-1]), Tube.of(run.case)
     points = points_of(run)
@@ -48,7 +42,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result | _densest(run, tube)
 
 
-def _densest(run: "Run", tube: Tube) -> dict[str, Metric]:
+def _densest(run: Run, tube: Tube) -> dict[str, Metric]:
     """The largest density of the driven gas: of its means over four cells, as the paper plots, and of its points.
 
     In the paper's tube on the paper's grid no point may be denser than the densest mean may be.
@@ -96,7 +90,7 @@ def _shock_position(tube: Tube, points: dict[str, Array]) -> float:
     return float(x[above] + (p[above] - half) / (p[above] - p[above + 1]) * (x[above + 1] - x[above]))
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """The four profiles against the exact ones, and behind the start the points about the contact and the shock."""
     found = {"profiles": _profiles(run)}
     if run.times(run.case.body[0].name)[-1] > 0.0:
@@ -104,7 +98,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return found
 
 
-def _profiles(run: "Run") -> "Figure":
+def _profiles(run: Run) -> Figure:
     time, tube = float(run.times(run.case.body[0].name)[-1]), Tube.of(run.case)
     found = Profile.of_points(points_of(run), tube.edges(CELLS))
     x = np.linspace(tube.lower, tube.upper, 2000)
@@ -119,7 +113,7 @@ def _profiles(run: "Run") -> "Figure":
     return figure
 
 
-def _close_up(run: "Run") -> "Figure":
+def _close_up(run: Run) -> Figure:
     time, tube = float(run.times(run.case.body[0].name)[-1]), Tube.of(run.case)
     fronts = tube.fronts(time)
     margin = fronts["shock"] - fronts["contact"]

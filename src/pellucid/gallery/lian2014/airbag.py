@@ -1,6 +1,6 @@
 """The airbag: its volume at rest beside that of least energy, its gas, its wrinkles."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -8,13 +8,9 @@ from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.geometry.algorithms.enclosure import heights
 from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, SIDE, at_rest
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 GAS = ("charge", "air")
 CLOSE = 0.25  # cells outside the bag at which a point has leaked
@@ -34,7 +30,7 @@ CAPTIONS = {
 METRICS = ("volume", "paper_bag", "height", "half_width", "leak", "pressure", "energy", "compression")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """The bag at rest, leaks, the gas's pressure, the energy balance and compression."""
     skin: Any = next(body for body in run.case.body if body.name == "bag")
     _same_bag(skin.surface.cushion, skin.material.poisson_ratio)
@@ -72,19 +68,19 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def figures(run: "Run") -> "dict[str, Figure]":
+def figures(run: Run) -> dict[str, Figure]:
     """Curves, sections and the sheet from above."""
     return {"curves": _curves(run), "shapes": _shapes(run), "wrinkles": _wrinkles(run)}
 
 
-def bag_volume(run: "Run", time: float) -> float:
+def bag_volume(run: Run, time: float) -> float:
     """Volume inside the whole bag [m³]: between the sheet and the plane of its edges, eightfold."""
     a, b, c = (run.fields("bag", time)["position"][corner] for corner in run.triangles("bag").T)
     plan = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     return PARTS * float(np.sum(plan * (a + b + c)[:, 2]) / 3.0)
 
 
-def gas_pressure(run: "Run", time: float) -> float:
+def gas_pressure(run: Run, time: float) -> float:
     """Mean pressure of the gas over its volume [Pa]."""
     fields = [run.fields(name, time) for name in GAS]
     volumes = [gas["mass"] / gas["density"] for gas in fields]
@@ -98,13 +94,13 @@ def _same_bag(cushion: Any, poisson_ratio: float) -> None:
         raise ValueError("the reference is for an eighth of the gallery's cushion and its Poisson's ratio")
 
 
-def _outside(run: "Run", time: float) -> float:
+def _outside(run: Run, time: float) -> float:
     gas = np.concatenate([run.fields(name, time)["position"] for name in GAS])
     height = heights(gas, run.fields("bag", time)["position"], run.triangles("bag"))
     return float(np.mean(height > CLOSE * run.case.grid.cell))
 
 
-def _pressure_of_energy(run: "Run", times: list[float]) -> float:
+def _pressure_of_energy(run: Run, times: list[float]) -> float:
     """The pressure [Pa] that the gas has if it has all energy but that of sheet and motion, and fills the bag."""
     history, charge = run.history, next(body for body in run.case.body if body.name == GAS[0])
     material: Any = charge.material
@@ -113,18 +109,18 @@ def _pressure_of_energy(run: "Run", times: list[float]) -> float:
     return float((material.eos.gamma - 1.0) * np.mean(values))
 
 
-def _principal(run: "Run", time: float) -> np.ndarray:
+def _principal(run: Run, time: float) -> np.ndarray:
     """Principal stresses of the sheet's nodes [Pa], rising, shape (n, 3); that across the sheet, zero, is among them."""
     xx, yy, zz, yz, xz, xy = run.fields("bag", time)["stress"].T
     return np.linalg.eigvalsh(np.stack([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).transpose(2, 0, 1))
 
 
-def _extreme_stresses(run: "Run", time: float) -> tuple[float, float]:
+def _extreme_stresses(run: Run, time: float) -> tuple[float, float]:
     principal = _principal(run, time)
     return float(principal.min()), float(principal.max())
 
 
-def _curves(run: "Run") -> "Figure":
+def _curves(run: Run) -> Figure:
     figure = new_figure(height=6.0)
     (volume, lengths), (pressure, energy) = figure.subplots(2, 2, sharex=True)
     times = run.times("bag")
@@ -165,7 +161,7 @@ def _curves(run: "Run") -> "Figure":
     return figure
 
 
-def _shapes(run: "Run") -> "Figure":
+def _shapes(run: Run) -> Figure:
     reached = recorded(run.times("bag"), INSTANTS)
     figure = new_figure(height=2.05 * -(-len(reached) // 3) + 0.4)
     subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
@@ -186,7 +182,7 @@ def _shapes(run: "Run") -> "Figure":
     return figure
 
 
-def _wrinkles(run: "Run") -> "Figure":
+def _wrinkles(run: Run) -> Figure:
     reached = recorded(run.times("bag"), INSTANTS)[-3:]
     figure = new_figure(height=3.4)
     subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)

@@ -1,18 +1,14 @@
 """Two curves of a run beside finite elements of our own."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.gallery.exact_curves import vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 Array = np.ndarray
 
@@ -38,12 +34,12 @@ class Curve(NamedTuple):
     remark: str
 
 
-def tolerance_of(run: "Run") -> float:
+def tolerance_of(run: Run) -> float:
     """In proportion to the cell."""
     return max(LEAST_TOLERANCE, TOLERANCE * run.case.grid.cell / CELL)
 
 
-def deviations(run: "Run", curves: tuple[Curve, ...]) -> dict[str, Metric]:
+def deviations(run: Run, curves: tuple[Curve, ...]) -> dict[str, Metric]:
     """Largest deviation of each curve, as a share of the largest excursion of its reference, and the hourglass energy."""
     found = {}
     for curve in curves:
@@ -55,7 +51,7 @@ def deviations(run: "Run", curves: tuple[Curve, ...]) -> dict[str, Metric]:
     return found
 
 
-def figure_of(run: "Run", curves: tuple[Curve, ...]) -> "Figure":
+def figure_of(run: Run, curves: tuple[Curve, ...]) -> Figure:
     """The curves above, how far they are from the reference below."""
     figure = new_figure(height=5.6)
     panels = figure.subplots(2, len(curves), sharex=True, height_ratios=(3, 1))

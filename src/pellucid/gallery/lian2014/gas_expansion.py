@@ -1,19 +1,15 @@
 """A box blown up to a circle: its radius, and the energy that is lost."""
 
 from math import pi, sin
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 TOLERANCE = 0.005  # of the radius
 ENERGY = 0.01  # of the energy at the start; the paper loses 5 %
@@ -29,7 +25,7 @@ CAPTIONS = {
 METRICS = ("radius_0", "radius_90", "energy")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Both radii, as means over the last swing, and the loss of energy."""
     wanted, times, result = circle(run), run.history["time"], {}
     last = times >= times[-1] - LAST
@@ -42,7 +38,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def circle(run: "Run") -> float:
+def circle(run: Run) -> float:
     """Radius of the nodes of a regular polygon that the elements make, each stretched by the tension p r [m]."""
     membrane: Any = run.case.body[1]
     (x, y, _), (m, n, _) = membrane.surface.box.upper, membrane.surface.box.points
@@ -52,14 +48,14 @@ def circle(run: "Run") -> float:
     return float(radius * (1.0 + tension / stiffness))
 
 
-def loss(run: "Run") -> np.ndarray:
+def loss(run: Run) -> np.ndarray:
     """Share of the energy at the start that is lost, in each row of the history."""
     parts = ("kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy")
     total = np.sum([run.history[part] for part in parts if part in run.history], axis=0)
     return np.asarray(1.0 - total / total[0])
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Radii and loss of energy against time, and shapes."""
     radii, energy = new_figure(height=3.2), new_figure(height=2.8)
     axes, times = radii.subplots(), run.history["time"]
@@ -76,7 +72,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     return {"radii": radii, "energy": energy, "shapes": _shapes(run)}
 
 
-def _shapes(run: "Run") -> "Figure":
+def _shapes(run: Run) -> Figure:
     reached = recorded(run.times("membrane"), INSTANTS)
     figure = new_figure(height=3.2)
     turn = np.linspace(0.0, 0.5 * pi, 91)

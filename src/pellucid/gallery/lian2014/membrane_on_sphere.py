@@ -1,19 +1,13 @@
 """The sheet on the sphere against finite elements of our own, which bear no compression either."""
 
-from typing import TYPE_CHECKING
-
 from pellucid.case import load
 from pellucid.gallery.lian2014 import shapes
 from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.rendering.camera import View
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 VIEW = View(-55.0, 14.0)
 INSTANTS = (1e-4, 2.6e-4, 4e-4, 5e-4)
@@ -27,19 +21,19 @@ CAPTIONS = {
 METRICS = ("centre_deviation", "corner_deviation", "hourglass")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Largest deviations over the run."""
     if not finite_elements.same_problem(run.case, load("lian2014/membrane-on-sphere")):
         raise ValueError("the finite elements are for the paper's sheet and sphere")
     return deviations(run, _curves())
 
 
-def figures(run: "Run") -> "dict[str, Figure]":
+def figures(run: Run) -> dict[str, Figure]:
     """Curves beside the finite elements, and pictures."""
     return {"curves": figure_of(run, _curves()), "shapes": shapes.panels(run, VIEW, INSTANTS)}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """The sheet as it falls and wraps itself round the sphere."""
     return {"draping": shapes.film(run, VIEW)}
 

@@ -1,10 +1,10 @@
 """Pictures of a sheet and of what falls on it, of which a quarter, x and y above zero, is computed."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
 from pellucid.results.pictures.rendering.axes import corner_words, scale_bar, show
@@ -14,12 +14,6 @@ from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.style import COLOURS, WIDTH, finish_panel, new_figure
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 SHEET: Colour = (0.36, 0.76, 0.77)
 SPHERE: Colour = (0.80, 0.62, 0.40)
 IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
@@ -28,7 +22,7 @@ PANEL_COLUMNS = 900
 FILM_COLUMNS, FILM_PICTURES = 600, 26
 
 
-def sections(run: "Run", body: str, times: Iterable[float], half_width: float, row: float) -> "Figure":
+def sections(run: Run, body: str, times: Iterable[float], half_width: float, row: float) -> Figure:
     """What lay beside the plane y = 0 at the start, of the sheet and another body, at the frames nearest to some instants [s].
 
     half_width: of x, what is shown [m]; row: height of a row of pictures [inch].
@@ -49,7 +43,7 @@ def sections(run: "Run", body: str, times: Iterable[float], half_width: float, r
     return figure
 
 
-def panels(run: "Run", view: View, times: Iterable[float]) -> "Figure":
+def panels(run: Run, view: View, times: Iterable[float]) -> Figure:
     """Pictures of the frames nearest to some instants [s], two in a row."""
     chosen = recorded(run.times("sheet"), times)
     camera = camera_for(view, _places(run, chosen), PANEL_COLUMNS)
@@ -63,12 +57,12 @@ def panels(run: "Run", view: View, times: Iterable[float]) -> "Figure":
     return figure
 
 
-def film(run: "Run", view: View) -> Animation:
+def film(run: Run, view: View) -> Animation:
     """Sheet and sphere from the start to the end."""
     times = evenly(run.times("sheet"), FILM_PICTURES)
     camera = camera_for(view, _places(run, times), FILM_COLUMNS)
 
-    def picture(time: float) -> "Figure":
+    def picture(time: float) -> Figure:
         rows, columns = camera.shape
         figure = new_figure(WIDTH / 2, WIDTH / 2 * rows / columns)
         draw(figure.subplots(), run, time, camera)
@@ -77,7 +71,7 @@ def film(run: "Run", view: View) -> Animation:
     return Animation(picture, times)
 
 
-def draw(axes: "Axes", run: "Run", time: float, camera: Camera) -> None:
+def draw(axes: Axes, run: Run, time: float, camera: Camera) -> None:
     """Draw the frame nearest to a time [s]."""
     quarter, sphere = run.fields("sheet", time)["position"], run.fields("sphere", time)
     sheet, triangles = _mirrored(quarter), run.triangles("sheet")
@@ -96,7 +90,7 @@ def draw(axes: "Axes", run: "Run", time: float, camera: Camera) -> None:
     corner_words(axes, f"{1e3 * float(times[np.argmin(np.abs(times - time))]):.2f} ms", "")
 
 
-def _places(run: "Run", times: Iterable[float]) -> np.ndarray:
+def _places(run: Run, times: Iterable[float]) -> np.ndarray:
     quarter = [run.fields(name, float(time))["position"] for time in times for name in ("sheet", "sphere")]
     return _mirrored(np.concatenate(quarter))
 

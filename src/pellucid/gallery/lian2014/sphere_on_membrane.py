@@ -1,7 +1,5 @@
 """The sphere on the clamped sheet against finite elements of our own."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.case import load
@@ -10,13 +8,9 @@ from pellucid.gallery.lian2014 import shapes
 from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of, tolerance_of
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.rendering.camera import View
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 LEAVING = 5e-5  # s, before the end: the sphere's speed then, when all but a hundredth of its impulse is spent
 VIEW = View(-60.0, 12.0)
@@ -31,7 +25,7 @@ CAPTIONS = {
 METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", "rebound")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Largest deviations over the run, the lowest point of the sheet and the speed of the rebound."""
     if not finite_elements.same_problem(run.case, load("lian2014/sphere-on-membrane")):
         raise ValueError("the finite elements are for the paper's sheet and sphere")
@@ -47,12 +41,12 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def figures(run: "Run") -> "dict[str, Figure]":
+def figures(run: Run) -> dict[str, Figure]:
     """Curves beside the finite elements, and pictures."""
     return {"curves": figure_of(run, _curves()), "shapes": shapes.sections(run, "sphere", INSTANTS, SHOWN, 1.9)}
 
 
-def films(run: "Run") -> dict[str, Animation]:
+def films(run: Run) -> dict[str, Animation]:
     """Impact and rebound."""
     return {"impact": shapes.film(run, VIEW)}
 

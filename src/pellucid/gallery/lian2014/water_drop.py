@@ -3,8 +3,6 @@
 A quarter, x and y above 0, is computed.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 from scipy.sparse.csgraph import connected_components
@@ -14,13 +12,9 @@ from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.gallery.lian2014.shapes import IMAGES, sections
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 Array = np.ndarray
 
@@ -41,7 +35,7 @@ CAPTIONS = {
 METRICS = ("leak", "momentum", "energy", "spread", "broken")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Water below the sheet in any frame, momentum, energy, the drop's spread, and what broke off it."""
     times = run.times("drop")
     end, result = float(times[-1]), {}
@@ -61,7 +55,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def below(run: "Run", time: float) -> float:
+def below(run: Run, time: float) -> float:
     """Share of the drop's points that are below the sheet or beside it in the frame nearest to a time [s].
 
     The sheet is flat between its nodes.
@@ -71,19 +65,19 @@ def below(run: "Run", time: float) -> float:
     return float(np.mean(~(drop[:, 2] >= height)))
 
 
-def radius(run: "Run", time: float) -> float:
+def radius(run: Run, time: float) -> float:
     """Distance of the drop's remotest point from the axis [m] in the frame nearest to a time [s]."""
     x, y, _ = run.fields("drop", time)["position"].T
     return float(np.hypot(x, y).max())
 
 
-def broken(run: "Run", time: float) -> float:
+def broken(run: Run, time: float) -> float:
     """Share of the drop's mass that is not in its heaviest piece in the frame nearest to a time [s]."""
     drop = run.fields("drop", time)
     return float(1.0 - drop["mass"][in_largest(run, time)].sum() / drop["mass"].sum())
 
 
-def in_largest(run: "Run", time: float) -> Array:
+def in_largest(run: Run, time: float) -> Array:
     """Which points of the drop belong to its heaviest piece, shape (n,): points hang together up to a cell apart."""
     drop = run.fields("drop", time)
     whole = np.concatenate([drop["position"] * image for image in IMAGES])
@@ -93,18 +87,18 @@ def in_largest(run: "Run", time: float) -> Array:
     return np.asarray(piece[: len(drop["mass"])] == np.argmax(mass))
 
 
-def figures(run: "Run") -> "dict[str, Figure]":
+def figures(run: Run) -> dict[str, Figure]:
     """Curves against time, the middle cut, and the water from above."""
     return {"curves": _curves(run), "shapes": sections(run, "drop", SECTIONS, np.inf, 1.3), "pieces": _pieces(run)}
 
 
-def _curves(run: "Run") -> "Figure":
+def _curves(run: Run) -> Figure:
     figure = drop_curves(run, {"membrane_z": "sheet's middle", "drop_top_z": "drop's top"}, "sheet")
     figure.suptitle(run.case.title)
     return figure
 
 
-def _pieces(run: "Run") -> "Figure":
+def _pieces(run: Run) -> Figure:
     reached = recorded(run.times("drop"), PLANS)
     figure = new_figure(height=3.5)
     subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)

@@ -1,6 +1,6 @@
 """The bag of water: what it must keep, and what it costs to flatten it."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -8,13 +8,9 @@ from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
 from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 CLOSE = 0.25
 """Cells within which contact closes a gap."""
@@ -30,7 +26,7 @@ CAPTIONS = {
 METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Leaks, the space between skin and water, where the bag touches the floor, roundness, and the energy of the skin."""
     history, cell = run.history, run.case.grid.cell
     skin_case: Any = run.case.body[0]
@@ -66,12 +62,12 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def figures(run: "Run") -> "dict[str, Figure]":
+def figures(run: Run) -> dict[str, Figure]:
     """Curves of the history, and sections."""
     return {"curves": _curves(run), "shapes": _shapes(run)}
 
 
-def _fit(run: "Run", time: float) -> tuple[float, float]:
+def _fit(run: Run, time: float) -> tuple[float, float]:
     """Share of the water's points that are outside, and the mean space between skin and water in cells."""
     skin, water, triangles = run.fields("skin", time)["position"], run.fields("water", time), run.triangles("skin")
     height = heights(water["position"], skin, triangles)
@@ -82,12 +78,12 @@ def _fit(run: "Run", time: float) -> tuple[float, float]:
     return float(np.mean(height > CLOSE * cell)), room / area / cell
 
 
-def _half_width(run: "Run", time: float) -> float:
+def _half_width(run: Run, time: float) -> float:
     x = run.fields("skin", time)["position"][:, :2]
     return float(np.linalg.norm(x, axis=1).max())
 
 
-def _curves(run: "Run") -> "Figure":
+def _curves(run: Run) -> Figure:
     figure = new_figure(height=6.5)
     shape, motion, energy = figure.subplots(3, 1, sharex=True)
     for axes, title in zip((shape, motion, energy), ("shape", "motion", "energy"), strict=True):
@@ -112,7 +108,7 @@ def _curves(run: "Run") -> "Figure":
     return figure
 
 
-def _shapes(run: "Run") -> "Figure":
+def _shapes(run: Run) -> Figure:
     reached = recorded(run.times("skin"), INSTANTS)
     figure = new_figure(height=2.3 * -(-len(reached) // 3) + 0.3)
     subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)

@@ -1,29 +1,23 @@
 """A cube between clamps that is pulled or pressed, against finite elements of second order."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.gallery.mountris2019.curves import displacement, form_of, residuals
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.bonded_cube import BONDED_CUBE, AtRest
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Axes, Run
 from pellucid.results.pictures.style import COLOURS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from pellucid.results.storage.run import Run
-
 
 EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]  # corners of a tetrahedron
 
 METRICS = ("strain_energy", "reaction_z", "pressure_scatter", "ebc_residual_nodes", "ebc_residual_between")
 
 
-def at(run: "Run", distance: float) -> tuple[float, float]:
+def at(run: Run, distance: float) -> tuple[float, float]:
     """Strain energy [J] and force along z on the top [N] when the plates have moved apart by a distance [m]."""
     moved = displacement(run, 2)
     row = int(np.argmin(abs(moved - distance)))
@@ -32,14 +26,14 @@ def at(run: "Run", distance: float) -> tuple[float, float]:
     return float(run.history["strain_energy"][row]), float(run.history["reaction_z"][row])
 
 
-def of_mesh(run: "Run", share: float, exponent: float) -> float:
+def of_mesh(run: Run, share: float, exponent: float) -> float:
     """How far averaged maximum entropy may be off on the mesh of a run: a share at 5 500 nodes, and otherwise by a power of the
     spacing."""
     nodes = run.summary["points"]
     return float(share * (5500.0 / nodes) ** (exponent / 3.0))
 
 
-def metrics_at(run: "Run", distance: float, off: float) -> dict[str, Metric]:
+def metrics_at(run: Run, distance: float, off: float) -> dict[str, Metric]:
     """Energy and reaction at a distance [m] of the plates, the scatter of the pressure at the end, the residuals.
 
     off: how far the method may be off on this mesh, to which the error of the reference is added.
@@ -54,12 +48,12 @@ def metrics_at(run: "Run", distance: float, off: float) -> dict[str, Metric]:
     }
 
 
-def known_at(run: "Run", distance: float) -> AtRest:
+def known_at(run: Run, distance: float) -> AtRest:
     """What finite elements say of the cube at a distance [m] of the plates."""
     return BONDED_CUBE[form_of(run), distance]
 
 
-def beside_known(axes: "Axes", run: "Run", values: Array, places: Sequence[float], known: Sequence[float]) -> None:
+def beside_known(axes: Axes, run: Run, values: Array, places: Sequence[float], known: Sequence[float]) -> None:
     """Values at the equilibria against how far the top has moved up or down [m], and what finite elements say at some places
     [m], with by how much the run is off there."""
     moved = abs(displacement(run, 2))
@@ -79,7 +73,7 @@ def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric
     return compared(value, known, tolerance, unit, "finite elements of second order")
 
 
-def _scatter(run: "Run") -> Metric:
+def _scatter(run: Run) -> Metric:
     """How far the pressure of a node in the inner half is from the mean of its neighbours: root mean square, over its range.
 
     A checkerboard, two values that alternate, has one. Of a smooth field this falls with the square of the spacing.

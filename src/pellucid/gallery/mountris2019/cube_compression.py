@@ -1,15 +1,9 @@
 """A cube between clamps that is pressed to half its height."""
 
-from typing import TYPE_CHECKING
-
 from pellucid.gallery.mountris2019.clamped_cube import METRICS, beside_known, known_at, metrics_at, of_mesh
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 __all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]
 
@@ -22,12 +16,12 @@ CAPTIONS = {
 }
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Energy and reaction at a tenth of the edge against finite elements."""
     return metrics_at(run, JUDGED, of_mesh(run, 0.01, 1.0))  # singular edges: first order, as finite elements have nearly
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Reaction and energy against the displacement."""
     figure = new_figure(10.0, 4.0)
     left, right = figure.subplots(1, 2)

@@ -1,7 +1,5 @@
 """A cube between clamps that is pulled by half its edge."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared
@@ -9,15 +7,10 @@ from pellucid.gallery.mountris2019.clamped_cube import METRICS as SHARED
 from pellucid.gallery.mountris2019.clamped_cube import beside_known, known_at, metrics_at, of_mesh
 from pellucid.gallery.mountris2019.curves import form_of
 from pellucid.references import finite_elements
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 DISTANCE = 0.05
 
@@ -29,7 +22,7 @@ CAPTIONS = {
 }
 
 
-def _lines(run: "Run") -> dict[str, tuple[Array, Array]]:
+def _lines(run: Run) -> dict[str, tuple[Array, Array]]:
     """Heights at rest [m] and displacements [m] of the nodes on the middle line of a free face and on a free edge."""
     name = run.case.body[0].name
     start = run.fields(name, 0.0)["position"]
@@ -45,13 +38,13 @@ def _lines(run: "Run") -> dict[str, tuple[Array, Array]]:
     return found
 
 
-def _known_line(run: "Run", line: str, height: Array) -> Array:
+def _known_line(run: Run, line: str, height: Array) -> Array:
     """The displacement across [m] by finite elements at heights [m]; the upper half mirrors the lower one."""
     table, edge = finite_elements.read("cube_bulge"), 0.1
     return np.asarray(np.interp(np.minimum(height, edge - height), table["z"], table[f"{form_of(run)}_{line}_x"]))
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Energy, reaction and the bulge of the free sides half-way up against finite elements."""
     # displacements are of second order, energies and forces feel the singular edges of the clamps
     height, moved = _lines(run)["face"]
@@ -61,7 +54,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return {**metrics_at(run, DISTANCE, of_mesh(run, 0.01, 1.5)), "bulge": shape}
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """The free sides, and reaction against the distance of the plates."""
     figure = new_figure(10.0, 4.0)
     left, right = figure.subplots(1, 2)

@@ -1,28 +1,21 @@
 """A cube between smooth plates against the exact uniform strain."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.gallery.mountris2019.curves import elasticity, form_of, residuals
-from pellucid.references.arrays import Array
+from pellucid.references.annotations import Array
 from pellucid.references.stretched_block import Stretched, stretched
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
 
 CAPTIONS = {"cube_unconstrained": "Displacements of the nodes against the exact ones, and what they differ by."}
 
 METRICS = ("nrmse", "strain_energy", "reaction_z", "ebc_residual_nodes", "ebc_residual_between")
 
 
-def _exact(run: "Run") -> "tuple[Stretched, float, float]":
+def _exact(run: Run) -> "tuple[Stretched, float, float]":
     """The exact state of the case, the edge of the cube [m] and the stretch along z."""
     body, motion = run.case.body[0], run.case.motion[0]
     edge = float(np.ptp(run.fields(body.name, 0.0)["position"][:, 2]))
@@ -30,7 +23,7 @@ def _exact(run: "Run") -> "tuple[Stretched, float, float]":
     return stretched(form_of(run), *elasticity(run), along), edge, along
 
 
-def _displacements(run: "Run") -> tuple[Array, Array]:
+def _displacements(run: Run) -> tuple[Array, Array]:
     """Displacements of the nodes [m] and the exact ones, each of shape (n, 3)."""
     cube, _, along = _exact(run)
     name = run.case.body[0].name
@@ -38,7 +31,7 @@ def _displacements(run: "Run") -> tuple[Array, Array]:
     return run.fields(name)["position"] - start, start * (np.array([cube.lateral, cube.lateral, along]) - 1.0)
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """The error of the displacements, energy and reaction against the exact ones, the residual of what is prescribed."""
     cube, edge, _ = _exact(run)
     found, exact = _displacements(run)
@@ -55,7 +48,7 @@ def metrics(run: "Run") -> dict[str, Metric]:
     }
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Displacements against the exact ones, and the differences."""
     found, exact = _displacements(run)
     figure = new_figure(10.0, 4.0)

@@ -1,21 +1,16 @@
 """What the cases of Mountris et al. 2019 share: residuals, work of what is prescribed, least volumes, stiffness beside finite
 elements, force and energy."""
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references.indented import indented
 from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from pellucid.results.storage.run import Run
-
 
 EXCESS = (
     0.25  # three times what averaged functions keep of the excess of linear tetrahedra in the cube that is pulled, 0.07 to 0.09
@@ -23,7 +18,7 @@ EXCESS = (
 LEAST_LOST = 0.24  # of the volume about a node, see `least_volume`
 
 
-def form_of(run: "Run") -> Literal["coupled", "decoupled"]:
+def form_of(run: Run) -> Literal["coupled", "decoupled"]:
     """Which neo-Hookean energy the tissue of a run has. Raises ValueError for another law: it has no reference here."""
     kind = run.stored.bodies[0].material
     if kind not in ("neo-hookean", "decoupled-neo-hookean"):
@@ -31,13 +26,13 @@ def form_of(run: "Run") -> Literal["coupled", "decoupled"]:
     return "coupled" if kind == "neo-hookean" else "decoupled"
 
 
-def elasticity(run: "Run") -> tuple[float, float]:
+def elasticity(run: Run) -> tuple[float, float]:
     """Young's modulus [Pa] and Poisson's ratio of the first body."""
     material = run.case.body[0].material.model_dump()
     return material["young_modulus"], material["poisson_ratio"]
 
 
-def residuals(run: "Run", tolerance: float = 1e-12) -> dict[str, Metric]:
+def residuals(run: Run, tolerance: float = 1e-12) -> dict[str, Metric]:
     """How far the field is from what is prescribed [m], at the nodes and between them; the paper's is 1e-17 at the nodes."""
     found = {}
     for place, where in (("nodes", "at the nodes of prescribed faces"), ("between", "at places between these nodes")):
@@ -46,7 +41,7 @@ def residuals(run: "Run", tolerance: float = 1e-12) -> dict[str, Metric]:
     return found
 
 
-def work_done(run: "Run") -> Metric:
+def work_done(run: Run) -> Metric:
     """The strain energy against the work of the motion less the heat of the damping: second order in the steps of loading."""
     energies = run.summary["energies"]
     given = float(energies["motion_work"] - energies["damping_heat"])
@@ -54,7 +49,7 @@ def work_done(run: "Run") -> Metric:
     return compared(stored, given, 2e-3, "J", "work of the motion less the heat of the damping")
 
 
-def excess(run: "Run", body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:
+def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:
     """By how much energy and force are above those of quadratic tetrahedra on the same mesh, at a share of the displacement, in
     parts of what linear ones are above; none on a mesh for which these are not known."""
     known = indented(body, run.summary["points"], share)
@@ -69,7 +64,7 @@ def excess(run: "Run", body: Literal["cylinder", "heart"], share: float, reactio
     return found
 
 
-def least_volume(run: "Run") -> Metric:
+def least_volume(run: Run) -> Metric:
     """The least ratio of volumes about a node over those at rest.
 
     Nearly incompressible tissue keeps it near one: ln J = -p/λ with λ = 49 μ. Under the rim of an indenter the pressure has no
@@ -83,13 +78,13 @@ def least_volume(run: "Run") -> Metric:
     )
 
 
-def displacement(run: "Run", axis: int) -> "NDArray[np.float64]":
+def displacement(run: Run, axis: int) -> "NDArray[np.float64]":
     """Of the motion along an axis at each row of the history [m]."""
     moves = run.case.motion[0].functions()[axis]
     return np.array([moves(float(time)) for time in run.history["time"]])
 
 
-def force_and_energy(run: "Run", reaction: str, axis: int) -> "Figure":
+def force_and_energy(run: Run, reaction: str, axis: int) -> Figure:
     """Force of the motion along an axis and strain energy at the equilibria, against its displacement."""
     moved = displacement(run, axis)
     figure = new_figure(10.0, 4.0)

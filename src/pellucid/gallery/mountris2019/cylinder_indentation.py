@@ -1,14 +1,8 @@
 """A cylinder that is pressed in by half its height."""
 
-from typing import TYPE_CHECKING
-
 from pellucid.gallery.mountris2019.curves import excess, force_and_energy, least_volume, residuals, work_done
 from pellucid.results.metrics import Metric
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
+from pellucid.results.pictures.annotations import Figure, Run
 
 METRICS = ("strain_energy", "excess_energy", "excess_force", "least_volume", "ebc_residual_nodes", "ebc_residual_between")
 ON_KNOWN_MESHES = ("excess_energy", "excess_force")  # that of the quick variant
@@ -16,12 +10,12 @@ ON_KNOWN_MESHES = ("excess_energy", "excess_force")  # that of the quick variant
 CAPTIONS = {"cylinder_indentation": "Force of the indenter and strain energy against its depth, at the equilibria."}
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Work, energy and force beside finite elements, the least volume, and how far the field is from what is prescribed."""
     beside = excess(run, "cylinder", 0.5, "reaction_z")
     return {"strain_energy": work_done(run), **beside, "least_volume": least_volume(run), **residuals(run)}
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Force and energy against the displacement."""
     return {"cylinder_indentation": force_and_energy(run, "reaction_z", 2)}

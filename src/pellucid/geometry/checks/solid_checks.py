@@ -6,17 +6,13 @@ from itertools import combinations
 
 import numpy as np
 
+from pellucid.geometry.checks.words import REPAIR, Fault, counted
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh, faces_of_cells, in_parts
 from pellucid.geometry.meshes.triangulation import pieces
 
 FLATTEST = 1e-9  # volume over the cube of the longest edge; of a regular tetrahedron 0.118
 NEAREST = 1e-6  # distance of two nodes over the cube root of the mean volume: below, they are one place that is there twice
 MOST_NAMED = 5  # pieces whose sizes a warning tells
-
-REPAIR = "of a file, `repair = true` does it, or `pellucid mesh FILE --repair --out NEW`"
-"""How a remedy ends that a program can apply."""
-
-Fault = tuple[str, str]
 
 
 def solid_faults(mesh: SimplexMesh, is_pattern: bool = False) -> Iterator[Fault]:
@@ -47,16 +43,12 @@ def _place(position: np.ndarray) -> str:
     return ", at ({:.6g}, {:.6g}, {:.6g}) m".format(*position)
 
 
-def _count(n: int, verb: str, verbs: str) -> str:
-    return f"1 {verb}" if n == 1 else f"{n} {verbs}"
-
-
 def _empty_sets(mesh: SimplexMesh) -> Iterator[Fault]:
     empty = [f"`{name}`" for name, nodes in mesh.sets.items() if not len(nodes)]
     if empty:
         verb = "set has" if len(empty) == 1 else "sets have"
         yield (
-            f"{_count(len(empty), verb, verb)} no node: {', '.join(empty)}",
+            f"{counted(len(empty), verb, verb)} no node: {', '.join(empty)}",
             f"list their nodes, or take them out of the file: {REPAIR}",
         )
 
@@ -64,7 +56,7 @@ def _empty_sets(mesh: SimplexMesh) -> Iterator[Fault]:
 def _lone(mesh: SimplexMesh) -> Iterator[Fault]:
     lone = np.flatnonzero(np.bincount(mesh.cells.ravel(), minlength=len(mesh.nodes)) == 0)
     if len(lone):
-        text = f"{_count(len(lone), 'node belongs', 'nodes belong')} to no tetrahedron, the first is number {lone[0]}"
+        text = f"{counted(len(lone), 'node belongs', 'nodes belong')} to no tetrahedron, the first is number {lone[0]}"
         text += ", counted from 0"
         yield f"{text}{_place(mesh.nodes[lone[0]])}; such a node has no mass", f"remove them: {REPAIR}"
 
@@ -79,7 +71,7 @@ def _coincident(mesh: SimplexMesh) -> Iterator[Fault]:
     if len(pairs):
         one, other = min(map(tuple, np.sort(pairs, axis=1).tolist()))
         apart = np.linalg.norm(mesh.nodes[one] - mesh.nodes[other])
-        text = f"{_count(len(pairs), 'pair of nodes is', 'pairs of nodes are')} at one place, for example numbers {one} and "
+        text = f"{counted(len(pairs), 'pair of nodes is', 'pairs of nodes are')} at one place, for example numbers {one} and "
         text += (
             f"{other}, counted from 0{_place(mesh.nodes[one])}, {apart:.3g} m apart, which must be more than {limit:.3g} m; "
         )
@@ -110,7 +102,7 @@ def _repeated(mesh: SimplexMesh) -> Iterator[Fault]:
     again = np.flatnonzero(np.all(named[order][1:] == named[order][:-1], axis=1))
     if len(again):
         one, other = sorted(order[[again[0], again[0] + 1]])
-        text = f"{_count(len(again), 'tetrahedron is', 'tetrahedra are')} there twice, for example numbers {one} and {other}"
+        text = f"{counted(len(again), 'tetrahedron is', 'tetrahedra are')} there twice, for example numbers {one} and {other}"
         yield text + _place(mesh.nodes[mesh.cells[one]].mean(axis=0)), f"keep each tetrahedron once: {REPAIR}"
 
 
@@ -142,7 +134,7 @@ def _misshapen(mesh: SimplexMesh) -> Iterator[Fault]:
     ):
         number = np.flatnonzero(found)
         if len(number):
-            text = f"{_count(len(number), single, many)}, the first is number {number[0]}, counted from 0"
+            text = f"{counted(len(number), single, many)}, the first is number {number[0]}, counted from 0"
             yield text + _place(mesh.nodes[mesh.cells[number[0]]].mean(axis=0)), remedy
 
 
@@ -155,7 +147,7 @@ def _crowded(mesh: SimplexMesh, cells: np.ndarray) -> Iterator[Fault]:
     _, first, count = np.unique(key, return_index=True, return_counts=True)
     crowded = np.flatnonzero(count > 2)
     nodes = faces[first[crowded[0]]]
-    text = f"{_count(len(crowded), 'face has', 'faces have')} more than two tetrahedra, for example that of nodes"
+    text = f"{counted(len(crowded), 'face has', 'faces have')} more than two tetrahedra, for example that of nodes"
     text += f" {nodes[0]}, {nodes[1]} and {nodes[2]}{_place(mesh.nodes[nodes].mean(axis=0))}"
     yield text, "the tetrahedra there overlap: mesh that part again"
 
@@ -173,6 +165,6 @@ def _overlapping(mesh: SimplexMesh) -> Iterator[Fault]:
     same = same[full[order[same] // 4] & full[order[same + 1] // 4]]
     if len(same):
         one, other = sorted((order[same[0]] // 4, order[same[0] + 1] // 4))
-        text = f"{_count(len(same), 'pair of tetrahedra lies', 'pairs of tetrahedra lie')} on one side of a face of both, for"
+        text = f"{counted(len(same), 'pair of tetrahedra lies', 'pairs of tetrahedra lie')} on one side of a face of both, for"
         text += f" example numbers {one} and {other}, counted from 0{_place(mesh.nodes[mesh.cells[one]].mean(axis=0))}"
         yield text, "they overlap, as where a mesh was moved too far: mesh that part again"

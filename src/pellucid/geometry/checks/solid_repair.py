@@ -3,6 +3,7 @@
 import numpy as np
 
 from pellucid.geometry.checks.solid_checks import flat_cells
+from pellucid.geometry.checks.words import counted, in_file
 from pellucid.geometry.meshes.cells import outer_faces_of_cells
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
@@ -18,7 +19,7 @@ def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
     upright_mesh = SimplexMesh(mesh.nodes, cells, mesh.sets)
     if not len(told):
         return upright_mesh, []
-    where = _place(mesh.nodes[mesh.cells[told[0]]].mean(axis=0))
+    where = in_file(mesh.nodes[mesh.cells[told[0]]].mean(axis=0))
     how_many = "all" if len(told) == n_told else str(len(told))
     return upright_mesh, [f"{how_many} of {n_told} tetrahedra were turned: their corners were in the other order, {where}"]
 
@@ -31,8 +32,8 @@ def repaired(mesh: SimplexMesh) -> tuple[SimplexMesh, list[str]]:
     def kept(cells: np.ndarray, keep: np.ndarray, one: str, many: str) -> np.ndarray:
         gone = np.flatnonzero(~keep)
         if len(gone):
-            where = _place(mesh.nodes[cells[gone[0]]].mean(axis=0))
-            notes.append(f"{f'1 {one} was' if len(gone) == 1 else f'{len(gone)} {many} were'} left out, the first {where}")
+            where = in_file(mesh.nodes[cells[gone[0]]].mean(axis=0))
+            notes.append(f"{counted(len(gone), f'{one} was', f'{many} were')} left out, the first {where}")
         return cells[keep]
 
     cells = mesh.cells
@@ -48,16 +49,12 @@ def repaired(mesh: SimplexMesh) -> tuple[SimplexMesh, list[str]]:
     used = np.zeros(len(mesh.nodes), bool)
     used[cells] = True
     if lone := int(np.count_nonzero(~used)):
-        where = _place(mesh.nodes[np.flatnonzero(~used)[0]])
-        notes.append(f"{'1 node of' if lone == 1 else f'{lone} nodes of'} no tetrahedron left out, the first {where}")
+        where = in_file(mesh.nodes[np.flatnonzero(~used)[0]])
+        notes.append(f"{counted(lone, 'node of', 'nodes of')} no tetrahedron left out, the first {where}")
     number = np.cumsum(used) - 1
     sets = {name: number[nodes[used[nodes]]] for name, nodes in mesh.sets.items()}
     empty = [f"`{name}`" for name, nodes in sets.items() if not len(nodes)]
     if empty:
-        notes.append(f"{'1 set' if len(empty) == 1 else f'{len(empty)} sets'} without a node left out: {', '.join(empty)}")
+        notes.append(f"{counted(len(empty), 'set', 'sets')} without a node left out: {', '.join(empty)}")
     sets = {name: nodes for name, nodes in sets.items() if len(nodes)}
     return SimplexMesh(mesh.nodes[used], number[cells], sets), notes
-
-
-def _place(position: np.ndarray) -> str:
-    return "at ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*position)

@@ -6,6 +6,7 @@ import numpy as np
 
 from pellucid.geometry.algorithms.enclosure import signed_volume
 from pellucid.geometry.checks.surface_holes import rims
+from pellucid.geometry.checks.words import REPAIR, Fault, counted
 from pellucid.geometry.meshes.cells import cut_in_two
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges, pieces
@@ -13,11 +14,6 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 FLATTEST = 1e-10  # area over the square of the longest edge; an element below it has no normal worth the name
 STRAIGHTEST = 1e-3  # at a corner, twice the area with its neighbours over that of the whole: a square has 1
 MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral, whose element is flat
-
-REPAIR = "of a file, `repair = true` does it, or `pellucid mesh FILE --repair --out NEW`"
-"""How a remedy ends that a program can apply."""
-
-Fault = tuple[str, str]
 
 
 def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool) -> Iterator[Fault]:
@@ -94,13 +90,13 @@ class _Elements:
 
     def count(self, n: int, verb: str, verbs: str) -> str:
         """How many elements do what, for a message."""
-        return _count(n, f"{self.one} {verb}", f"{self.many} {verbs}")
+        return counted(n, f"{self.one} {verb}", f"{self.many} {verbs}")
 
 
 def _lone(elements: _Elements) -> Iterator[Fault]:
     lone = np.flatnonzero(np.bincount(elements.edges[:, 0], minlength=len(elements.vertices)) == 0)
     if len(lone):
-        text = f"{_count(len(lone), 'vertex belongs', 'vertices belong')} to no {elements.one}, the first is number {lone[0]}"
+        text = f"{counted(len(lone), 'vertex belongs', 'vertices belong')} to no {elements.one}, the first is number {lone[0]}"
         yield f"{text}{_place(elements.vertices[lone[0]])}; such a point has no mass", f"remove them: {REPAIR}"
 
 
@@ -114,7 +110,7 @@ def _empty(elements: _Elements) -> Iterator[Fault]:
         np.any(np.diff(np.sort(elements.quads, axis=1), axis=1) == 0, axis=1) & ~empty[: elements.first_triangle]
     )
     if len(collapsed):
-        text = f"{_count(len(collapsed), 'quadrilateral has', 'quadrilaterals have')} the same vertex at two corners"
+        text = f"{counted(len(collapsed), 'quadrilateral has', 'quadrilaterals have')} the same vertex at two corners"
         place = _place(elements.corner(collapsed[0]))
         yield f"{text}, the first is number {collapsed[0]}{place}", f"make triangles of them: {REPAIR}"
 
@@ -152,7 +148,7 @@ def _once(corners: np.ndarray) -> np.ndarray:
 def _crowded(elements: _Elements) -> Iterator[Fault]:
     crowded = elements.edges_of(lambda n: n > 2)
     if len(crowded):
-        text = f"{_count(len(crowded), 'edge has', 'edges have')} more than two {elements.many}, for example"
+        text = f"{counted(len(crowded), 'edge has', 'edges have')} more than two {elements.many}, for example"
         yield f"{text} {_between(crowded[0])}{elements.place(crowded[0])}", "make each sheet that meets there a body of its own"
 
 
@@ -161,14 +157,14 @@ def _crooked(elements: _Elements) -> Iterator[Fault]:
     bent, folds = crooked_quads(elements.vertices, elements.quads)
     found = np.flatnonzero(bent)
     if len(found):
-        text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} not convex, the first is number {found[0]}"
+        text = f"{counted(len(found), 'quadrilateral is', 'quadrilaterals are')} not convex, the first is number {found[0]}"
         text += f"{_place(elements.corner(found[0]))}: it has a corner of 180 degrees or more, or its edges cross"
         yield text, f"order the corners round the element, or cut it into triangles: {REPAIR}, where its edges do not cross"
     fold = folds.max(axis=0)
     found = np.flatnonzero((fold > MOST_FOLDED) & ~bent)
     if len(found):
         worst = found[np.argmax(fold[found])]
-        text = f"{_count(len(found), 'quadrilateral is', 'quadrilaterals are')} far from flat; number {worst} is folded by "
+        text = f"{counted(len(found), 'quadrilateral is', 'quadrilaterals are')} far from flat; number {worst} is folded by "
         text += f"{fold[worst]:.0f} degrees about a diagonal, which must be at most {MOST_FOLDED:g}"
         yield text + _place(elements.corner(worst)), f"make them finer there, or cut them into triangles: {REPAIR}"
 
@@ -197,7 +193,7 @@ def _flipped(elements: _Elements) -> Iterator[Fault]:
         if elements.codes[same[0]] % 2:
             directed = directed[::-1]
         one, other = elements.owner[np.all(elements.edges == directed, axis=1)]
-        text = f"neighbouring {elements.many} face opposite sides at {_count(len(same), 'edge', 'edges')}, for example numbers"
+        text = f"neighbouring {elements.many} face opposite sides at {counted(len(same), 'edge', 'edges')}, for example numbers"
         remedy = f"let all {elements.many} turn the same way about the normal: {REPAIR}"
         yield f"{text} {min(one, other)} and {max(one, other)}{elements.place(directed)}", remedy
 
@@ -206,7 +202,7 @@ def _holes(elements: _Elements) -> Iterator[Fault]:
     rim = elements.edges_of(lambda n: n == 1)
     if len(rim):
         loops = len(np.unique(pieces(rim, len(elements.vertices))[rim[:, 0]]))
-        text = f"is declared closed and has {_count(loops, 'hole', 'holes')} with {_count(len(rim), 'edge', 'edges')} in all"
+        text = f"is declared closed and has {counted(loops, 'hole', 'holes')} with {counted(len(rim), 'edge', 'edges')} in all"
         largest = max(map(len, rims(Mesh(elements.vertices, elements.quads, elements.triangles))), default=len(rim))
         remedy = f"close it: of a file, `repair = true` with `close_holes = {largest}` does it, or `pellucid mesh FILE --repair"
         remedy += f" --close-holes {largest} --out NEW`; or declare it open with `closed = false`"
@@ -217,10 +213,6 @@ def _vector_area(places: np.ndarray) -> np.ndarray:
     """Area times normal of triangles and quadrilaterals with corners at places, shape (m, 3 or 4, 3): shape (m, 3)."""
     first, second = places[:, 2] - places[:, 0], places[:, -1] - places[:, 1]
     return 0.5 * np.cross(first, second)
-
-
-def _count(n: int, one: str, many: str) -> str:
-    return f"{n} {one if n == 1 else many}"
 
 
 def _between(edge: np.ndarray) -> str:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pellucid.geometry.algorithms.enclosure import inside, signed_volume
+from pellucid.geometry.checks.words import in_file
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 
@@ -25,10 +26,10 @@ def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
     centres = mesh.centres()
     if turned.any():
         many = int(turned.sum())
-        where = _place(centres[np.flatnonzero(turned)[0]])
+        where = in_file(centres[np.flatnonzero(turned)[0]])
         what = "1 element was turned to face as its" if many == 1 else f"{many} elements were turned to face as their"
         notes.append(f"{what} neighbours, the first {where}")
-    notes += [f"the piece {_place(centres[first])} has one side, as a Möbius strip: it stays as it is" for first in one_sided]
+    notes += [f"the piece {in_file(centres[first])} has one side, as a Möbius strip: it stays as it is" for first in one_sided]
     return _turned(mesh, turned), notes
 
 
@@ -59,7 +60,7 @@ def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
         if (signed_volume(mesh.vertices[used], which.reshape(-1, 3)) < 0.0) != is_hole:
             turned[members[name]] = True
             side = "inward, as it is a hole" if is_hole else "outward"
-            notes.append(f"a closed piece was turned {side}, {_place(mesh.centres()[name])}")
+            notes.append(f"a closed piece was turned {side}, {in_file(mesh.centres()[name])}")
     return _turned(mesh, turned), notes
 
 
@@ -90,7 +91,3 @@ def _turned(mesh: Mesh, turned: np.ndarray) -> Mesh:
     quads[of_quads] = quads[of_quads][:, [0, 3, 2, 1]]
     triangles[of_triangles] = triangles[of_triangles][:, ::-1]
     return Mesh(mesh.vertices, quads, triangles)
-
-
-def _place(position: np.ndarray) -> str:
-    return "at ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*position)

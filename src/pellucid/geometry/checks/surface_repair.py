@@ -8,6 +8,7 @@ import numpy as np
 from pellucid.geometry.checks.surface_checks import MOST_FOLDED, crooked_quads, empty_elements
 from pellucid.geometry.checks.surface_holes import without_holes
 from pellucid.geometry.checks.surface_orientation import outward, turned_alike
+from pellucid.geometry.checks.words import counted, in_file
 from pellucid.geometry.meshes.cells import cut_in_two
 from pellucid.geometry.meshes.coincident import same_place
 from pellucid.geometry.meshes.surface_mesh import Mesh
@@ -47,9 +48,9 @@ def _merged(mesh: Mesh) -> Mended:
         return mesh, []
     kept = place == np.arange(len(place))
     number = (np.cumsum(kept) - 1)[place]
-    note = f"{_count(len(merged), 'vertex was', 'vertices were')} merged with another one at the same place, the first"
+    note = f"{counted(len(merged), 'vertex was', 'vertices were')} merged with another one at the same place, the first"
     joined = Mesh(mesh.vertices[kept], number[mesh.quads], number[mesh.triangles])
-    return joined, [f"{note} {_place(mesh.vertices[merged[0]])}"]
+    return joined, [f"{note} {in_file(mesh.vertices[merged[0]])}"]
 
 
 def _of_different_corners(mesh: Mesh) -> Mended:
@@ -59,13 +60,13 @@ def _of_different_corners(mesh: Mesh) -> Mended:
     three = again.sum(axis=1) == 1
     if three.any():
         triangles.append(mesh.quads[three][~again[three]].reshape(-1, 3))
-        notes.append(f"{_count(int(three.sum()), 'quadrilateral', 'quadrilaterals')} with a corner twice made triangles")
+        notes.append(f"{counted(int(three.sum()), 'quadrilateral', 'quadrilaterals')} with a corner twice made triangles")
     quads, every = mesh.quads[~three], np.concatenate(triangles)
     kept = [(np.diff(np.sort(corners, axis=1), axis=1) > 0).all(axis=1) for corners in (quads, every)]
     gone = [corners[~keep] for corners, keep in zip((quads, every), kept, strict=True)]
     if n := sum(map(len, gone)):
-        where = _place(mesh.vertices[next(corners for corners in gone if len(corners))[0, 0]])
-        notes.append(f"{_count(n, 'element', 'elements')} without area left out, the first {where}")
+        where = in_file(mesh.vertices[next(corners for corners in gone if len(corners))[0, 0]])
+        notes.append(f"{counted(n, 'element', 'elements')} without area left out, the first {where}")
     return Mesh(mesh.vertices, quads[kept[0]], every[kept[1]]), notes
 
 
@@ -118,8 +119,8 @@ def _without_slits(mesh: Mesh) -> Mended:
         return mesh, []
     left = [corners for corners in elements if corners is not None]
     quads, triangles = (np.array([c for c in left if len(c) == n], np.int64).reshape(-1, n) for n in (4, 3))
-    text = f"{_count(len(mended), 'triangle', 'triangles')} without area left out, the first {_place(mesh.vertices[mended[0]])}"
-    return Mesh(mesh.vertices, quads, triangles), [text]
+    text = f"{counted(len(mended), 'triangle', 'triangles')} without area left out, the first"
+    return Mesh(mesh.vertices, quads, triangles), [f"{text} {in_file(mesh.vertices[mended[0]])}"]
 
 
 def _flat_quads(mesh: Mesh) -> Mended:
@@ -133,8 +134,8 @@ def _flat_quads(mesh: Mesh) -> Mended:
     second = folds[1, cut] < folds[0, cut]
     quads[second] = np.roll(quads[second], -1, axis=1)
     halves = cut_in_two(quads)
-    text = f"{_count(len(quads), 'quadrilateral', 'quadrilaterals')} not convex or far from flat cut in two, the first"
-    where = _place(mesh.vertices[quads[0]].mean(axis=0))
+    text = f"{counted(len(quads), 'quadrilateral', 'quadrilaterals')} not convex or far from flat cut in two, the first"
+    where = in_file(mesh.vertices[quads[0]].mean(axis=0))
     return Mesh(mesh.vertices, mesh.quads[~cut], np.concatenate([mesh.triangles, halves])), [f"{text} {where}"]
 
 
@@ -148,9 +149,9 @@ def _once(mesh: Mesh) -> Mended:
     n = sum(map(len, gone))
     if not n:
         return mesh, []
-    where = _place(mesh.vertices[next(corners for corners in gone if len(corners))[0]].mean(axis=0))
+    where = in_file(mesh.vertices[next(corners for corners in gone if len(corners))[0]].mean(axis=0))
     return Mesh(mesh.vertices, *kept), [
-        f"{_count(n, 'element that was', 'elements that were')} there again left out, the first {where}"
+        f"{counted(n, 'element that was', 'elements that were')} there again left out, the first {where}"
     ]
 
 
@@ -161,13 +162,5 @@ def _without_lone(mesh: Mesh) -> Mended:
     if not len(lone):
         return mesh, []
     number = np.cumsum(used) - 1
-    text = f"{_count(len(lone), 'vertex', 'vertices')} of no element left out, the first {_place(mesh.vertices[lone[0]])}"
+    text = f"{counted(len(lone), 'vertex', 'vertices')} of no element left out, the first {in_file(mesh.vertices[lone[0]])}"
     return Mesh(mesh.vertices[used], number[mesh.quads], number[mesh.triangles]), [text]
-
-
-def _count(n: int, one: str, many: str) -> str:
-    return f"1 {one}" if n == 1 else f"{n} {many}"
-
-
-def _place(position: np.ndarray) -> str:
-    return "at ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*position)

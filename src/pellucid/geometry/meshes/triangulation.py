@@ -12,6 +12,11 @@ class Triangulation(NamedTuple):
     triangles: np.ndarray
 
 
+def bounding_box(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner of places, shape (n, d): shape (d,) each."""
+    return places.min(axis=0), places.max(axis=0)
+
+
 def directed_edges(elements: np.ndarray) -> np.ndarray:
     """The edges of m elements of k corners in their turn, shape (k m, 2): all the first ones, then all the second ones ..."""
     return np.concatenate([np.stack(pair, axis=1) for pair in zip(elements.T, np.roll(elements, -1, axis=1).T, strict=True)])

@@ -7,10 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from pellucid.geometry.algorithms.enclosure import inside
-from pellucid.geometry.checks.solid_checks import Fault, solid_faults
+from pellucid.geometry.checks.solid_checks import solid_faults
+from pellucid.geometry.checks.words import Fault
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.cells import outer_faces
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter, turn_about
 from pellucid.geometry.solid_meshes.box import BoxMesh
@@ -70,8 +72,7 @@ class MeshRegion(Geometry):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Those of the nodes."""
-        nodes = self.mesh.mesh().nodes
-        return nodes.min(axis=0), nodes.max(axis=0)
+        return bounding_box(self.mesh.mesh().nodes)
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
         """Which points lie within its outer faces."""

@@ -5,7 +5,7 @@ import numpy as np
 from pellucid.findings import Refusal
 from pellucid.geometry.algorithms.enclosure import enclosed_volume, inside
 from pellucid.geometry.checks.surface_checks import faults
-from pellucid.geometry.meshes.triangulation import Triangulation
+from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.model import parameter
@@ -20,8 +20,7 @@ class Inside(Geometry):
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """The bounds of the surface."""
-        vertices = self.surface.triangulate().vertices
-        return vertices.min(axis=0), vertices.max(axis=0)
+        return bounding_box(self.surface.triangulate().vertices)
 
     def reach(self, direction: np.ndarray) -> float:
         """The reach of the vertices of the surface."""

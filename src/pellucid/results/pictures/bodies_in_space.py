@@ -1,10 +1,10 @@
 """Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open, and solids once more."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.triangulation import bounding_box
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import Fields, limits, meaning, values_of
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
@@ -15,11 +15,6 @@ from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
 from pellucid.results.pictures.style import WIDTH, new_figure, panels, with_unit
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 INSTANTS = 4
 COLUMNS = 700  # pixels of a panel
@@ -37,7 +32,7 @@ MOST_BALLS = 60_000
 """More points of a body than this are thinned out evenly, the balls grow instead."""
 
 
-def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure":
+def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
     """All bodies at some instants but those that are lines, coloured by "speed", "displacement" or "load".
 
     What surrounds a body is cut open through the middle of that; where `halved`, all are through that of the largest solid.
@@ -58,7 +53,7 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     solids = [position for name, position in start.items() if len(cells[name].tetrahedra)]
     cut = opening(list(start.values()))
     if halved and solids:
-        cut = through_the_middle([_box(position) for position in solids])
+        cut = through_the_middle([bounding_box(position) for position in solids])
     places = np.concatenate([fields["position"] for state in states for fields in state.values()])
     camera = camera_for(VIEW, places[cut.beyond(places) <= 0.0] if cut else places, COLUMNS, margin=0.06)
     across = min(2, len(chosen))
@@ -86,7 +81,7 @@ def panels_in_space(run: "Run", quantity: str, halved: bool = False) -> "Figure"
     return figure
 
 
-def is_open_in_front(run: "Run") -> bool:
+def is_open_in_front(run: Run) -> bool:
     """Whether all solids lie at the front of the grid, as at a plane of symmetry: they are open there without a cut."""
     grid = run.stored.grid
     names = [body.name for body in run.stored.bodies if len(run.cells(body.name).tetrahedra)]
@@ -96,7 +91,7 @@ def is_open_in_front(run: "Run") -> bool:
 
 def opening(positions: list[np.ndarray]) -> Plane | None:
     """Where to cut bodies open of which one surrounds another: through the middle of what is surrounded, else nowhere."""
-    boxes = [_box(position) for position in positions]
+    boxes = [bounding_box(position) for position in positions]
     hidden = [
         inner
         for k, inner in enumerate(boxes)
@@ -111,10 +106,6 @@ def through_the_middle(boxes: list[Box]) -> Plane:
     middle = float(0.5 * (largest[0] + largest[1]) @ np.array(FRONT))
     # layers of points often lie in the very middle: a little before it, so that they stay in every picture
     return Plane(FRONT, middle + ASIDE * float((largest[1] - largest[0]).max()))
-
-
-def _box(position: np.ndarray) -> Box:
-    return position.min(axis=0), position.max(axis=0)
 
 
 def _surface(cells: Cells, position: np.ndarray) -> Faceted:

@@ -3,18 +3,14 @@
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pellucid import catalogue
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.storage.files import OutputError
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-    from pellucid.results.storage.run import Run
-
-
-def drawn_by_module(run: "Run", kind: str) -> dict[str, Any]:
+def drawn_by_module(run: Run, kind: str) -> dict[str, Any]:
     """The "figures" or "films" of the module of the gallery case; none, with a warning, where it cannot draw this run."""
     make = getattr(catalogue.module(run.stored.id), kind, None)
     try:
@@ -24,7 +20,7 @@ def drawn_by_module(run: "Run", kind: str) -> dict[str, Any]:
         return {}
 
 
-def drawn(run: "Run", figure: "Figure | Callable[[], Figure]") -> "Figure | None":
+def drawn(run: Run, figure: "Figure | Callable[[], Figure]") -> "Figure | None":
     """A figure that the module gave, drawn now if it gave a function; None with a warning where it cannot draw this run."""
     try:
         return figure() if callable(figure) else figure
@@ -35,7 +31,7 @@ def drawn(run: "Run", figure: "Figure | Callable[[], Figure]") -> "Figure | None
         return None
 
 
-def _warn(run: "Run", kind: str, error: Exception) -> None:
+def _warn(run: Run, kind: str, error: Exception) -> None:
     warnings.warn(f"the {kind} of {run.stored.id} do not apply to this run: {error}", stacklevel=3)
 
 
@@ -49,6 +45,6 @@ def noticed(notices: list[str]) -> Iterator[None]:
             notices.append(str(error))
 
 
-def captions(run: "Run") -> dict[str, str]:
+def captions(run: Run) -> dict[str, str]:
     """What the module says of its figures and films, by name."""
     return dict(getattr(catalogue.module(run.stored.id), "CAPTIONS", {}))

@@ -1,6 +1,6 @@
 """The picture of a mesh by itself: elements with their sides, coloured by their shape, and what is wrong marked."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,14 +11,12 @@ from pellucid.geometry.meshes.cells import cut_in_two, outer_faces_of_cells
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.surface_mesh import Mesh as SurfaceMesh
 from pellucid.geometry.meshes.triangulation import directed_edges
+from pellucid.results.pictures.annotations import Figure
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.style import SEQUENTIAL, house_style, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FRONT, BELOW = View(-50.0, 22.0), View(130.0, -22.0)
 MOST_PIXELS = 1000  # of a view, along and across
@@ -29,7 +27,7 @@ AHEAD = 2e-3  # of the width of the picture, by which sides lie before their ele
 STEP = 0.8  # pixels between the dots that make a side
 
 
-def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> "Figure":
+def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> Figure:
     """Two views of a mesh whose unit has so many metres, for its caller to save: a surface from both sides, a solid whole and
     cut open.
 

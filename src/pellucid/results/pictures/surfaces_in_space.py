@@ -2,11 +2,11 @@
 them."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.geometry.meshes.triangulation import vertex_normals
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import Fields, limits
@@ -16,12 +16,6 @@ from pellucid.results.pictures.rendering.drawables import Mesh
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.style import new_figure, with_unit
 from pellucid.state import FIELDS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 PICTURES = 60  # of a film
 COLUMNS = 460  # pixels of a picture
@@ -36,7 +30,7 @@ AT_REST = 1e-2  # of the fastest motion of the film: what is slower is not drawn
 class _Stage:
     """Surfaces drawn at one instant after the other, to the same scales."""
 
-    def __init__(self, run: "Run", names: Sequence[str], times: np.ndarray) -> None:
+    def __init__(self, run: Run, names: Sequence[str], times: np.ndarray) -> None:
         self._run, self._names = run, names
         self._triangles = {name: run.cells(name).triangles for name in names}
         states = [self._state(float(time)) for time in times]
@@ -53,7 +47,7 @@ class _Stage:
         name = "density in the surface" if self._has_density else "normal velocity"
         return with_unit(name, FIELDS["areal_density" if self._has_density else "velocity"].unit)
 
-    def draw(self, axes: "Axes", time: float) -> None:
+    def draw(self, axes: Axes, time: float) -> None:
         """The surfaces at an instant [s], with arrows of the part of their velocity that lies in them."""
         state, limited = self._state(time), self.colours
         meshes = []
@@ -79,7 +73,7 @@ class _Stage:
             return fields["areal_density"]
         return np.asarray(np.einsum("ni,ni->n", fields["velocity"], self._normals(name, fields)))
 
-    def _arrows(self, axes: "Axes", name: str, fields: Fields, fastest: float) -> None:
+    def _arrows(self, axes: Axes, name: str, fields: Fields, fastest: float) -> None:
         normal, velocity = self._normals(name, fields), fields["velocity"]
         along = velocity - np.einsum("ni,ni->n", velocity, normal)[:, None] * normal
         some = self._arrowed[name]
@@ -91,7 +85,7 @@ class _Stage:
         axes.quiver(x, y, length * u, length * v, angles="xy", scale_units="xy", scale=1.0, width=0.004, color=INK, zorder=3)
 
 
-def film_of_surfaces(run: "Run", names: Sequence[str]) -> Animation:
+def film_of_surfaces(run: Run, names: Sequence[str]) -> Animation:
     """Bodies that are closed surfaces in space, coloured by their density, those without one by their velocity along the
     normal; with arrows of the flow in them."""
     from matplotlib.cm import ScalarMappable
@@ -102,7 +96,7 @@ def film_of_surfaces(run: "Run", names: Sequence[str]) -> Animation:
     rows, columns = stage.camera.shape
     width = min(HEIGHT, HEIGHT * columns / rows)
 
-    def draw(time: float) -> "Figure":
+    def draw(time: float) -> Figure:
         figure = new_figure(width + 1.2, width * rows / columns + 0.5, layout="compressed")
         axes = figure.subplots()
         stage.draw(axes, time)

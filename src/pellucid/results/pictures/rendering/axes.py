@@ -1,13 +1,11 @@
 """A picture on the axes of a figure: colours of values, the scale bar, words in the corners."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from pellucid.results.pictures.annotations import Axes
 from pellucid.results.pictures.rendering.camera import Camera
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 LENGTHS = ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
 INK = "#222233"
@@ -24,14 +22,14 @@ def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> n
     return found
 
 
-def show(axes: "Axes", picture: np.ndarray, camera: Camera) -> None:
+def show(axes: Axes, picture: np.ndarray, camera: Camera) -> None:
     """Put a picture on axes whose unit is the metre, without ticks and frame."""
     (left, low), (right, high) = camera.low, camera.high
     axes.imshow(picture, origin="lower", extent=(left, right, low, high), interpolation="antialiased")
     axes.set_axis_off()
 
 
-def scale_bar(axes: "Axes", camera: Camera) -> None:
+def scale_bar(axes: Axes, camera: Camera) -> None:
     """A bar of a round length in the lower right corner. Lengths across the line of sight are true in a parallel view."""
     length, text = round_length(0.22 * float((camera.high - camera.low)[0]))
     size = float((camera.high - camera.low).max())
@@ -48,13 +46,13 @@ def round_length(most: float) -> tuple[float, str]:
     return float(length), f"{length / unit:.3g} {name}"
 
 
-def corner_words(axes: "Axes", left: str, right: str, colour: str = INK) -> None:
+def corner_words(axes: Axes, left: str, right: str, colour: str = INK) -> None:
     """Words in the upper corners, those on the left bold, those on the right in a colour."""
     _word(axes, 0.005, 1.0, left, transform=axes.transAxes, va="top", fontsize=11, fontweight="bold", color=INK)
     _word(axes, 0.995, 0.995, right, transform=axes.transAxes, va="top", ha="right", fontsize=8.5, color=colour)
 
 
-def _word(axes: "Axes", x: float, y: float, text: str, **look: Any) -> None:
+def _word(axes: Axes, x: float, y: float, text: str, **look: Any) -> None:
     from matplotlib.patheffects import withStroke
 
     axes.text(x, y, text, path_effects=[withStroke(linewidth=3.0, foreground="white")], **look)

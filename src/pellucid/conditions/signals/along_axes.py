@@ -1,0 +1,12 @@
+"""Displacements along the axes."""
+
+from pellucid.conditions.signals import Signal
+from pellucid.model import Model, parameter
+
+
+class AlongAxes(Model):
+    """A displacement along each axis, or none."""
+
+    x: Signal | None = parameter("", "along x", None)
+    y: Signal | None = parameter("", "along y", None)
+    z: Signal | None = parameter("", "along z", None)
