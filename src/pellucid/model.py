@@ -16,6 +16,11 @@ InputFile = Annotated[str, AfterValidator(lambda path: str(Path(path).absolute()
 case file a relative path starts from the folder of that file, elsewhere from the working folder."""
 
 
+def one_or_several(names: Any) -> Any:
+    """Names of which a case may say a single one without brackets."""
+    return (names,) if isinstance(names, str) else names
+
+
 class Model(BaseModel):
     """A frozen table of a case file; unknown keys are errors."""
 

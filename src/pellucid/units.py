@@ -3,6 +3,7 @@
 import difflib
 import re
 from functools import cache
+from math import degrees
 from tokenize import TokenError
 from typing import Any
 
@@ -74,6 +75,11 @@ def to_si(text: str, unit: str) -> float:
         raise UnitError(
             f'"{said}" has the dimension {quantity.dimensionality}; wanted is {_wanted(unit)}, such as {_example(unit)}'
         ) from None
+
+
+def in_degrees(angle: Any) -> Any:
+    """An angle as a case says it, in degrees or as a text with a unit, in degrees."""
+    return degrees(to_si(angle, "rad")) if isinstance(angle, str) else angle
 
 
 def check_si(unit: str) -> None:

@@ -4,7 +4,6 @@ Source: Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. 95, 859.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from pydantic import field_validator
@@ -15,7 +14,7 @@ from pellucid.energy import ABSORBED_ENERGY, Channel
 from pellucid.findings import Finding, Path
 from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_fields import fields_of
-from pellucid.model import parameter
+from pellucid.model import one_or_several, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
@@ -31,10 +30,7 @@ class Absorbing(Condition):
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: str = parameter("", "body whose waves leave: the speeds are those of its material at the start")
 
-    @field_validator("where", mode="before")
-    @classmethod
-    def _one_or_several(cls, where: Any) -> Any:
-        return (where,) if isinstance(where, str) else where
+    _one_or_several = field_validator("where", mode="before")(one_or_several)
 
     def channels(self) -> Sequence[Channel]:
         """What leaves through the faces, which the momentum equation of the nodes counts."""

@@ -1,7 +1,6 @@
 """Outflow: faces of the grid through which material points leave the computation."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from pydantic import field_validator
 
@@ -9,7 +8,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Face
 from pellucid.energy import OUTFLOW_ENERGY, Channel
 from pellucid.findings import Finding, Path, Reason
-from pellucid.model import parameter
+from pellucid.model import one_or_several, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
@@ -26,10 +25,7 @@ class Outflow(Condition):
         "", "bodies whose points may leave; without it all bodies of material points that nothing leads", ()
     )
 
-    @field_validator("faces", "body", mode="before")
-    @classmethod
-    def _one_or_several(cls, value: Any) -> Any:
-        return (value,) if isinstance(value, str) else value
+    _one_or_several = field_validator("faces", "body", mode="before")(one_or_several)
 
     def channels(self) -> Sequence[Channel]:
         """What the points take along."""

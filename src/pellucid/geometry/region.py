@@ -19,7 +19,7 @@ from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.geometry.shapes.solids import Box
 from pellucid.model import Vector, parameter
-from pellucid.units import to_si
+from pellucid.units import in_degrees
 
 REACH = 1e-9  # of the extent of a body, by which a node may lie beyond a box and still count: rounding must not decide
 WITHIN = 30.0
@@ -76,10 +76,7 @@ class Region(Shape):
                 )
         return data
 
-    @field_validator("within", mode="before")
-    @classmethod
-    def _in_degrees(cls, value: Any) -> Any:
-        return degrees(to_si(value, "rad")) if isinstance(value, str) else value
+    _in_degrees = field_validator("within", mode="before")(in_degrees)
 
     @model_validator(mode="after")
     def _normal_has_a_direction(self) -> "Region":

@@ -109,7 +109,7 @@ class FluidFilmCase(BodyModel):
             from pellucid.bodies.fluid_film.surfaces.initial_surface import film_surface
 
             try:
-                return film_surface(self.shape.surface.triangulate(), "loop" if self._is_loop else self.radial)
+                return film_surface(self.shape.surface.triangulate(), self.radial if self.interpolation == "radial" else "loop")
             except ValueError as error:
                 raise CaseError(Problem(str(error), f"body.{self.name}.shape.surface")) from error
         from pellucid.bodies.fluid_film.surfaces.curve import Curve
@@ -156,10 +156,6 @@ class FluidFilmCase(BodyModel):
     def is_around(self) -> bool:
         """Whether it is a surface of revolution."""
         return self.shape.span == "around"
-
-    @property
-    def _is_loop(self) -> bool:
-        return self.shape.surface is not None and self.interpolation != "radial"
 
     def goals(self, o: "Operators") -> Goals:
         """The volume and area that it keeps or reaches, by what it has at the start."""

@@ -159,10 +159,6 @@ def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Fin
                 yield Finding(here, f"no body has this name; the others are {listed(others) or 'none'}", hint(name, others))
         elif other is not None and (reason := other.why_not_excluded(parts.grid)):
             yield Finding(here, *reason)
-        elif other is not None and body.name in other.excluded_bodies() and _comes_first(other, body, bodies):
+        elif other is not None and body.name in other.excluded_bodies() and bodies.index(other) < bodies.index(body):
             text = f"{name} lies outside {body.name} too: where they overlap there would be neither"
             yield Finding(here, text, "leave one of the two out")
-
-
-def _comes_first(one: BodyModel, other: BodyModel, bodies: list[BodyModel]) -> bool:
-    return bodies.index(one) < bodies.index(other)

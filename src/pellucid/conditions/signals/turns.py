@@ -1,8 +1,8 @@
 """Prescribed rotations as functions of time: the signals of displacements, with an angle in place of a distance."""
 
 from abc import abstractmethod
-from math import degrees, radians
-from typing import Any, Literal
+from math import radians
+from typing import Literal
 
 import numpy as np
 from pydantic import field_validator
@@ -13,7 +13,7 @@ from pellucid.conditions.signals.sine import Sine
 from pellucid.conditions.signals.steady import Steady
 from pellucid.conditions.signals.time_table import OverTime, read_rows
 from pellucid.model import InputFile, Model, parameter
-from pellucid.units import to_si
+from pellucid.units import in_degrees
 
 SAID = 'in degrees, or a text with a unit such as "0.3 rad"'
 
@@ -23,10 +23,7 @@ class TurnModel(Model):
 
     kind: str
 
-    @field_validator("angle", mode="before", check_fields=False)
-    @classmethod
-    def _in_degrees(cls, value: Any) -> Any:
-        return degrees(to_si(value, "rad")) if isinstance(value, str) else value
+    _in_degrees = field_validator("angle", mode="before", check_fields=False)(in_degrees)
 
     @abstractmethod
     def function(self) -> Displacement:

@@ -1,7 +1,7 @@
 """Rotations of shapes, surfaces and meshes about axes."""
 
 from collections.abc import Iterator
-from math import cos, degrees, radians, sin
+from math import cos, radians, sin
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES, ActiveAxes
 from pellucid.model import Model, Vector, parameter
-from pellucid.units import to_si
+from pellucid.units import in_degrees
 
 QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # cosine and sine of 0, 90, 180, 270 degrees
 
@@ -22,10 +22,7 @@ class Rotation(Model):
     angle: float = parameter("", 'angle in degrees, or a text with a unit such as "0.3 rad"', ge=-360, le=360)
     centre: Vector | None = parameter("m", "a point on the axis; without it the centre of what is turned", None)
 
-    @field_validator("angle", mode="before")
-    @classmethod
-    def _in_degrees(cls, value: Any) -> Any:
-        return degrees(to_si(value, "rad")) if isinstance(value, str) else value
+    _in_degrees = field_validator("angle", mode="before")(in_degrees)
 
     @model_validator(mode="after")
     def _axis_has_a_direction(self) -> "Rotation":

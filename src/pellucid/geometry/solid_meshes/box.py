@@ -81,7 +81,7 @@ def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: Counts) -> SimplexMes
             square = middles[middles[:, axis] == 0].copy()
             square[:, axis] = index
             ring = [square + np.eye(3, dtype=int)[one] * i + np.eye(3, dtype=int)[two] * j for i, j in _TURN]
-            a, b, c, d = (_corner(place, shape) for place in ring)
+            a, b, c, d = (np.ravel_multi_index(tuple(place.T), tuple(shape + 1)) for place in ring)
             below, above = _middle(square - np.eye(3, dtype=int)[axis], shape), _middle(square, shape)
             if 0 < index < counts[axis]:
                 cells += [np.stack([start, end, below, above], axis=1) for start, end in ((a, b), (b, c), (c, d), (d, a))]
@@ -93,10 +93,6 @@ def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: Counts) -> SimplexMes
 
 
 _TURN = ((0, 0), (1, 0), (1, 1), (0, 1))
-
-
-def _corner(place: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    return np.asarray((place[:, 0] * (shape[1] + 1) + place[:, 1]) * (shape[2] + 1) + place[:, 2])
 
 
 def _middle(place: np.ndarray, shape: np.ndarray) -> np.ndarray:

@@ -152,13 +152,9 @@ def _frame(run: Run, name: str, time: float) -> State:
     except (UsageError, OutputError) as error:
         raise CaseError(Problem(str(error), "start.time", time)) from None
     if "density" in fields:
-        fields.setdefault("volume", _volumes(fields["mass"], fields["density"]))
+        mass = fields["mass"]  # points that left the grid have neither mass nor volume
+        fields.setdefault("volume", np.divide(mass, fields["density"], out=np.zeros_like(mass), where=mass > 0.0))
     return fields
-
-
-def _volumes(mass: np.ndarray, density: np.ndarray) -> np.ndarray:
-    """Of points [m³], shape (n,); those that left the grid have neither mass nor volume."""
-    return np.divide(mass, density, out=np.zeros_like(mass), where=mass > 0.0)
 
 
 def _in_order(arrays: State) -> State:

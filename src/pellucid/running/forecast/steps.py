@@ -65,7 +65,11 @@ def _tightest(limits: "Limits") -> tuple[StepLimit, str]:
 def _foretold(case: "Case", limit: StepLimit, name: str, now: float, until: float | None = None) -> Foretold:
     time = case.time
     left = (time.end if until is None else min(until, time.end)) - now
-    rows = time.end / max(1, round(time.end / case.output.rows_every(time.end))) if _has_own_steps(case) else inf
+    rows = (
+        time.end / max(1, round(time.end / case.output.rows_every(time.end)))
+        if any(body.has_own_step for body in case.body)
+        else inf
+    )
     because = (f"body `{name}` ({limit.cause}): " if name else "") + limit.reason
     if time.step is not None:
         share = f", {time.step / limit.step:.2g} of the stable one, which {because}" if isfinite(limit.step) else ""
@@ -90,10 +94,6 @@ def _steady(case: "Case") -> Foretold:
         f"steady.most_steps at the most"
     )
     return Foretold(UNKNOWN, UNKNOWN, text)
-
-
-def _has_own_steps(case: "Case") -> bool:
-    return any(body.has_own_step for body in case.body)
 
 
 def _limits(case: "Case") -> Limits:
