@@ -32,8 +32,8 @@ def cut_here_and_there():
         inner = generator.choice(np.arange(1, len(cost)), min(n, len(cost)) - 1, replace=False)
         return np.concatenate([[0], np.sort(inner), np.full(1 + n - min(n, len(cost)), len(cost))])
 
-    everywhere = mock.patch.object(ranks.Domain, "would_pay", lambda self, cost: True)
-    with mock.patch.object(sharing, "INTERVAL", 5), mock.patch.object(ranks, "cuts_of", cuts), everywhere:
+    always = mock.patch.object(ranks.Domain, "would_pay", return_value=True)
+    with mock.patch.object(sharing, "INTERVAL", 5), mock.patch.object(ranks, "cuts_of", cuts), always:
         yield
 
 

@@ -175,8 +175,8 @@ class VelocityField:
         self._second_nodes.append(node.copy())  # detection writes into its own
 
     def second_layers(self) -> tuple[int, int]:
-        """The first and the last layer of nodes along the axis of the slabs that have such increments, of any process: which slabs
-        are summed again must not depend on where the rows are cut."""
+        """The first and the last layer of nodes along the axis of the slabs that have such increments, of any process: which
+        slabs are summed again must not depend on where the rows are cut."""
         lattice = self.grid.lattice
         layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
         nowhere = self.grid.n_nodes

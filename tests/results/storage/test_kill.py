@@ -7,8 +7,8 @@ import sys
 import time
 
 PELLUCID = [sys.executable, "-m", "pellucid"]
-SETTINGS = ["--no-report", "--quick", "--set", "time.end=0.02", "--set", "output.checkpoint=0.02", "--set", "output.frames=0.001"]
-RUN = [*PELLUCID, "run", "gan2011/shock-tube", *SETTINGS]
+SETTINGS = ["--quick", "--set", "time.end=0.02", "--set", "output.checkpoint=0.02", "--set", "output.frames=0.001"]
+RUN = [*PELLUCID, "run", "gan2011/shock-tube", "--no-report", *SETTINGS]
 KILLS = 3
 
 
