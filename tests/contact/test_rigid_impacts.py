@@ -75,7 +75,7 @@ def test_a_light_body_bears_a_heavy_one(cell):
     light = block("light", (0.5, 0.2, 0), (0.9, 0.4, 0), density=20.0)
     heavy = block("heavy", (0.5, 0.4, 0), (0.9, 0.6, 0), density=4000.0)
     hold = {"name": "hold", "body": "floor", "hold": ["x", "y", "z"]}
-    sim, said = run(floor, light, heavy, end=0.3, cell=cell, motion=[hold], gravity=(0, -9.81, 0))
+    sim, said = run(floor, light, heavy, end=0.2, cell=cell, motion=[hold], gravity=(0, -9.81, 0))
     low = [float(body.arrays["position"][:, 1].min()) for body in sim.bodies]
     sunk = np.array([0.2, 0.4]) - np.array(low[1:]) + 0.25 * cell
     assert np.all(sunk < [0.06 * cell, 0.12 * cell]), sunk / cell
@@ -99,7 +99,7 @@ def test_a_plate_on_many_balls_rests():
     balls = [disc(f"ball{i}", 0.3 + 0.35 * i, 0.35) for i in range(5)]
     plate = block("plate", (0.1, 0.5, 0), (1.9, 0.7, 0))
     hold = {"name": "hold", "body": "floor", "hold": ["x", "y", "z"]}
-    sim, _ = run(floor, *balls, plate, end=0.25, motion=[hold], gravity=(0, -9.81, 0))
+    sim, _ = run(floor, *balls, plate, end=0.15, motion=[hold], gravity=(0, -9.81, 0))
     assert abs(velocities(sim)[-1][1]) < 0.02
     assert sim.kinetic_energy() < 1.0
 

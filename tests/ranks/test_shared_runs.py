@@ -21,12 +21,12 @@ pytestmark = [
     pytest.mark.skipif(numba.config.DISABLE_JIT, reason="takes minutes in plain Python"),
 ]
 CASES = [
-    "basics/dam-break:40",  # APIC, quadratic B-splines
-    "gan2011/piezo-icsi:12",  # membrane points with damage, prescribed motions, absorbing faces
-    "lian2014/water-drop:30",  # elements on nodes of their own, contact on the grid
-    "lian2014/gas-expansion:40",  # elements that share a velocity field; two rows of slabs
-    "basics/rolling-discs:12",  # contact of surfaces with friction, a rigid body
-    "basics/hydrostatic-column:20",  # mean pressures of full cells
+    "basics/dam-break:16",  # APIC, quadratic B-splines
+    "gan2011/piezo-icsi:6",  # membrane points with damage, prescribed motions, absorbing faces
+    "lian2014/water-drop:11",  # elements on nodes of their own, contact on the grid
+    "lian2014/gas-expansion:16",  # elements that share a velocity field; two rows of slabs
+    "basics/rolling-discs:6",  # contact of surfaces with friction, a rigid body
+    "basics/hydrostatic-column:11",  # mean pressures of full cells
 ]
 
 
@@ -37,15 +37,15 @@ def shared(processes, *arguments, of=STEPS):
 
 @pytest.fixture(scope="module")
 def alone():
-    return json.loads(shared(1, 1, *CASES).stdout)
+    return json.loads(shared(1, "1,1", *CASES).stdout)
 
 
-@pytest.mark.parametrize("how", [(2, 1), (2, 2, "recut"), (3, 2), (3, 1, "recut")], ids=str)
-def test_processes_and_threads_change_no_bit(alone, how):
-    processes, threads, *recut = how
-    run = shared(processes, threads, *recut, *CASES)
+@pytest.mark.parametrize(("processes", "ways"), [(2, "1,2+recut"), (3, "2,1+recut")])
+def test_processes_and_threads_change_no_bit(alone, processes, ways):
+    run = shared(processes, ways, *CASES)
     assert run.returncode == 0, run.stderr
     found = json.loads(run.stdout)
+    assert found.keys() == alone.keys()
     for case, known in found.items():
         assert known.pop("bytes") > 0
         assert known == {name: alone[case][name] for name in known}, case
@@ -72,7 +72,7 @@ def processes_of(launcher):
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 def test_one_killed_ends_all_and_another_number_goes_on(tmp_path):
     whole, killed = tmp_path / "whole", tmp_path / "killed"
-    short = ["--set", "output.checkpoint=0.2", "--set", "time.end=0.06"]
+    short = ["--set", "output.checkpoint=0.2", "--set", "time.end=0.04"]
     subprocess.run([sys.executable, *DAM, *short, "--out", whole], check=True, capture_output=True)
     command = [LAUNCHER, "-n", "2", sys.executable, *DAM, *short, "--out", str(killed)]
     with subprocess.Popen(command, env=PATIENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as launcher:
@@ -88,7 +88,7 @@ def test_one_killed_ends_all_and_another_number_goes_on(tmp_path):
     resumed = subprocess.run([sys.executable, *map(str, resume)], env=PATIENT, capture_output=True, text=True, check=False)
     assert resumed.returncode == 0, resumed.stderr
     assert (killed / "history.csv").read_bytes() == (whole / "history.csv").read_bytes()
-    assert history.read(killed / "history.csv")["time"][-1] >= 0.06
+    assert history.read(killed / "history.csv")["time"][-1] >= 0.04
 
 
 def test_a_fault_in_one_process_is_told_once(tmp_path):

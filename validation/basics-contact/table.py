@@ -23,12 +23,12 @@ TRANSFERS = ("flip", "apic")
 BOTH = (0.05, 0.025)
 AT_ONCE = {"load.1.amplitude.shares": [1.0, 1.0]}  # the weight of the block that sticks
 CASES = {
-    "gliding-discs": ((0.05,), {}, ("energy_flat", "energy_round")),
-    "rolling-ball": ((0.05,), {}, ("way",)),
+    "gliding-discs": ((0.05,), {"time.end": 0.7}, ("energy_flat", "energy_round")),
+    "rolling-ball": ((0.05,), {"time.end": 0.3}, ("way",)),
     "colliding-bars": ((0.025, 0.0125), {}, ("struck",)),
     "blocks-on-slope": (BOTH, {"time.end": 0.8}, ("slides", "wall_slides", "sticks", "wall_sticks")),
     "turned-blocks": (BOTH, {}, ("east", "west", "east_sticks", "west_sticks")),
-    "rolling-discs": (BOTH, {}, ("rigid", "elastic", "gliding")),
+    "rolling-discs": (BOTH, {"time.end": 0.4}, ("rigid", "elastic", "gliding")),
     "blocks-on-oblique-planes": ((0.05,), {}, ("on_plate", "on_wall")),
     "cylinders-in-trough": ((0.05,), {}, ("glides", "rolls")),
 }

@@ -1,6 +1,7 @@
 """The heart of two ventricles: its volume against integrals over the ellipsoids, its sets, its walls."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ def width(x, z, semi_axes, offset=0.0):
     return b * np.sqrt(np.maximum(0.0, 1.0 - ((x - offset) / a) ** 2 - (z / c) ** 2))
 
 
+@cache
 def volume():
     """Of the walls [m³], by the midpoint rule over x and z; all is symmetric about y = 0."""
     x, z = (start + step * (np.arange(n) + 0.5) for start, step, n in ((-0.03, 2e-5, 4000), (-0.05, 2e-5, 3000)))
@@ -30,6 +32,7 @@ def volume():
     return 2.0 * float(across.sum()) * (2e-5) ** 2
 
 
+@cache
 def heart(size):
     return SolidMesh(heart={"size": size}).mesh()
 
