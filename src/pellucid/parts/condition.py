@@ -1,12 +1,14 @@
 """The interface of the model of a condition."""
 
 from collections.abc import Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from pellucid.energy import Channel
 from pellucid.parts.active_condition import ActiveCondition
-from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Part, Parts
+
+if TYPE_CHECKING:
+    from pellucid.parts.assembly import Assembly
 
 
 class Condition(Part):
@@ -21,7 +23,7 @@ class Condition(Part):
         return ()
 
     @classmethod
-    def activate(cls, conditions: Sequence[Self], assembly: Assembly) -> Sequence[ActiveCondition]:
+    def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """What acts for all conditions of this class in a run; nothing where they only mark nodes or pairs at the start.
 
         It is called once for each class that a case can have, in the order of its keys, also where there are no conditions.
