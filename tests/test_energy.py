@@ -312,8 +312,8 @@ def test_solid_and_fluid_are_counted_apart():
 
 def test_what_is_at_stake_is_strain_the_potential_of_gravity_and_little_of_internal_energy():
     solid, gas = body(0.0, 3.0, (0, 0, 0)), body(0.0, 5e8, (0, 0, 0), kind="internal")
-    solid.arrays = {"mass": np.array([2.0, 1.0]), "position": np.array([[0, 0, 7.0], [0, 0, 4.0]])}
-    gas.arrays = {"mass": np.array([4.0]), "position": np.array([[1.0, 0, 5.0]])}
+    solid.stored_field = {"mass": np.array([2.0, 1.0]), "position": np.array([[0, 0, 7.0], [0, 0, 4.0]])}.get
+    gas.stored_field = {"mass": np.array([4.0]), "position": np.array([[1.0, 0, 5.0]])}.get
     speeds = [10.0, 300.0]
     assert energy_at_stake([solid, gas], (0.0, 0.0, 0.0), speeds) == pytest.approx(3.0 + 5.0)
     # 2 kg 3 m and 4 kg 1 m above the lowest point
@@ -327,7 +327,7 @@ from pellucid.energy import energy_at_stake
 
 numbers = np.random.default_rng(1).random((60_000, 4))
 arrays = {"mass": numbers[:, 0].copy(), "position": numbers[:, 1:].copy()}
-body = SimpleNamespace(arrays=arrays, totals=SimpleNamespace(stored=0.0), energy_kind="strain")
+body = SimpleNamespace(stored_field=arrays.get, totals=SimpleNamespace(stored=0.0), energy_kind="strain")
 print(energy_at_stake([body], (0.3, 0.0, -9.81), [0.0]).hex())
 """
 
@@ -342,8 +342,8 @@ def test_what_is_at_stake_does_not_depend_on_the_threads_of_matrix_products():
 def test_what_a_small_strain_of_solids_would_store_is_at_stake():
     """Of 3 kg with waves of 20 m/s: half of 1200 J times the square of 1e-7."""
     solid, film = body(0.0, 0.0, (0, 0, 0)), body(0.0, 0.0, (0, 0, 0))
-    solid.arrays = {"mass": np.array([2.0, 1.0]), "position": np.zeros((2, 3))}
-    film.arrays = {"mass": np.array([1e9]), "position": np.zeros((1, 3))}
+    solid.stored_field = {"mass": np.array([2.0, 1.0]), "position": np.zeros((2, 3))}.get
+    film.stored_field = {"mass": np.array([1e9]), "position": np.zeros((1, 3))}.get
     assert energy_at_stake([solid, film], (0.0, 0.0, 0.0), [20.0, 0.0]) == pytest.approx(0.5 * 1200.0 * 1e-14, rel=1e-12)
 
 
@@ -385,7 +385,7 @@ def test_what_contact_and_transfers_give_beyond_what_they_took_is_an_error():
 def test_stiff_internal_energy_does_not_hide_an_error_of_what_moves():
     """Of a liquid with 1e6 J no more than 0.02 J moves: an error is one of these."""
     liquid = body(0.0, 1e6, (0, 0, 0), kind="internal")
-    liquid.arrays = {"mass": np.array([1.0]), "position": np.zeros((1, 3))}
+    liquid.stored_field = {"mass": np.array([1.0]), "position": np.zeros((1, 3))}.get
     budget = EnergyBudget([liquid], (0, 0, 0), at_stake=energy_at_stake([liquid], (0, 0, 0), [1500.0]))
     budget.record([body(0.01, 1e6, (0, 0, 0), kind="internal")], work({GRAVITY: 0.009}), {}, 0.1)
     assert budget.energy_error() == pytest.approx(0.001 / 0.019, rel=1e-6)
