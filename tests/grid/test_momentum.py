@@ -7,8 +7,8 @@ from small_cases import SLIP, box, case
 from pellucid import energy
 from pellucid.conditions.constrained_nodes import constrain_nodes
 from pellucid.grid.actions import NodalActions
+from pellucid.grid.chunks import CHUNK
 from pellucid.grid.lattice import Grid
-from pellucid.grid.listed import CHUNK
 from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.nodal_momentum import NodalMomentum

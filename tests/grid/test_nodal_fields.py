@@ -11,9 +11,9 @@ import pytest
 
 import pellucid
 from nodal_field_table import SETS
+from pellucid.grid.chunks import CHUNK
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import CHUNK
 from pellucid.grid.momentum import ExternalAction
 from pellucid.grid.nodal_fields import (
     FOUND,

@@ -41,7 +41,7 @@ class ContactNodes(NamedTuple):
     node: np.ndarray  # (n,)
     normal: np.ndarray  # (n, 3) unit normals from the first side to the second, zero where these do not touch
     mobility: np.ndarray  # (2, n, 3) 1/m of both sides along each axis [1/kg], 0 where a node is constrained
-    edges: np.ndarray  # of the chunks in which threads take them, see `pellucid.grid.listed`
+    edges: np.ndarray  # of the chunks in which threads take them, see `pellucid.grid.chunks`
 
 
 @kernel(inner=True)

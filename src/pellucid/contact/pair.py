@@ -8,7 +8,7 @@ from pellucid.contact import impulse_works, impulses
 from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.contact.detection import ContactDetection
 from pellucid.contact.impulses import ContactNodes, Friction
-from pellucid.grid.listed import by_row
+from pellucid.grid.chunks import by_row
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.bundle import Bundle
 from pellucid.ranks.domain import domain

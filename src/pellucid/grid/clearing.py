@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pellucid.grid.listed import ALL, ChunkedNodes, by_row, chunked, listed
+from pellucid.grid.chunks import ALL, ChunkedNodes, by_row, chunked
+from pellucid.grid.listed import listed
 from pellucid.grid.nodal_fields import ROW, Cleared, fields_of, views_of
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
@@ -49,7 +50,7 @@ def _clear(n, cleared, width, chunks):
 class Clearing:
     """Sets to zero what is cleared at one time of some sets of nodal arrays, as it is declared.
 
-    rows: of the grid, as `pellucid.grid.listed.by_row` takes them.
+    rows: of the grid, as `pellucid.grid.chunks.by_row` takes them.
     """
 
     def __init__(self, cleared: Cleared, rows: np.ndarray, *sets: tuple[Any, ...]) -> None:

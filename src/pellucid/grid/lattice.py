@@ -5,7 +5,6 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from pellucid.approximants import GRID_FUNCTIONS
-from pellucid.grid.listed import NodesByRow, by_row
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
 
@@ -97,8 +96,6 @@ class Grid:
         rows = row_edges(counts[slab_axis], GRID_FUNCTIONS[case.functions](1).stencil, MOST_ROWS)
         self.rows = layer * np.append(rows[:-1], last)
         """The first node of each row of slabs, and behind the last."""
-        self.all_nodes: NodesByRow = by_row(self.rows)
-        """Its nodes in chunks."""
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).

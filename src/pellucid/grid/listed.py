@@ -1,68 +1,11 @@
-"""Passes over nodes of the grid: over all of them, or over those of a list."""
+"""Lists of nodes of the grid, and the flags by which they are made."""
 
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from pellucid.grid.nodal_fields import FOUND, OR, RUN, STEP, NodalField
-from pellucid.jit import kernel, pointwise
-
-CHUNK = 512  # nodes that a thread takes at a time
-ALL = np.zeros(0, np.int64)
-"""In place of a list: of no nodes there are no chunks, and no pass is made."""
-
-
-class ChunkedNodes(NamedTuple):
-    """Nodes in chunks, of which threads take one at a time, and whose sums are added up in order."""
-
-    node: np.ndarray  # (m,) a list, or `ALL`
-    edges: np.ndarray  # (chunks + 1,) the number of the first of each chunk, and behind the last
-
-    @property
-    def n(self) -> int:
-        """How many chunks these are."""
-        return len(self.edges) - 1
-
-
-class NodesByRow(NamedTuple):
-    """Nodes in chunks, each within a row of slabs: processes that have rows have chunks."""
-
-    chunks: ChunkedNodes
-    of_row: np.ndarray  # (rows + 1,) the first chunk of each row of slabs, and behind the last
-
-
-def chunked(node: np.ndarray) -> ChunkedNodes:
-    """A list of nodes, shape (m,), in chunks of which no sums are wanted."""
-    return ChunkedNodes(node, np.minimum(CHUNK * np.arange(chunks_of(len(node)) + 1), len(node)))
-
-
-def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> NodesByRow:
-    """Nodes in chunks, all or those of a list in order, shape (m,).
-
-    rows, shape (rows + 1,): the first node of each row of slabs, and behind the last; most: nodes in a chunk.
-    """
-    of_row, n = np.empty(len(rows), np.int64), rows[-1] if node is ALL else len(node)
-    edges = np.empty(len(rows) + n // most + 1, np.int64)
-    return NodesByRow(ChunkedNodes(node, edges[: 1 + _divide(rows, node, node is ALL, most, edges, of_row)]), of_row)
-
-
-@kernel()
-def _divide(rows, node, is_all, most, edges, of_row):
-    """Fill where chunks begin and the last ends, and the first chunk of each row and behind the last; how many chunks."""
-    chunks = end = 0
-    edges[0] = of_row[0] = 0
-    for row in range(len(rows) - 1):
-        first = end
-        if is_all:
-            end = rows[row + 1]
-        while not is_all and end < len(node) and node[end] < rows[row + 1]:
-            end += 1
-        pieces = (end - first + most - 1) // most
-        for piece in range(pieces):
-            edges[chunks + piece + 1] = first + (end - first) * (piece + 1) // pieces
-        chunks += pieces
-        of_row[row + 1] = chunks
-    return chunks
+from pellucid.jit import pointwise
 
 
 class NodeFlags(NamedTuple):
@@ -70,11 +13,6 @@ class NodeFlags(NamedTuple):
 
     awaiting: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "contact may give impulses in this step", np.uint8)]
     reached: Annotated[np.ndarray, NodalField(1, OR, STEP, "", "the body with its own nodes gives to the node", np.uint8)]
-
-
-def chunks_of(n: int) -> int:
-    """In how many chunks threads take n nodes."""
-    return -(-n // CHUNK)
 
 
 @pointwise

@@ -48,7 +48,7 @@ class AdvancedNodes(NamedTuple):
     load: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N", "the sum of the external forces, where there are any")]
     separate_forces: np.ndarray  # see `FieldNodes`
     work: np.ndarray  # (rows, ...) works as `pellucid.energy` lays them out, a row for each chunk
-    edges: np.ndarray  # of the chunks of all nodes, see `pellucid.grid.listed`
+    edges: np.ndarray  # of the chunks of all nodes, see `pellucid.grid.chunks`
 
 
 @pointwise

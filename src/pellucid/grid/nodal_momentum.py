@@ -5,8 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from pellucid.energy import FIRST_LOAD, StepWork, row_length, step_work
+from pellucid.grid.chunks import ALL, ChunkedNodes, by_row
 from pellucid.grid.lattice import Nodes
-from pellucid.grid.listed import ALL, ChunkedNodes, NodeFlags, by_row
+from pellucid.grid.listed import NodeFlags
 from pellucid.grid.momentum import MASS_EPS, AdvancedNodes, ExternalAction
 from pellucid.grid.nodal_fields import ROW, VECTOR, fields_of
 from pellucid.grid.nodal_passes import advance, count_works, project, sum_strain_lag
@@ -20,7 +21,7 @@ from pellucid.reductions import ordered_sum
 class NodalMomentum:
     """Advances the momentum of the nodes of one velocity field.
 
-    rows: as `pellucid.grid.listed.by_row` takes them; supports: their velocities [m/s] are read at every step, and so is
+    rows: as `pellucid.grid.chunks.by_row` takes them; supports: their velocities [m/s] are read at every step, and so is
     `external`; small_mass [kg]: nodes with less do not strain points by their internal forces; flip: share of FLIP in the
     transfer to the points.
     """

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.grid.chunks import CHUNK, chunks_of
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Grid, Nodes
-from pellucid.grid.listed import CHUNK, NodeFlags, chunks_of
+from pellucid.grid.listed import NodeFlags
 from pellucid.grid.momentum import (
     MASS_EPS,
     ExternalAction,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from pellucid.grid.listed import ALL, by_row, chunked
+from pellucid.grid.chunks import ALL, by_row, chunked
 
 ROWS = np.array([0, 7, 7, 40, 60])
 
