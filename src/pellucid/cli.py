@@ -20,7 +20,9 @@ class Commands(TyperGroup):
         try:
             processes.join()
             with warnings.catch_warnings(), termination_raised():
-                warnings.showwarning = _show
+                warnings.showwarning = lambda message, *_where, **_to: typer.echo(f"warning: {message}", err=True)
+                if not processes.is_first:
+                    warnings.simplefilter("ignore")
                 return super().invoke(ctx)
         except PellucidError as error:
             message = "\n    ".join([f"pellucid: {error}", *getattr(error, "__notes__", ())])
@@ -35,16 +37,11 @@ class Commands(TyperGroup):
             raise _end(error, f"pellucid: {printable(reason)}\n    mend this, and give the command again", 3) from None
 
 
-def _show(message: Warning | str, *_where: Any, **_to: Any) -> None:
-    if processes.is_first:
-        typer.echo(f"warning: {message}", err=True)
-
-
 def _end(error: BaseException, message: str, status: int) -> typer.Exit:
     """Say why the command ends: once, where all processes that share a run end for the same reason."""
+    processes.end(error)
     if processes.is_first:
         typer.echo(message, err=True)
-    processes.end(error)
     return typer.Exit(status)
 
 

@@ -159,7 +159,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         """The work of the pressure on what volumes lack of the growth of full cells."""
         if self.keeps_heat and self._cells is not None:
             full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
-            self.totals.stored += float(self._sums()[GAINED])  # for USF, as in `end_grid_to_particle`
+            self.totals.stored += float(self.sums()[GAINED])  # for USF, as in `end_grid_to_particle`
 
     @property
     def on_grid(self) -> ContactBody:
@@ -211,7 +211,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         """Fill all arrays so, before points of other slabs are asked for their state."""
         self._complete(*(name for name in self.arrays if name not in ("id", "mass")))
 
-    def _sums(self) -> np.ndarray:
+    def sums(self) -> np.ndarray:
         """What the points of all slabs add up to, by the columns of `Slabs.sums`."""
         return ordered_sum(domain.complete(self.slabs.sums))
 
@@ -282,7 +282,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._complete("velocity")
         if self.is_led(by_slabs=False):
             self._lead(remap)
-        sums = self._sums()
+        sums = self.sums()
         self._short_runs.add(float(sums[VECTORS]))
         lumping, loss = float(sums[LUMPING]), float(sums[LOSS])
         if self._affine is not None:
@@ -310,12 +310,12 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         reached = self.slabs.reached(self.velocity_field.second_layers(), self._stencil)
         kernels.add_increments(self.n_slabs, self.mapped, increment, reached)
         self._complete("velocity")
-        self._collect_momentum_sums(self._sums())
+        self._collect_momentum_sums(self.sums())
         won = self.totals.kinetic - before
         if self.constraint is not None:
             self.constrain_again()
             kernels.sum_momentum(self.n_slabs, self.mapped)
-            self._collect_momentum_sums(self._sums())
+            self._collect_momentum_sums(self.sums())
         return won
 
     def kept_energy(self) -> np.ndarray:
@@ -343,7 +343,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def _collect_strain_sums(self, last: bool) -> None:
         """Totals after straining; last: after the momentum equation and not before."""
-        sums = self._sums()
+        sums = self.sums()
         self.totals.half_power = (-0.5 if last else 0.5) * float(sums[POWER])
         self.totals.stored, self.totals.heating = float(sums[STORED]), float(sums[HEATING])
         self._bound_rate(float(self.slabs.sums[:, RATE].max()))
@@ -390,7 +390,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     def renew_totals(self) -> None:
         """Find the totals of the state as it is."""
         kernels.sum_momentum(self.n_slabs, self.mapped)
-        self._collect_momentum_sums(self._sums())
+        self._collect_momentum_sums(self.sums())
         self.grid.nodes.strain_velocity.fill(0.0)
         self.grid.nodes.velocity.fill(0.0)
         if self._cells is not None:

@@ -68,7 +68,7 @@ def run(
             chosen = chosen.with_settings({"output.frames": interval})
         except CaseError as error:
             raise error.blame(f"--every {every}") from None
-    if out and processes.is_first:
+    if out and processes.size == 1:
         RunFolder(out).check_replaceable()
     folder = out or unused(Path("runs"), case_name(case, chosen))
 

@@ -13,13 +13,15 @@ import numpy as np
 
 from pellucid.errors import PellucidError, UsageError
 
-SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
-"""Variables by which launchers of MPI tell how many processes there are."""
-NO_MPI = (
-    "this is one of several processes that an MPI launcher started, and mpi4py is not here: "
-    "pip install 'pellucid[mpi]', or start one process"
+SIZES = "OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_NUM_TASKS"
+NUMBERS = "OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", "SLURM_PROCID"
+"""Variables by which launchers tell how many processes there are, and which of them this is."""
+NO_MPI = "mpi4py is not here: pip install 'pellucid[mpi]', or start one process"
+OTHER_MPI = (
+    "mpi4py belongs to another MPI, which sees one: start them with the launcher of that one (srun: with --mpi=pmi2 or "
+    "--mpi=pmix), or install mpi4py with the MPI of this one"
 )
-PATIENCE = 5.0  # s in which all processes must come to the same end
+PATIENCE = 10.0  # s in which all processes must come to the same end
 Value = TypeVar("Value")
 
 
@@ -33,6 +35,7 @@ class Group:
     _mpi: Any = None
 
     def __init__(self) -> None:
+        self._agreed: list[BaseException] = []
         self._ended: list[BaseException] = []
         self.waited = 0.0
         """Time spent on messages so far [s], most of it waiting for others."""
@@ -49,14 +52,19 @@ class Group:
         return self.rank == 0
 
     def join(self) -> None:
-        """Join the processes that an MPI launcher started together with this one, where one did. Raises UsageError where
-        mpi4py is not installed."""
-        if self._comm is not None or not any(int(os.environ.get(name, "1")) > 1 for name in SIZES):
+        """Join the processes that a launcher started together with this one, where one did. Raises UsageError where mpi4py is
+        not installed, or belongs to another MPI."""
+        started = max(int(os.environ.get(name, "1")) for name in SIZES)
+        if self._comm is not None or started == 1:
             return
+        self.rank = max(int(os.environ.get(name, "0")) for name in NUMBERS)  # who tells, if there is no more
+        why = f"this is one of {started} processes that were started together, and "
         try:
             from mpi4py import MPI
         except ImportError:
-            raise UsageError(NO_MPI) from None
+            raise UsageError(why + NO_MPI) from None
+        if MPI.COMM_WORLD.size == 1:
+            raise UsageError(why + OTHER_MPI)
         self._mpi, self._comm = MPI, MPI.COMM_WORLD
         self.rank, self.size = self._comm.rank, self._comm.size
         self.here = self._comm.Split_type(MPI.COMM_TYPE_SHARED).size
@@ -139,17 +147,31 @@ class Group:
         """Wait for all processes, without work for this one meanwhile."""
         self.agrees(inf)
 
+    def agree_on(self, error: BaseException) -> None:
+        """All processes raise an error before any has begun to tell of it; where one raises it alone, end them all."""
+        if self.size == 1 or error in self._agreed:
+            return
+        if not self.agrees(PATIENCE):
+            if not isinstance(error, PellucidError):
+                traceback.print_exception(error)
+            told = "\n    ".join([f"pellucid: {error}", *getattr(error, "__notes__", ())])
+            print(f"{told}\n    (process {self.rank} of {self.size})", file=sys.stderr, flush=True)  # noqa: T201
+            self._comm.Abort(getattr(error, "exit_status", 1))
+        self.know(error)
+
+    def know(self, error: BaseException) -> None:
+        """All processes raise this error, as they have agreed before."""
+        self._agreed.append(error)
+
     def end(self, error: BaseException) -> None:
-        """This process ends with an error: return where all do, else say so and end all."""
+        """This process ends with an error: wait for all where they raise it too, else end them all; once."""
         if self.size == 1 or error in self._ended:
             return
         self._ended.append(error)
-        if self.agrees(PATIENCE):
-            return
-        if not isinstance(error, PellucidError):
-            traceback.print_exception(error)
-        print(f"pellucid: process {self.rank} of {self.size}: {error}", file=sys.stderr, flush=True)  # noqa: T201
-        self._comm.Abort(getattr(error, "exit_status", 1))
+        if error in self._agreed:
+            self.wait()
+        else:
+            self.agree_on(error)
 
     def pass_on(self, messages: list[tuple[int, np.ndarray, bool]]) -> None:
         """Send bytes to neighbours, or receive theirs: the process, the bytes, whether they go there."""

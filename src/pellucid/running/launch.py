@@ -6,6 +6,8 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pellucid.compilation.reporting import compilation_told, laws_blamed
 from pellucid.errors import CaseError, RunStopped, UsageError
 from pellucid.jit import set_threads
@@ -46,15 +48,27 @@ def run_case(
     from pellucid.case.spec import required
 
     domain.group.join()
-    progress, case = _seen(progress), required(case)
-    _check_until(until, case)
-    if out is not None and domain.is_first:
-        RunFolder(out).check_replaceable()  # before the set-up, which may take long
-        if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
-            raise UsageError(f"{out} is the run from which the case starts (start.path): give another folder for the results")
+    with domain.together():
+        progress, case = _seen(progress), required(case)
+        _check_alike(case, out, until)
+        _check_until(until, case)
+        if out is not None and domain.is_first:
+            _check_folder(case, out)  # before the set-up, which may take long
+        return _begin(case, out, threads, until, progress, report, foretell)
+
+
+def _begin(
+    case: "Case",
+    out: Path | str | None,
+    threads: int | None,
+    until: float | None,
+    progress: Progress,
+    report: bool,
+    foretell: bool,
+) -> Run:
     start = read_start(case, progress.message)
     # before the folder is touched: a bad case erases nothing
-    with domain.together(), _simulation(case, threads, progress, start) as (simulation, compiling):
+    with _simulation(case, threads, progress, start) as (simulation, compiling):
         check_probes(case.probe, simulation.bodies)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None and domain.is_first else out or "")
         folder = domain.group.told(folder)
@@ -106,7 +120,7 @@ def _go_on(
     if settings:
         case = with_changes(case, settings)
     _check_until(until, case)
-    found = checkpoint.read_latest(folder.checkpoint, progress.message)
+    found = _last_checkpoint(folder, progress)
     if found is None:
         progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
         start = read_start(case, progress.message)
@@ -139,6 +153,29 @@ def _go_on(
         if not recorder.resumes_record:
             folder.discard_record(case)
         return _finish(simulation, recorder, until, progress, report, foretell)
+
+
+def _last_checkpoint(folder: RunFolder, progress: Progress) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
+    """The newest that is whole; of several processes the first looks, and sets damaged ones aside."""
+    found = checkpoint.read_latest(folder.checkpoint, progress.message) if domain.is_first else None
+    domain.group.told(None)
+    return found if domain.is_first else checkpoint.read_latest(folder.checkpoint, lambda text: None)
+
+
+def _check_folder(case: "Case", out: Path | str) -> None:
+    RunFolder(out).check_replaceable()
+    if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
+        raise UsageError(f"{out} is the run from which the case starts (start.path): give another folder for the results")
+
+
+def _check_alike(case: "Case", out: Path | str | None, until: float | None) -> None:
+    """Raises UsageError where processes that were started together run different things."""
+    from pellucid.case import dumps
+
+    asked = [dumps(case), str(out), until]
+    if any(other != asked for other in domain.group.each(asked)):
+        text = f"{domain.group.size} processes were started together to share one run, and their cases, folders or ends differ"
+        raise UsageError(f"{text}: give all the same, or start each by itself, without mpiexec")
 
 
 def _check_until(until: float | None, case: "Case") -> None:
@@ -224,7 +261,7 @@ def _finish(
     if foretell:
         progress = foretold(simulation, until, progress)
     try:
-        with pace_learned(simulation, recorder):
+        with pace_learned(simulation, recorder) if domain.group.size == 1 else nullcontext():
             simulation.run(recorder, until=until, progress=progress)
         domain.leave()
     except RunStopped as error:

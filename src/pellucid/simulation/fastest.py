@@ -13,7 +13,7 @@ def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
     comes first. Empty where nothing moves."""
     found: tuple[float, Body, int] | None = None
     for body in bodies:
-        speed = np.linalg.norm(body.arrays["velocity"], axis=1)
+        speed = np.linalg.norm(body.stored_field("velocity"), axis=1)
         speed[np.isnan(speed)] = np.inf
         p = int(np.argmax(speed))
         if speed[p] > (found[0] if found else 0.0):
@@ -21,6 +21,6 @@ def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
     if found is None:
         return "", {}
     speed, body, p = found
-    point, position = int(body.arrays["id"][p]), body.arrays["position"][p]
+    point, position = int(body.stored_field("id")[p]), body.stored_field("position")[p]
     words = f"fastest is point {point} of body `{body.name}` at {in_metres(position)}, with {speed:.4g} m/s"
     return words, {"body": body.name, "point": point, "position": position.tolist()}

@@ -1,5 +1,6 @@
 """A simulation that several processes share: how they share out its points, and how they stay in balance."""
 
+import signal
 import time
 from collections.abc import Sequence
 
@@ -8,6 +9,7 @@ import numpy as np
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.errors import Interrupted
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
@@ -28,6 +30,13 @@ def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
         idle = processes - rows
         return f"the grid has {rows} rows of slabs, and {idle} of {processes} processes have none: start {rows} at most"
     return None
+
+
+def interrupted(signals: Sequence[int]) -> Interrupted:
+    """What all processes raise when any of them caught a signal and a checkpoint is written."""
+    error = Interrupted(by_keyboard=signals[0] == signal.SIGINT)
+    domain.group.know(error)
+    return error
 
 
 class SharedSlabs:

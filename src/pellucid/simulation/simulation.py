@@ -1,6 +1,5 @@
 """A case that runs: bodies, velocity fields, conditions, and the only time loop."""
 
-import signal
 import time as wall_clock
 import warnings
 from collections.abc import Mapping, Sequence
@@ -22,7 +21,7 @@ from pellucid.energy import (
     energy_at_stake,
     total_work,
 )
-from pellucid.errors import Interrupted, RunStopped, UsageError
+from pellucid.errors import RunStopped, UsageError
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
@@ -39,7 +38,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
-from pellucid.simulation.ranks import SharedSlabs, idle
+from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
@@ -72,6 +71,7 @@ class Simulation:
         start: Mapping[str, Mapping[str, np.ndarray]] | None = None,
     ) -> None:
         """start: arrays of the bodies that go on from an earlier run, by name and in the order of the numbers of the points."""
+        domain.leave()  # that of another simulation
         self.case = case = required(case)
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         layout = self._layout = work_layout(case, may_touch_by_surfaces(case))
@@ -258,12 +258,13 @@ class Simulation:
                         raise RunStopped(self.clock.missed, step=self.n_steps, time=self.time)
                     if signals := domain.caught(caught):
                         recorder.checkpoint(self)
-                        raise Interrupted(by_keyboard=signals[0] == signal.SIGINT)
+                        raise interrupted(signals)
                     self.show(progress)
                 recorder.end(self)
                 if signals := domain.caught(caught):
-                    raise Interrupted(by_keyboard=signals[0] == signal.SIGINT)
+                    raise interrupted(signals)
             except RunStopped as error:
+                domain.group.agree_on(error)  # what follows asks all processes
                 recorder.failed(self, error)
                 raise
 

@@ -206,7 +206,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         if self.material.keeps_heat:
             self.totals.half_power = 0.0  # its energy follows that of the points step by step
         if "dissipated_energy" in self.arrays:
-            lost = float(self._sums()[DISSIPATED])
+            lost = float(self.sums()[DISSIPATED])
             self.totals.parts["dissipated"] = lost
             self.totals.stored += lost
 

@@ -88,7 +88,7 @@ def read_latest(
             arrays = _read(path, digest)
             numbers = json.loads(arrays.pop(_NUMBERS).tobytes())
             parts = json.loads(arrays.pop(_PARTS).tobytes()) if _PARTS in arrays else []
-            _join(arrays, [_read(folder / part, part[-len(".part") - 64 : -len(".part")]) for part in parts])
+            _join(arrays, [_read_part(folder / part) for part in parts])
         except OSError as error:
             reason = error.strerror or str(error)
             raise OutputError(f"cannot read {path}: {reason}\n    it may be whole: mend this, then go on") from error
@@ -108,6 +108,13 @@ def _read(path: Path, digest: str) -> dict[str, np.ndarray]:
         raise ValueError("its bytes do not match its checksum")
     with np.load(path, allow_pickle=False) as archive:
         return {name: archive[name] for name in archive.files}
+
+
+def _read_part(path: Path) -> dict[str, np.ndarray]:
+    found = _PART.fullmatch(path.name)
+    if found is None or not path.is_file():
+        raise ValueError(f"its part {path.name} is missing")
+    return _read(path, found[2])
 
 
 def _join(arrays: dict[str, np.ndarray], parts: Sequence[Mapping[str, np.ndarray]]) -> None:
