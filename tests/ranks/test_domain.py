@@ -1,5 +1,8 @@
 """Where rows are cut, and what is handed on there."""
 
+import sys
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -84,8 +87,15 @@ def test_what_lies_near_are_the_rows_beside_too():
     assert domain.near(rows) == (10, 40)
 
 
+def test_the_launcher_of_another_mpi_is_told_of(monkeypatch):
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
+    monkeypatch.setitem(sys.modules, "mpi4py", SimpleNamespace(MPI=SimpleNamespace(COMM_WORLD=SimpleNamespace(size=1))))
+    with pytest.raises(UsageError, match=r"one of 2 processes .* another MPI"):
+        Group().join()
+
+
 def test_without_mpi4py_several_processes_are_an_error(monkeypatch):
     monkeypatch.setenv("PMI_SIZE", "2")
-    monkeypatch.setitem(__import__("sys").modules, "mpi4py", None)
+    monkeypatch.setitem(sys.modules, "mpi4py", None)
     with pytest.raises(UsageError, match=r"pellucid\[mpi\]"):
         Group().join()

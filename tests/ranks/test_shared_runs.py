@@ -107,7 +107,24 @@ def test_an_error_of_one_process_ends_all(tmp_path):
     script.write_text(FAILS)
     run = shared(2, of=script)
     assert run.returncode != 0
-    assert run.stderr.count("process 1 of 2: the second one fails") == 1
+    assert run.stderr.count("the second one fails") == run.stderr.count("(process 1 of 2)") == 1
+
+
+def test_a_run_that_one_process_alone_stops_ends(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(STOPS)
+    run = shared(2, tmp_path / "run", of=script)
+    assert run.returncode == 3
+    assert run.stderr.count("only here") == run.stderr.count("(process 1 of 2)") == 1
+
+
+def test_different_cases_are_no_run(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(DIFFERS)
+    run = shared(2, tmp_path, of=script)
+    assert run.returncode != 0
+    assert "their cases, folders or ends differ" in run.stderr
+    assert not list(tmp_path.glob("run*"))
 
 
 def test_bad_input_is_told_once(tmp_path):
@@ -141,9 +158,40 @@ points_per_cell = [2, 2, 1]
 velocity = [10.0, 0, 0]
 material = { kind = "fluid", density = 1000.0, pressure = 0.0, eos = { kind = "tait", sound_speed = 15.0, exponent = 7 } }
 """
+SHORT = """
+import sys
+import pellucid
+from pellucid.ranks import group
+from pellucid.ranks.domain import domain
+group.PATIENCE = 1.0
+domain.group.join()
+case = pellucid.load("basics/dam-break").quick_variant().with_settings({"time.end": 0.002})
+"""
+STOPS = (
+    SHORT
+    + """
+from pellucid.errors import RunStopped
+from pellucid.simulation.simulation import Simulation
+record = Simulation.record
+def stop(simulation, dt):
+    record(simulation, dt)
+    if simulation.n_steps == 5 and domain.group.rank == 1:
+        raise RunStopped("only here")
+Simulation.record = stop
+pellucid.run(case, sys.argv[1], threads=1)
+"""
+)
+DIFFERS = (
+    SHORT
+    + """
+pellucid.run(case, f"{sys.argv[1]}/run{domain.group.rank}", threads=1)
+"""
+)
 FAILS = """
 from pellucid.errors import UsageError
+from pellucid.ranks import group
 from pellucid.ranks.domain import domain
+group.PATIENCE = 1.0
 domain.group.join()
 with domain.together():
     if domain.group.rank == 1:

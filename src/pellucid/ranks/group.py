@@ -156,7 +156,9 @@ class Group:
                 traceback.print_exception(error)
             told = "\n    ".join([f"pellucid: {error}", *getattr(error, "__notes__", ())])
             print(f"{told}\n    (process {self.rank} of {self.size})", file=sys.stderr, flush=True)  # noqa: T201
-            self._comm.Abort(getattr(error, "exit_status", 1))
+            status = getattr(error, "exit_status", 1)
+            self._comm.Abort(status)
+            os._exit(status)  # where the launcher takes its time
         self.know(error)
 
     def know(self, error: BaseException) -> None:
