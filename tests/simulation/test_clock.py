@@ -17,7 +17,7 @@ def body(stable, name="block"):
     totals = SimpleNamespace(rate=1.0 / stable if np.isfinite(stable) else 0.0)
     velocity = np.array([[1.0, 0.0, 0.0], [0.0, -3.0, 4.0]])
     arrays = {"id": np.array([8, 6]), "position": np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 0.5]]), "velocity": velocity}
-    return SimpleNamespace(name=name, totals=totals, arrays=arrays)
+    return SimpleNamespace(name=name, totals=totals, stored_field=arrays.get)
 
 
 def ticked(bodies, **settings):
