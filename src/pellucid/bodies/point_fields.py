@@ -16,7 +16,7 @@ class PointFields(GridBody):
     """How processes share the points."""
 
     def __init__(self) -> None:
-        self._orders = dict[bool, np.ndarray]()
+        self._orders = dict[str, np.ndarray]()
 
     @property
     def n_there(self) -> int:
@@ -28,9 +28,9 @@ class PointFields(GridBody):
 
     def order(self) -> np.ndarray:
         """Where the points that are there are stored, by their numbers; found once between sortings."""
-        if domain.joins_in_first not in self._orders:
-            self._orders[domain.joins_in_first] = np.argsort(self.shared.joined(self._there("id")))
-        return self._orders[domain.joins_in_first]
+        if domain.joins not in self._orders:
+            self._orders[domain.joins] = np.argsort(self.shared.joined(self._there("id")))
+        return self._orders[domain.joins]
 
     def _complete(self, *names: str) -> None:
         """Fill arrays of which this process found those of its own slabs with what others found."""

@@ -57,10 +57,14 @@ class NodalMomentum:
         self._bundle = Bundle(
             AdvancedNodes(nodes, supports, self._gravity, external, load, separate, self._sums, self._all.chunks.edges.copy())
         )
+        self._cut = -1
         self._find_near()
 
     def _find_near(self) -> None:
-        """Find the chunks of the nodes that points of this process reach: others have no mass here."""
+        """Find the chunks of the nodes that points of this process reach: others have no mass here. They stay between cuts."""
+        if self._cut == domain.cuts_made:
+            return
+        self._cut = domain.cuts_made
         self._first, end = domain.near(self._all.of_row)
         self._n, edges = end - self._first, self._all.chunks.edges[self._first : end + 1]
         self._near = ChunkedNodes(ALL, edges)

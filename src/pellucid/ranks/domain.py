@@ -17,6 +17,8 @@ from pellucid.jit.joint import joint_region, leaving_out
 from pellucid.jit.region import EVEN_ROWS, ODD_ROWS
 from pellucid.ranks.group import processes
 
+EVERYWHERE, IN_FIRST, NOWHERE = "everywhere", "in the first process", "nowhere"
+
 
 class OfListed(NamedTuple):
     """What nodes of a list have, in order, to which loops by colour give."""
@@ -56,10 +58,10 @@ class Domain:
         self.group = processes
         self.is_cut = False
         """Whether the points are shared out among processes."""
-        self._in_parts = self.joins_in_first = False
-        """Whether the first process alone has what is joined, see `to_first`."""
+        self.joins = EVERYWHERE
+        """Where what points have is joined: IN_FIRST others get nothing, NOWHERE each process keeps its own."""
         self.cuts_made = 0
-        """How often the rows were cut."""
+        """How often the rows were cut, or given back."""
         self.bytes_sent = 0
         """Handed on and back to neighbours so far."""
 
@@ -93,6 +95,7 @@ class Domain:
     def leave(self) -> None:
         """The simulation is over: this process has all rows again."""
         self.is_cut, joint_region.by_parity = False, None
+        self.cuts_made += 1
 
     @contextmanager
     def together(self) -> Iterator[None]:
@@ -194,27 +197,19 @@ class Domain:
         return self.group.joined(values[slice(*(ends if node is None else np.searchsorted(node, ends)))])
 
     def whole(self, own: np.ndarray) -> np.ndarray:
-        """What points of this process have, joined with that of others: as one process stores it. Within `to_first` the first
-        process alone has it, and others get nothing."""
-        return self.group.joined(own, to_first=self.joins_in_first) if self.is_cut and not self._in_parts else own
+        """What points of this process have, joined with that of others: as one process stores it, where `joins` says."""
+        if not self.is_cut or self.joins == NOWHERE:
+            return own
+        return self.group.joined(own, to_first=self.joins == IN_FIRST)
 
     @contextmanager
-    def in_parts(self) -> Iterator[None]:
-        """Let each process keep what its points have, to be written by it."""
-        self._in_parts = True
+    def joining(self, where: str) -> Iterator[None]:
+        """Join what points have IN_FIRST, or NOWHERE, while it is written."""
+        self.joins = where
         try:
             yield
         finally:
-            self._in_parts = False
-
-    @contextmanager
-    def to_first(self) -> Iterator[None]:
-        """Let the first process alone have what is joined to be written."""
-        self.joins_in_first = True
-        try:
-            yield
-        finally:
-            self.joins_in_first = False
+            self.joins = EVERYWHERE
 
     def any(self, flag: bool) -> bool:
         """Whether it is so for any process."""

@@ -138,8 +138,6 @@ def _parts(folder: Path) -> list[tuple[int, Path]]:
 
 
 def _keep_the_last(folder: Path) -> None:
-    if not folder.is_dir():
-        return
     whole = _all(folder)
     for _, _, old in whole[:-KEPT]:
         old.unlink()

@@ -10,7 +10,7 @@ import numpy as np
 
 from pellucid.case.inputs import digests, users_kinds
 from pellucid.errors import RunStopped
-from pellucid.ranks.domain import domain
+from pellucid.ranks.domain import IN_FIRST, NOWHERE, domain
 from pellucid.results.metrics import finite
 from pellucid.results.storage import checkpoint, frames, history
 from pellucid.results.storage.files import OutputError, explained, sync
@@ -61,21 +61,23 @@ class Recorder:
     def begin(self, sim: Any) -> None:
         """Before the first step: write the start, or cut everything back to where the checkpoint was taken."""
         self._begun = True
-        with explained(self.folder.path):
-            if not self._writes:
-                pass
-            elif self.resumes_record:
-                self._check_what_is_there(sim)
-                self.folder.reopen()
-                history.cut(self.folder.history, self._rows.done)
-                for body in sim.bodies:
-                    frames.cut(self.folder.fields(body.name), self._frames.done)
-            else:
-                history.create(self.folder.history, self._columns(sim))
-                self.folder.fields("").parent.mkdir(exist_ok=True)
+        if self._writes:
+            with explained(self.folder.path):
+                self._begin_files(sim)
         if not self.resumes_record:
             self._probes.start(sim.bodies)
             self.after_step(sim)
+
+    def _begin_files(self, sim: Any) -> None:
+        if self.resumes_record:
+            self._check_what_is_there(sim)
+            self.folder.reopen()
+            history.cut(self.folder.history, self._rows.done)
+            for body in sim.bodies:
+                frames.cut(self.folder.fields(body.name), self._frames.done)
+        else:
+            history.create(self.folder.history, self._columns(sim))
+            self.folder.fields("").parent.mkdir(exist_ok=True)
 
     def after_step(self, sim: Any) -> None:
         """After each step: write what is due."""
@@ -127,7 +129,7 @@ class Recorder:
             "wall_seconds": self.wall_seconds(),
             "written": self._written.to_data(),
         }
-        with domain.in_parts():
+        with domain.joining(NOWHERE):
             arrays = sim.state_arrays()
         numbers, folder = {"simulation": sim.state_numbers(), "recorder": recorded}, self.folder.checkpoint
         if domain.is_cut:
@@ -151,7 +153,7 @@ class Recorder:
         """The run stopped itself: leave what is needed to find out why. Never hides the error behind one of its own."""
         what = {"message": str(error), "step": sim.n_steps, "time": sim.time} | error.place
         self.facts = self._facts(sim)
-        with domain.to_first():
+        with domain.joining(IN_FIRST):
             arrays = sim.state_arrays()
         try:
             if self._writes:
@@ -192,7 +194,7 @@ class Recorder:
 
     def _write_frame(self, sim: Any) -> None:
         for body in sim.bodies:
-            with domain.to_first():
+            with domain.joining(IN_FIRST):
                 frame = body.frame()
             if self._writes:
                 with explained(self.folder.path):
