@@ -31,7 +31,7 @@ from pellucid.parts.capabilities import LosesPoints, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
 from pellucid.parts.step_limit import StepLimit, time_to_fall
 from pellucid.progress import Progress
-from pellucid.ranks.domain import domain
+from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
@@ -202,7 +202,7 @@ class Simulation:
     def _share_slabs(self) -> None:
         """With other processes: from the first step on, in balance."""
         if self._shared is None:
-            self._shared = SharedSlabs(self.bodies, self.grid)
+            self._shared = SharedSlabs(self.bodies)
         self._shared.balance()
 
     def _share_gravity(self, share: float) -> None:
@@ -393,7 +393,8 @@ class Simulation:
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
         """Go on from a checkpoint, bit for bit. Raises UsageError for one of an earlier version, which kept other things."""
-        lacking = sorted(self.state_arrays().keys() - arrays.keys())
+        with domain.joining(NOWHERE):
+            lacking = sorted(self.state_arrays().keys() - arrays.keys())
         if lacking or numbers.keys() != self.state_numbers().keys():
             without = f" (it has no `{lacking[0]}`)" if lacking else ""
             text = f"the checkpoint was written by another version of pellucid{without}"

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pellucid.bodies.point_fields import PointFields
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.parts.body import Body, in_metres
@@ -15,6 +16,8 @@ def standing_of(body: Body, goes_on: bool) -> Standing:
     """Where a body stands, with the volumes of its points where it begins in the state of an earlier run."""
     if body.is_surface:
         return Standing(body.places(), body.cells().surface())
+    if isinstance(body, PointFields):
+        return Standing(body.stored_field("position"), volume=body.stored_field("volume") if goes_on else None)
     return Standing(body.arrays["position"], volume=body.volumes() if goes_on else None)
 
 

@@ -24,6 +24,7 @@ from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import DISSIPATED, LOST, OK, POWER
 from pellucid.grid.shared_points import SpreadPoints
+from pellucid.grid.sorting import points_here
 from pellucid.grid.straining import straining
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -59,9 +60,13 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self._leaving = NOBODY
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
-        arrays = _initial_arrays(case, *case.seeded(grid_case), gravity)
-        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
-        self.shared = SpreadPoints(self.slabs, self.arrays)
+        position, volume = case.seeded(grid_case)
+        here = points_here(position, velocity_field.grid.lattice, functions)
+        arrays = _initial_arrays(case, position, volume, gravity, here)
+        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays, len(here))
+
+    def _sharing(self) -> SpreadPoints:
+        return SpreadPoints(self.slabs, self.arrays)
 
     def _bind(self) -> None:
         super()._bind()
@@ -280,11 +285,15 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return super()._field_there(name)
 
 
-def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:
-    n = len(position)
+def _initial_arrays(
+    case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector, here: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Those of the points of these numbers, with room for all."""
+    n, number = len(position), np.arange(len(position)) if case.has_users_fields else here
+    position, volume = position[number], volume[number]
     density, state = _initial_state(case, position, gravity)
     arrays = {
-        "id": np.arange(n),
+        "id": number,
         "position": position,
         "velocity": case.initial_velocity(position),
         "mass": density * volume,
@@ -292,7 +301,16 @@ def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray, 
         **state,
     }
     case.add_initial_state(arrays)
-    return arrays
+    return {name: _with_room(values if len(values) == len(here) else values[here], n) for name, values in arrays.items()}
+
+
+def _with_room(values: np.ndarray, n: int) -> np.ndarray:
+    """Values of points in front in an array for n, whose memory is taken when it is used."""
+    if len(values) == n:
+        return values
+    array = np.zeros((n, *values.shape[1:]), values.dtype)
+    array[: len(values)] = values
+    return array
 
 
 def _initial_state(case: SeededBody, position: np.ndarray, gravity: Vector) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
