@@ -151,8 +151,8 @@ def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
     return Rows(edges, across, stencil, lattice.strides[lattice.slab_axis], grid.n_nodes)
 
 
-def points_here(position: np.ndarray, lattice: Lattice, functions: GridFunctions) -> np.ndarray:
-    """Numbers of the points, shape (n, 3), that lie in the rows of slabs of this process."""
+def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray) -> np.ndarray:
+    """Which of some positions, shape (n, 3), lie in the rows of slabs of this process: their numbers, ascending."""
     if not domain.is_cut:
         return np.arange(len(position))
     layer = np.empty(len(position), np.int64)

@@ -56,9 +56,9 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
 
 def _of_all(body: Body) -> Mapping[str, np.ndarray]:
     """Masses and volumes of its points, of all processes."""
-    if not isinstance(body, PointFields):
-        return body.arrays
-    return {name: body.stored_field(name) for name in ("mass", "volume")}
+    if isinstance(body, PointFields) and body.shared.is_spread:
+        return {name: body.stored_field(name) for name in ("mass", "volume")}
+    return body.arrays
 
 
 def _lightest(mass: np.ndarray) -> float:

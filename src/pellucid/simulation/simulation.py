@@ -42,7 +42,7 @@ from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
-from pellucid.simulation.start import load_state, standing_of
+from pellucid.simulation.start import Standings, load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
@@ -92,7 +92,7 @@ class Simulation:
             else [set_threads(threads)]
         )
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
-        standing = {body.name: standing_of(body, body.name in start) for body in self.bodies}
+        standing = Standings(self.bodies, start.keys())
         refuse(case, standing, start.keys())
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         separate_force_buffers(self._on_grid.values())

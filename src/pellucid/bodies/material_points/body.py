@@ -1,6 +1,7 @@
 """A fluid or solid body of material points."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from pellucid.bodies.material_points.grid_surface import GridSurface
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
 from pellucid.bodies.material_points.seeded_body import SeededBody
-from pellucid.bodies.material_points.seeding import points_along_axes
+from pellucid.bodies.material_points.seeding import Wanted, everywhere, points_along_axes
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
@@ -60,10 +61,9 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self._leaving = NOBODY
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
-        position, volume = case.seeded(grid_case)
-        here = points_here(position, velocity_field.grid.lattice, functions)
-        arrays = _initial_arrays(case, position, volume, gravity, here)
-        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays, len(here))
+        here = partial(points_here, velocity_field.grid.lattice, functions)
+        arrays, there = _initial_arrays(case, grid_case, here, gravity)
+        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays, there)
 
     def _sharing(self) -> SpreadPoints:
         return SpreadPoints(self.slabs, self.arrays)
@@ -95,7 +95,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
         where = self.grid, self.arrays, self.mapped, self._load_of(column)
-        first = self._model.seeded(self._grid_case)[0] if self._goes_on else None
+        first = self._model.seeded(self._grid_case).position if self._goes_on else None
         self.contact_surface = surface_of(
             self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains, first=first
         )
@@ -285,23 +285,23 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return super()._field_there(name)
 
 
-def _initial_arrays(
-    case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector, here: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Those of the points of these numbers, with room for all."""
-    n, number = len(position), np.arange(len(position)) if case.has_users_fields else here
-    position, volume = position[number], volume[number]
-    density, state = _initial_state(case, position, gravity)
+def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vector) -> tuple[dict[str, np.ndarray], int]:
+    """Those of the points that are `here`, in front in arrays with room for all, and how many they are."""
+    seeds = case.seeded(grid, everywhere if case.has_users_fields else here)
+    density, state = _initial_state(case, seeds.position, gravity)
     arrays = {
-        "id": number,
-        "position": position,
-        "velocity": case.initial_velocity(position),
-        "mass": density * volume,
-        "volume": volume,
+        "id": seeds.number,
+        "position": seeds.position,
+        "velocity": case.initial_velocity(seeds.position),
+        "mass": density * seeds.volume,
+        "volume": seeds.volume,
         **state,
     }
     case.add_initial_state(arrays)
-    return {name: _with_room(values if len(values) == len(here) else values[here], n) for name, values in arrays.items()}
+    if case.has_users_fields:
+        chosen = here(seeds.position)
+        arrays = {name: values[chosen] for name, values in arrays.items()}
+    return {name: _with_room(values, seeds.n) for name, values in arrays.items()}, len(arrays["id"])
 
 
 def _with_room(values: np.ndarray, n: int) -> np.ndarray:

@@ -95,9 +95,7 @@ class SharedRows:
         return self[:]
 
 
-def read_latest(
-    folder: Path, say: Callable[[str], object] = warnings.warn
-) -> tuple[dict[str, Any], dict[str, Any]] | None:
+def read_latest(folder: Path, say: Callable[[str], object] = warnings.warn) -> tuple[dict[str, Any], dict[str, Any]] | None:
     """Arrays and numbers of the newest undamaged checkpoint in `folder`; None where there is none yet.
 
     Arrays that processes shared are `SharedRows`.
