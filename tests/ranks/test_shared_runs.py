@@ -27,6 +27,7 @@ CASES = [
     "lian2014/gas-expansion:16",  # elements that share a velocity field; two rows of slabs
     "basics/rolling-discs:6",  # contact of surfaces with friction, a rigid body
     "basics/hydrostatic-column:11",  # mean pressures of full cells
+    "benet2015/vesicle-in-shear:11",  # a film on the grid
 ]
 
 

@@ -140,6 +140,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         """New positions; nodes spread evenly; energies and the bound on the step."""
         film, order, axes = self._film, self.arrays["node"], list(self.geometry.axes)
         move_points(self._by_nodes, dt)
+        self._complete("position")
         if dt > 0.0:
             x = np.empty_like(film["x"])
             x[order] = self.points.position[:, axes]
