@@ -8,8 +8,8 @@
     scale(chunks, values, 2.0)  # all chunks, in any order on the threads
 
 As with a vectorised function, one definition stands for the work on one part and for the call on all. The kernel of a chunk is
-compiled as `scale_chunk`, and a driver as `scale`, which has the same arguments and hands the chunks out (`pellucid.jit.parallel`).
-Where several drivers share the kernel of a chunk, or one has several loops, they are written out.
+compiled as `scale_chunk`, and as `scale` a driver with the same arguments, which hands the chunks out to the threads
+(`pellucid.jit.parallel`). A driver of several loops, and several drivers of one kernel, are written out.
 """
 
 import functools
@@ -55,14 +55,17 @@ def parallel_loop_by_colour(gives: str) -> Callable[[Callable[..., Any]], Callab
 
 
 def _driver(function: Any, loop: Any, sizes: list[str], allocates: bool = False) -> Any:
-    """The kernel that hands out the chunks, by the name of the function. Its arguments are spelled out in code of its own, since
-    a call of compiled code with any number of arguments takes longer."""
+    """The kernel that hands out the chunks, by the name of the function.
+
+    It is made from text, for numba finds the types of a few arguments by name sooner than those of any number. Messages place
+    it where the function is.
+    """
     number, *others = inspect.signature(function).parameters
     given = ", ".join(["chunk_kernel", number, *sizes, *others])
     text = f"def driver({', '.join([number, *others])}): loop({given})"
-    code = function.__code__
+    file, line = function.__code__.co_filename, function.__code__.co_firstlineno
     known: dict[str, Any] = {"loop": loop}
-    exec(compile("\n" * (code.co_firstlineno - 1) + text, code.co_filename, "exec"), known)  # messages tell where it is
+    exec(compile("\n" * (line - 1) + text, file, "exec"), known)
     driver = functools.wraps(function)(known["driver"])
     function.__name__, function.__qualname__ = f"{function.__name__}_chunk", f"{function.__qualname__}_chunk"
     known["chunk_kernel"] = kernel(inner=True, allocates=allocates)(function)
