@@ -57,8 +57,8 @@ def parallel_loop_by_colour(gives: str) -> Callable[[Callable[..., Any]], Callab
 def _driver(function: Any, loop: Any, sizes: list[str], allocates: bool = False) -> Any:
     """The kernel that hands out the chunks, by the name of the function.
 
-    It is made from text, for numba finds the types of a few arguments by name sooner than those of any number. Messages place
-    it where the function is.
+    It is made from text, with the arguments of the function: numba is slow to find the types of any number of them (`*others`).
+    Messages place it where the function is.
     """
     number, *others = inspect.signature(function).parameters
     given = ", ".join(["chunk_kernel", number, *sizes, *others])
