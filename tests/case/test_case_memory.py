@@ -51,7 +51,7 @@ def test_nodes_and_points_are_counted(case: Case) -> None:
     room = memory.NODE_BYTES * grid.n_nodes + 1000  # what is added to align the arrays
     assert 0.9 * room < sum(memories.values()) + sum(set(reached)) <= room
     thin = case.grid.thin()
-    points = [seed(b.shape.geometry(), case.grid, points_along_axes(b.points_per_cell, thin))[0] for b in case.body]
+    points = [seed(b.shape.geometry(), case.grid, points_along_axes(b.points_per_cell, thin)).position for b in case.body]
     assert memory.n_points(case) == pytest.approx(sum(map(len, points)), rel=0.05)
 
 

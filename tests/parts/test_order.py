@@ -141,7 +141,7 @@ def test_what_users_see_is_in_the_order_of_the_body(name: str, alone: bool) -> N
     elif name == "fluid-film":
         assert start == pytest.approx(model.shape.surface.triangulate().vertices, abs=0.2), "nodes of Loop's surfaces are near"
     else:
-        assert np.array_equal(start, model.seeded(sim.case.grid)[0])
+        assert np.array_equal(start, model.seeded(sim.case.grid).position)
     if "initial" in model.model_fields_set:
         assert asked
         assert all(np.array_equal(places, start) for places in asked)

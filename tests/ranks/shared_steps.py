@@ -13,6 +13,8 @@ from unittest import mock
 
 import numpy as np
 
+from pellucid.bodies.material_points.body import MaterialPoints
+from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.case import load
 from pellucid.jit import set_threads
 from pellucid.ranks import domain as ranks
@@ -37,13 +39,28 @@ def cut_here_and_there():
         yield
 
 
+@contextmanager
+def points_counted():
+    """How many points get their initial velocities, body by body."""
+    counts, initial_velocity = [], SeededBody.initial_velocity
+
+    def counted(self, position):
+        counts.append(len(position))
+        return initial_velocity(self, position)
+
+    with mock.patch.object(SeededBody, "initial_velocity", counted):
+        yield counts
+
+
 def digest(values):
     return hashlib.sha256(values).hexdigest()[:16]
 
 
 def steps(name, n, ways):
     case = load(name).quick_variant()
-    simulation = Simulation(case, threads=1)
+    with points_counted() as built:
+        simulation = Simulation(case, threads=1)
+    seeded = [body.n_points for body in simulation.bodies if isinstance(body, MaterialPoints)]
     probes, rows = ProbeReader(case.probe), []
     probes.start(simulation.bodies)
     for way in ways:
@@ -58,7 +75,12 @@ def steps(name, n, ways):
                     rows.append([simulation.dt, known, read])
     arrays = simulation.state_arrays()
     state = b"".join(np.ascontiguousarray(arrays[key]).tobytes() for key in sorted(arrays))
-    found = {"history": digest(repr(rows).encode()), "state": digest(state), "bytes": domain.bytes_sent}
+    found = {
+        "history": digest(repr(rows).encode()),
+        "state": digest(state),
+        "bytes": domain.bytes_sent,
+        "built": sum(built) / sum(seeded),
+    }
     domain.leave()
     return found
 

@@ -39,7 +39,7 @@ from pellucid.grid.points import (
     MappedPoints,
     PointArrays,
 )
-from pellucid.grid.shared_points import WholePoints
+from pellucid.grid.shared_points import SpreadPoints, WholePoints
 from pellucid.grid.sorting import ShortRuns, kept_of, restore_slabs, slabs_of, sort_by_nodes
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocities import HeatArrays, taking_velocities
@@ -75,7 +75,10 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         functions: GridFunctions,
         velocity_transfer: VelocityTransfer,
         arrays: dict[str, np.ndarray],
+        there: int | None = None,
     ) -> None:
+        """there: how many of the rows of the arrays are points, where other processes have the others."""
+        n = len(arrays["mass"])
         self.name = name
         self.velocity_field = velocity_field
         self.grid = velocity_field.grid
@@ -85,21 +88,21 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._nodes = velocity_field.grid.nodes
         self._cells: FullCells | None = None
         self.arrays = arrays
-        arrays["velocity"][:, np.array(self.grid.thin)] = 0.0
+        arrays["velocity"][:there, np.array(self.grid.thin)] = 0.0
         if isinstance(velocity_transfer, Apic):
-            arrays["affine"] = np.zeros((len(arrays["mass"]), FIELD_ENERGY + 1))
+            arrays["affine"] = np.zeros((n, FIELD_ENERGY + 1))
         self._scratch: dict[int, np.ndarray] = {}
         super().__init__()
-        self._heat = np.zeros(len(arrays["mass"]) if self.keeps_heat else 0)
+        self._heat = np.zeros(n if self.keeps_heat else 0)
         self._goes_on = False
         self.totals = Totals()
         self.slabs = slabs_of(self.grid.lattice, functions)
         self.n_slabs = len(self.slabs.layers)
-        self.shared = WholePoints(self.slabs)
-        self.slabs.first[-1] = len(arrays["mass"])
+        self.slabs.first[-1] = n if there is None else there
+        self.shared = self._sharing()
         self._bind()
         self._make_bundles()
-        self.sort()
+        self._sort()
 
     def _bind(self) -> None:
         """Take up the arrays, which stay what they are in any order. Points have no stress where elements do."""
@@ -176,6 +179,9 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     def sort(self) -> None:
         """Sort the points by their nodes and divide them into slabs."""
         self.complete_arrays()
+        self._sort()
+
+    def _sort(self) -> None:
         self._orders.clear()
         self._sort_first(self.n_there)
         if domain.is_cut:
@@ -189,16 +195,16 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     # shared by several processes
 
+    def _sharing(self) -> SpreadPoints | WholePoints:
+        """How processes share its points at first."""
+        return WholePoints(self.slabs)
+
     def keep_whole(self) -> None:
         """Let each process have all points, since they are asked for as a whole in the steps."""
-        self.shared = WholePoints(self.slabs)
-
-    def share_out(self) -> None:
-        """The rows of slabs are cut: do those of this process from now on."""
-        self._orders.clear()
-        self._scratch.clear()
-        self.shared.share_out()
-        self._follow_order()
+        if isinstance(self.shared, SpreadPoints):
+            self.shared = self.shared.joined_again()
+            self._orders.clear()
+            self._follow_order()
 
     def hand_over(self) -> Callable[[], None]:
         """Before the rows are cut anew: complete what other processes may have then. What takes up the new rows after it."""
@@ -384,7 +390,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         for array, values in zip(arrays, kept, strict=True):
             array[...] = values  # no strain leaves no viscous stress
         if self._goes_on and self._affine is not None:
-            self.totals.affine = float(np.sum(self.arrays["mass"] * self._affine[:, FIELD_ENERGY]))
+            self.totals.affine = float(np.sum(self.stored_field("mass") * self.stored_field("affine")[:, FIELD_ENERGY]))
             self.totals.kinetic += self.totals.affine
 
     def renew_totals(self) -> None:
@@ -424,11 +430,13 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
+        restore_slabs(self.slabs, of_owner("slabs", arrays))
+        own = self.shared.take_own()
         for name, array in self.arrays.items():
-            array[...] = arrays[name]
+            kept = arrays[name][own]
+            array[: len(kept)] = kept
         for name, array in self.element_arrays.items():
             array[...] = arrays[f"elements/{name}"]
-        restore_slabs(self.slabs, of_owner("slabs", arrays))
         self._orders.clear()
         self._short_runs.counts[:] = arrays["slabs/short_runs"]
         if self.contact_surface is not None:
@@ -437,11 +445,15 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Begin with the arrays of an earlier run; without affine fields, which frames do not have, these begin at zero."""
+        number = self._there("id")
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):
-            self.arrays[name][...] = state[name][self.arrays["id"]]
+            self._there(name)[...] = state[name][number]
         for name, array in self.element_arrays.items():
             array[...] = state[f"elements/{name}"]
-        self._put_behind(self.arrays["mass"] == 0.0)
+        left = self.stored_field("mass") == 0.0
+        if left.any():
+            self.keep_whole()
+            self._put_behind(left)
         self.sort()
         self._goes_on = True
         self._begun_surface = {name: array for name, array in state.items() if name.startswith("surface/")}

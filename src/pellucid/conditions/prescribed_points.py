@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 
 def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
-    """1 + the number of the motion that a point of the body follows, 0 where it follows none, shape (n,)."""
+    """1 + the number of the motion that a point of the body follows, 0 where it follows none, by the numbers of the points,
+    shape (n,)."""
     body, of = member.body, member.selectable()
     driven = np.zeros(body.n_points, np.int64)
     for number, motion in enumerate(motions, start=1):
@@ -63,14 +64,15 @@ class PrescribedPoints(ActiveCondition):
         self._taken = np.zeros((MOST_SLABS, driven_points.IMPULSE + 3 * len(motions)))
         for number, functions in enumerate(self._functions):
             self._axes[number, list(functions)] = 1
-        driven = marked(member, motions)
+        of_points = marked(member, motions)
+        driven = of_points[body.arrays["id"]]
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
         motion_arrays = self._velocity, self._displacement, self._axes
         drive = driven_points.DrivenPoints(driven, body.arrays["start"], *motion_arrays, self._taken)
         self._bundle = Bundle(drive)
         self._leading = moving(body.on_grid.mapped.content, drive) if body.on_grid is not None else None
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
-        self.strains = not (self._axes[:, ~np.array(thin)].all() and (driven > 0).all())
+        self.strains = not (self._axes[:, ~np.array(thin)].all() and (of_points > 0).all())
         # points on the grid follow by this constraint alone
         self._own_nodes = None if isinstance(body, GridBody) else member.offers(TakesMotions)
         if self._own_nodes is not None:

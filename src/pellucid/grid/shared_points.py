@@ -1,7 +1,7 @@
 """How processes share the points of a body, which are sorted into slabs: whole on each process, or spread among them.
 
 `first` says where the points of each slab begin among those that this process has, and behind the last. Both kinds have the
-same methods: `share_out` when the rows of slabs are cut, `after_sorting`, and `hand_over` before rows are cut anew.
+same methods: `after_sorting`, and `hand_over` before rows are cut anew.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,7 +10,6 @@ import numpy as np
 
 from pellucid.grid.points import Slabs
 from pellucid.ranks.domain import domain
-from pellucid.system.released import release
 
 
 class WholePoints:
@@ -31,6 +30,12 @@ class WholePoints:
     def after_sorting(self, sort: Callable[[int], None]) -> None:
         """The same again; sort: sorts the first of the points, so many."""
         self.share_out()
+
+    def take_own(self) -> slice:
+        """`first` says where those of all processes begin: take up the rows of this process; which of all points it has."""
+        if domain.is_cut:
+            self.share_out()
+        return slice(0, None)
 
     def hand_over(self) -> Callable[[], None]:
         """What takes up the new rows."""
@@ -70,18 +75,17 @@ class SpreadPoints:
         self._slabs, self._arrays = slabs, arrays
         self.first = slabs.first
 
-    def share_out(self) -> None:
-        """Keep the points of the slabs of this process, and give the memory of others back."""
-        first = self.first
-        begin, end = first[[domain.slabs.start, domain.slabs.stop]]
-        for array in self._arrays.values():
-            array[: end - begin] = array[begin:end]
-            release(array[end - begin :])
-        first[:] = np.clip(first, begin, end) - begin
-
     def after_sorting(self, sort: Callable[[int], None]) -> None:
         """Points go to the processes that have their slabs, and are sorted there; sort: sorts the first of them, so many."""
         sort(domain.migrate(self._arrays, self.first))
+
+    def take_own(self) -> slice:
+        """`first` says where those of all processes begin: take up the rows of this process; which of all points it has."""
+        if not domain.is_cut:
+            return slice(0, None)
+        begin, end = self.first[[domain.slabs.start, domain.slabs.stop]]
+        self.first[:] = np.clip(self.first, begin, end) - begin
+        return slice(begin, end)
 
     def hand_over(self) -> Callable[[], None]:
         """What takes up the new rows: points come as they are stored."""
@@ -89,8 +93,8 @@ class SpreadPoints:
 
         def take_up() -> None:
             domain.migrate(self._arrays, self.first)
-            begin, end = first[[domain.slabs.start, domain.slabs.stop]]
-            self.first[:] = np.clip(first, begin, end) - begin
+            self.first[:] = first
+            self.take_own()
 
         return take_up
 
@@ -107,3 +111,14 @@ class SpreadPoints:
         if not domain.is_cut:
             return self.first
         return np.concatenate([[0], np.cumsum(domain.complete(np.diff(self.first)))])
+
+    def joined_again(self) -> WholePoints:
+        """Each process has all points from now on."""
+        first = self.first_of_all()
+        for array in self._arrays.values():
+            array[: first[-1]] = domain.whole(array[: self.first[-1]])
+        self.first[:] = first
+        whole = WholePoints(self._slabs)
+        if domain.is_cut:
+            whole.share_out()
+        return whole

@@ -8,10 +8,11 @@ import numpy as np
 from pellucid.approximants import GridFunctions
 from pellucid.approximants.axis import axis_numbers
 from pellucid.errors import UsageError
-from pellucid.grid.lattice import MOST_ROWS, Lattice, row_edges
+from pellucid.grid.lattice import MOST_ROWS, Grid, Lattice, row_edges
 from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
 from pellucid.jit.loops import parallel_loop
+from pellucid.ranks.domain import Rows, domain
 
 MOST_SLABS = 256
 FEWEST_CELLS = 120  # in a slab of a row that is cut: of fewer, what it costs beside its points counts
@@ -50,6 +51,15 @@ def _order_by_nodes(position, functions, lattice, layers, across, slab, cut, nod
     for p in range(len(position)):
         order[count[nodes[p]]] = p
         count[nodes[p]] += 1
+
+
+@kernel()
+def _find_layers(position, function, lattice, layer):
+    """The layer of each point along the axis of the slabs, in which the first of its nodes lies."""
+    axis = lattice.slab_axis
+    for p in range(len(position)):
+        offset = (position[p, axis] - lattice.lower[axis]) * lattice.inverse_cell
+        layer[p], _ = axis_numbers(function, offset, lattice.counts[axis])
 
 
 @parallel_loop()
@@ -125,6 +135,24 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
     first = np.zeros(n + 1, np.int64)
     faults, left, (sums, of_lost) = np.zeros((n, 2), np.int64), np.zeros(n, np.int64), np.zeros((2, n, COLUMNS))
     return Slabs(first, layers, across, bounds, faults, left, sums, of_lost)
+
+
+def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
+    """The rows of slabs, which are the same for all bodies."""
+    lattice = grid.lattice
+    layers, across, _ = _divided(lattice, functions)
+    edges = np.append(layers[::across, 0], layers[-1, 1])
+    stencil = max(function.stencil for function in functions)
+    return Rows(edges, across, stencil, lattice.strides[lattice.slab_axis], grid.n_nodes)
+
+
+def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray) -> np.ndarray:
+    """Which of some positions, shape (n, 3), lie in the rows of slabs of this process: their numbers, ascending."""
+    if not domain.is_cut:
+        return np.arange(len(position))
+    layer = np.empty(len(position), np.int64)
+    _find_layers(position, functions[lattice.slab_axis], lattice, layer)
+    return np.flatnonzero(domain.has_layer(layer))
 
 
 def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:

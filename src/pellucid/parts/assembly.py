@@ -13,6 +13,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import HasMesh, TakesExternalForces
+from pellucid.parts.families import GridBody
 
 Capability = TypeVar("Capability")
 NO_AXES = (False, False, False)
@@ -48,14 +49,12 @@ class AssembledBody(NamedTuple):
         return self.body
 
     def selectable(self) -> Selectable:
-        """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
+        """What regions of conditions choose from, in the order of the numbers of the points: asked for at the start."""
         body = self.body
-        place = np.argsort(body.arrays["id"])
-        faces, position = place[body.cells().surface()], body.arrays["position"]
+        faces, position = body.cells().surface(), body.places() if isinstance(body, GridBody) else body.arrays["position"]
         if body.is_surface:
             return Selectable.of_membrane(position, faces)
-        sets = {name: place[nodes] for name, nodes in body.node_sets.items()} if isinstance(body, HasMesh) else {}
-        return Selectable(position, faces, np.unique(faces), sets)
+        return Selectable(position, faces, np.unique(faces), body.node_sets if isinstance(body, HasMesh) else {})
 
 
 class Assembly(NamedTuple):

@@ -164,11 +164,20 @@ class Domain:
         """The slabs of this process."""
         return slice(self.first * self._rows.across, self.end * self._rows.across)
 
+    def has_layer(self, layer: np.ndarray) -> np.ndarray:
+        """Whether points whose first nodes are in these layers, shape (n,), are in the rows of this process."""
+        first, end = self._rows.edges[[self.first, self.end]]
+        return (layer >= first) & (layer < end)
+
     def complete(self, of_slabs: np.ndarray) -> np.ndarray:
         """Fill numbers that each slab has, shape (slabs, ...), with those that other processes found. Returns them."""
         if self.is_cut:
             of_slabs[...] = self.group.joined(of_slabs[self.slabs], np.diff(self._cuts) * self._rows.across)
         return of_slabs
+
+    def by_row(self, of_slabs: np.ndarray) -> np.ndarray:
+        """The sum over each row of numbers that each slab has, shape (slabs,)."""
+        return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
     def near(self, of_row: np.ndarray) -> tuple[int, int]:
         """Where what the rows of this process have begins and ends, with those beside, which its points reach; of_row, shape

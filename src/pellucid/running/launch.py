@@ -74,7 +74,7 @@ def _begin(
         folder = domain.group.told(folder)
         recorder = Recorder(folder, case, compiling, start=start)
         if not domain.is_first:
-            return _take_part(simulation, recorder, until)
+            return _take_part(simulation, recorder, until, foretell)
         with explained(folder.path), folder.made():
             if folder.case.is_file():
                 progress.note(f"replacing the earlier run in {folder.path}")
@@ -127,7 +127,7 @@ def _go_on(
         with _simulation(case, threads, progress, start) as (simulation, compiling):
             recorder = Recorder(folder, case, compiling, start=start)
             if not domain.is_first:
-                return _take_part(simulation, recorder, until)
+                return _take_part(simulation, recorder, until, foretell)
             folder.start(case)
             if settings:
                 folder.write_case(case)
@@ -147,7 +147,7 @@ def _go_on(
             raise UsageError(f"{text}; give a later end, or start a new run")
         recorder = Recorder(folder, case, compiling, recorded, start)
         if not domain.is_first:
-            return _take_part(simulation, recorder, until)
+            return _take_part(simulation, recorder, until, foretell)
         if settings:
             folder.write_case(case)
         if not recorder.resumes_record:
@@ -240,8 +240,10 @@ def _seen(progress: Progress | None) -> Progress:
     return progress if progress is not None and domain.is_first else WarningsOnly()
 
 
-def _take_part(simulation: Any, recorder: Recorder, until: float | None) -> Run:
+def _take_part(simulation: Any, recorder: Recorder, until: float | None, foretell: bool) -> Run:
     """Share a simulation with the process that writes its results, and wait until these are there."""
+    if foretell:
+        foretold(simulation, until, WarningsOnly())
     simulation.run(recorder, until=until)
     domain.leave()
     domain.group.wait()

@@ -15,6 +15,7 @@ from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.families import GridBody
 from pellucid.parts.placement import Placement
+from pellucid.simulation.ranks import cut_rows
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -41,8 +42,9 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
         return [], {model.name: (model.with_others(case.body).build(placement), None) for model in case.body}
     for name, models in members.items():
         own = [model.owns_nodes(len(models) == 1) for model in models]
-        field = (OwnNodesField if all(own) else VelocityField)(name, Grid(case.grid))
-        fields.append(field)
+        fields.append((OwnNodesField if all(own) else VelocityField)(name, Grid(case.grid)))
+    cut_rows([model.with_others(case.body) for model in case.body], case.grid, fields[0].grid)
+    for field, models in zip(fields, members.values(), strict=True):
         # nothing of a rigid motion is to be smoothed: with PIC or APIC a rigid body would lose its spin
         own_transfer = Flip() if all(model.is_rigid for model in models) else transfer
         placement = Placement(case.grid, field, own_transfer, case.gravity, n_loads)

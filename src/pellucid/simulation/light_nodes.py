@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.bodies.point_fields import PointFields
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
@@ -20,11 +21,11 @@ def small_masses(
     case: "Case", bodies: Sequence[Body], fields: Mapping[VelocityField, Sequence[Body]]
 ) -> dict[VelocityField, float]:
     """The mass below which the nodes of each velocity field strain no points [kg]; fields: each with its bodies on the grid."""
-    small = small_mass(body.arrays for body in bodies)
+    small = small_mass(_of_all(body) for body in bodies)
     if case.time.transfer != "apic" or case.grid.functions != "trilinear":
         return dict.fromkeys(fields, small)
     return {
-        field: max(small, small_mass_of_affine((body.arrays for body in members), field.grid, case.time.courant))
+        field: max(small, small_mass_of_affine((_of_all(body) for body in members), field.grid, case.time.courant))
         for field, members in fields.items()
     }
 
@@ -51,6 +52,13 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
             along = (grid.cell_volume / float(np.median(volume[there]))) ** (1.0 / dimension)
             found.append(0.5 * courant**2 * (2.0 / 3.0 * along) ** (dimension - 1) * _lightest(mass))
     return max(found)
+
+
+def _of_all(body: Body) -> Mapping[str, np.ndarray]:
+    """Masses and volumes of its points, of all processes."""
+    if isinstance(body, PointFields) and body.shared.is_spread:
+        return {name: body.stored_field(name) for name in ("mass", "volume")}
+    return body.arrays
 
 
 def _lightest(mass: np.ndarray) -> float:

@@ -6,17 +6,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pellucid.approximants import grid_functions
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.errors import Interrupted
 from pellucid.grid.lattice import Grid
+from pellucid.grid.model import GridCase
+from pellucid.grid.sorting import rows_of
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
-from pellucid.ranks.domain import Rows, domain
+from pellucid.parts.body_model import BodyModel
+from pellucid.ranks.domain import domain
 
 INTERVAL = 50
 """Steps between two looks at the balance."""
+THINNEST = 1e-9
+"""Of a cell, that a body is taken to be along the axis of the slabs."""
 
 
 def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
@@ -39,26 +45,33 @@ def interrupted(signals: Sequence[int]) -> Interrupted:
     return error
 
 
+def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
+    """Before the bodies are built: share out the rows of slabs by the points that are in them where these fill the boxes about
+    their bodies evenly."""
+    if domain.group.size == 1:
+        return
+    rows, axis = rows_of(grid, grid_functions(case.functions, (1, 1, 1), case.thin())), grid.lattice.slab_axis
+    edges = case.lower[axis] + case.cell * rows.edges
+    edges[[0, -1]] = -np.inf, np.inf  # bodies may reach beyond
+    below = np.zeros(len(edges))
+    for body in bodies:
+        low, high = (end[axis] for end in body.bounds())
+        below += body.n_points(case) * np.clip((edges - low) / max(high - low, THINNEST * case.cell), 0.0, 1.0)
+    domain.cut(rows, np.diff(below))
+
+
 class SharedSlabs:
     """The points of a simulation, of which each process does those in its own rows of slabs."""
 
-    def __init__(self, bodies: Sequence[Body], grid: Grid) -> None:
+    def __init__(self, bodies: Sequence[Body]) -> None:
         coupled = (body.coupling for body in bodies if isinstance(body, ExplicitNodes))
         on_grid = [body for body in bodies if isinstance(body, PointsOnGrid)]
         self._points: list[PointsOnGrid | GridCoupling] = [*on_grid, *(one for one in coupled if one is not None)]
-        slabs, lattice = self._points[0].slabs, grid.lattice
-        edges = np.append(slabs.layers[:: slabs.across, 0], slabs.layers[-1, 1])
-        stencil = max(function.stencil for function in self._points[0].functions)
-        self._rows = Rows(edges, slabs.across, stencil, lattice.strides[lattice.slab_axis], grid.n_nodes)
-        domain.cut(self._rows, self._count())
-        for points in self._points:
-            points.share_out()
-        self._begin_interval()
+        self._cut_again(domain.group.total(self._count()))
 
     def _count(self) -> np.ndarray:
         """The points in each row of slabs of this process, shape (rows,)."""
-        counts = np.sum([np.diff(points.slabs.first) for points in self._points], axis=0)
-        return np.asarray(counts, float).reshape(-1, self._rows.across).sum(axis=1)
+        return domain.by_row(np.sum([np.diff(points.slabs.first) for points in self._points], axis=0))
 
     def _begin_interval(self) -> None:
         self._left, self._began, self._waited = INTERVAL, time.perf_counter(), domain.group.waited
@@ -71,7 +84,10 @@ class SharedSlabs:
             return
         worked = time.perf_counter() - self._began - (domain.group.waited - self._waited)
         count = self._count()
-        cost = domain.group.total(count * (worked / max(count.sum(), 1.0)))
+        self._cut_again(domain.group.total(count * (worked / max(count.sum(), 1.0))))
+
+    def _cut_again(self, cost: np.ndarray) -> None:
+        """If that pays, by what the rows cost, shape (rows,)."""
         hand_over = [points.hand_over() for points in self._points] if domain.would_pay(cost) else []
         if hand_over:
             domain.cut_again(cost)

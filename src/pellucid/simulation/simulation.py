@@ -31,7 +31,7 @@ from pellucid.parts.capabilities import LosesPoints, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
 from pellucid.parts.step_limit import StepLimit, time_to_fall
 from pellucid.progress import Progress
-from pellucid.ranks.domain import domain
+from pellucid.ranks.domain import NOWHERE, domain
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
@@ -42,7 +42,7 @@ from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
 from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
-from pellucid.simulation.start import load_state, standing_of
+from pellucid.simulation.start import Standings, load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
@@ -92,7 +92,7 @@ class Simulation:
             else [set_threads(threads)]
         )
         self._threads = ThreadChoice(numbers, worthwhile_threads(self.bodies), set_threads)
-        standing = {body.name: standing_of(body, body.name in start) for body in self.bodies}
+        standing = Standings(self.bodies, start.keys())
         refuse(case, standing, start.keys())
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         separate_force_buffers(self._on_grid.values())
@@ -202,7 +202,7 @@ class Simulation:
     def _share_slabs(self) -> None:
         """With other processes: from the first step on, in balance."""
         if self._shared is None:
-            self._shared = SharedSlabs(self.bodies, self.grid)
+            self._shared = SharedSlabs(self.bodies)
         self._shared.balance()
 
     def _share_gravity(self, share: float) -> None:
@@ -393,7 +393,8 @@ class Simulation:
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
         """Go on from a checkpoint, bit for bit. Raises UsageError for one of an earlier version, which kept other things."""
-        lacking = sorted(self.state_arrays().keys() - arrays.keys())
+        with domain.joining(NOWHERE):
+            lacking = sorted(self.state_arrays().keys() - arrays.keys())
         if lacking or numbers.keys() != self.state_numbers().keys():
             without = f" (it has no `{lacking[0]}`)" if lacking else ""
             text = f"the checkpoint was written by another version of pellucid{without}"

@@ -1,9 +1,10 @@
 """Bodies that begin in the state of an earlier run."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from pellucid.bodies.point_fields import PointFields
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.parts.body import Body, in_metres
@@ -11,10 +12,32 @@ from pellucid.parts.standing import Standing
 from pellucid.simulation.assembly import Built
 
 
-def standing_of(body: Body, goes_on: bool) -> Standing:
-    """Where a body stands, with the volumes of its points where it begins in the state of an earlier run."""
+class Standings(Mapping[str, Standing]):
+    """Where bodies stand, by name: found when it is asked for."""
+
+    def __init__(self, bodies: Sequence[Body], going_on: Collection[str]) -> None:
+        """going_on: names of those that begin in the state of an earlier run."""
+        self._bodies, self._going_on = {body.name: body for body in bodies}, going_on
+
+    def __getitem__(self, name: str) -> Standing:
+        return _standing(self._bodies[name], name in self._going_on)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._bodies
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._bodies)
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+
+def _standing(body: Body, goes_on: bool) -> Standing:
+    """With the volumes of its points where it goes on."""
     if body.is_surface:
         return Standing(body.places(), body.cells().surface())
+    if isinstance(body, PointFields):
+        return Standing(body.stored_field("position"), volume=body.stored_field("volume") if goes_on else None)
     return Standing(body.arrays["position"], volume=body.volumes() if goes_on else None)
 
 

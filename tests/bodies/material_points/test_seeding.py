@@ -1,9 +1,12 @@
 """Seeding: where points stand, and that their volumes are the shape's."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from small_cases import box, case, simulation
 
+from pellucid.bodies.material_points import seed_lattice
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
 from pellucid.errors import CaseError
 from pellucid.geometry.shape import Shape
@@ -22,6 +25,12 @@ SHAPES = {
 COUNTS = {"3-D": (4, 4, 4), "2-D": (4, 4, 1), "1-D": (4, 1, 1)}
 
 
+def seeded(*arguments):
+    """Positions and volumes."""
+    seeds = seed(*arguments)
+    return seeds.position, seeds.volume
+
+
 def grid(counts, cell=1.0):
     return case(box((0, 0, 0), (cell, cell, cell)), counts=counts, cell=cell).grid
 
@@ -31,7 +40,7 @@ def grid(counts, cell=1.0):
 def test_volumes_sum_to_the_shape(shape, counts):
     active = tuple(n > 1 for n in counts)
     per_cell = tuple(3 if a else 1 for a in active)
-    points, volumes = seed(shape, grid(counts), per_cell)
+    points, volumes = seeded(shape, grid(counts), per_cell)
     assert volumes.sum() == pytest.approx(shape.measure(active), rel=1e-13)  # thin axes are 1 m thick
     lattice = 3.0 ** -sum(active)
     assert np.all(volumes == volumes[0]) or (0.3 * lattice < volumes.min() and volumes.max() < 2.5 * lattice)
@@ -45,7 +54,7 @@ def test_volumes_sum_to_the_shape(shape, counts):
 def test_points_stand_in_the_middle_of_what_they_stand_for(centre):
     """So the outline of a ball is where it should be, and its mass is centred; the points of the lattice miss both."""
     ball = Sphere(centre=centre, radius=2.0)
-    points, volumes = seed(ball, grid((6, 6, 6)), (3, 3, 3))
+    points, volumes = seeded(ball, grid((6, 6, 6)), (3, 3, 3))
     x = points - centre
     reach = np.array([(sign * x + 0.5 * np.cbrt(volumes)[:, None]).max(axis=0) for sign in (1, -1)])
     assert np.abs(reach - 2.0).max() < 0.2 / 3  # of the spacing; equal volumes on the lattice miss by up to 0.4
@@ -57,7 +66,7 @@ def test_points_stand_in_the_middle_of_what_they_stand_for(centre):
 
 def test_a_symmetric_shape_has_symmetric_points():
     """Slivers that are as near to two points are shared."""
-    points, volumes = seed(Cylinder(centre=(3.0, 3.0, 0.5), radius=1.6), grid((6, 6, 1)), (4, 4, 1))
+    points, volumes = seeded(Cylinder(centre=(3.0, 3.0, 0.5), radius=1.6), grid((6, 6, 1)), (4, 4, 1))
     x = points[:, :2] - 3.0
     order = np.lexsort(x.round(9).T)
     for image in (x[:, ::-1], -x, x * (-1.0, 1.0)):
@@ -68,7 +77,7 @@ def test_a_symmetric_shape_has_symmetric_points():
 
 def test_a_point_whose_middle_lies_outside_stays_on_the_lattice():
     shell = Shell(centre=(3.0, 3.0, 3.0), outer_radius=2.5, inner_radius=2.35)
-    points, volumes = seed(shell, grid((6, 6, 6)), (3, 3, 3))
+    points, volumes = seeded(shell, grid((6, 6, 6)), (3, 3, 3))
     assert shell.contains(points, EVERYWHERE).all()
     assert volumes.sum() == pytest.approx(shell.measure(EVERYWHERE), rel=1e-13)
 
@@ -78,7 +87,7 @@ def test_a_turned_box_has_its_exact_volume_and_points_inside(counts):
     active = tuple(n > 1 for n in counts)
     turns = [{"angle": 17}, {"axis": (1, 0, 0), "angle": 40}] if active[2] else {"angle": 17}
     shape = Shape(box={"lower": (1.4, 2.1, 2.0), "upper": (4.2, 3.7, 3.9)}, rotate=turns).geometry()
-    points, volumes = seed(shape, grid(counts), tuple(3 if a else 1 for a in active))
+    points, volumes = seeded(shape, grid(counts), tuple(3 if a else 1 for a in active))
     assert volumes.sum() == pytest.approx(2.8 * 1.6 * (1.9 if active[2] else 1.0), rel=1e-13)
     assert shape.contains(points, active).all()
     keep = np.array(active)
@@ -95,13 +104,13 @@ def test_a_turned_box_has_its_exact_volume_and_points_inside(counts):
 def test_a_ball_left_out_of_a_turned_box_takes_its_exact_volume():
     shape = Shape(box={"lower": (1.0, 1.4, 1.4), "upper": (5.0, 4.6, 4.6)}, rotate={"angle": 25}).geometry()
     ball = Sphere(centre=(3.0, 3.0, 3.0), radius=1.0)
-    _, volumes = seed(shape, grid((6, 6, 6)), (3, 3, 3), (ball,))
+    _, volumes = seeded(shape, grid((6, 6, 6)), (3, 3, 3), (ball,))
     assert volumes.sum() == pytest.approx(4.0 * 3.2 * 3.2 - 4.0 / 3.0 * np.pi, rel=1e-13)
 
 
 def test_a_turned_box_left_out_of_a_box_takes_its_exact_volume():
     shape = Shape(box={"lower": (2.0, 2.4, 2.0), "upper": (4.0, 3.6, 4.0)}, rotate={"angle": 25}).geometry()
-    points, volumes = seed(Box(lower=(1, 1, 1), upper=(5, 5, 5)), grid((6, 6, 6)), (3, 3, 3), (shape,))
+    points, volumes = seeded(Box(lower=(1, 1, 1), upper=(5, 5, 5)), grid((6, 6, 6)), (3, 3, 3), (shape,))
     assert volumes.sum() == pytest.approx(64.0 - 2.0 * 1.2 * 2.0, rel=1e-13)
     assert not shape.contains(points, EVERYWHERE).any()
 
@@ -109,9 +118,9 @@ def test_a_turned_box_left_out_of_a_box_takes_its_exact_volume():
 def test_planes_of_symmetry_cut_a_ball():
     """A quarter of it has just the points of the whole ball that lie there, and a quarter of its volume."""
     ball = Sphere(centre=(3.0, 3.0, 3.1), radius=2.0)
-    whole, volumes = seed(ball, grid((6, 6, 6)), (2, 2, 2))
+    whole, volumes = seeded(ball, grid((6, 6, 6)), (2, 2, 2))
     cells = GridCase(lower=(3, 3, 0), upper=(6, 6, 6), cell=1.0)
-    quarter, shares = seed(ball, cells, (2, 2, 2))
+    quarter, shares = seeded(ball, cells, (2, 2, 2))
     assert shares.sum() == pytest.approx(0.25 * ball.measure(EVERYWHERE), rel=1e-3)  # sampled
     there = np.all(whole[:, :2] > 3.0, axis=1)
     assert quarter == pytest.approx(whole[there], abs=1e-12)
@@ -120,7 +129,7 @@ def test_planes_of_symmetry_cut_a_ball():
 
 def test_a_box_is_filled_evenly_though_it_fits_no_cells():
     shape = Box(lower=(0.1, 0.0, 0.0), upper=(3.45, 1.0, 1.0))
-    points, _ = seed(shape, grid((4, 1, 1)), (2, 1, 1))
+    points = seed(shape, grid((4, 1, 1)), (2, 1, 1)).position
     x = np.sort(points[:, 0])
     assert len(x) == 7  # 3.35 m in halves of a cell
     assert np.diff(x) == pytest.approx(np.full(6, 3.35 / 7))
@@ -129,14 +138,14 @@ def test_a_box_is_filled_evenly_though_it_fits_no_cells():
 
 def test_points_per_cell():
     box_of_cells = Box(lower=(0, 0, 0), upper=(2, 3, 4))
-    points, _ = seed(box_of_cells, grid((4, 4, 4)), (1, 2, 3))
+    points = seed(box_of_cells, grid((4, 4, 4)), (1, 2, 3)).position
     assert len(points) == 2 * 6 * 12
     # no two points in one place
     assert len(np.unique(points.round(9), axis=0)) == len(points)
 
 
 def test_a_box_thinner_than_a_point_gets_one_layer():
-    points, volumes = seed(Box(lower=(1, 1, 1), upper=(1.01, 2, 2)), grid((4, 4, 4)), (2, 2, 2))
+    points, volumes = seeded(Box(lower=(1, 1, 1), upper=(1.01, 2, 2)), grid((4, 4, 4)), (2, 2, 2))
     assert len(points) == 4
     assert volumes.sum() == pytest.approx(0.01)
 
@@ -184,7 +193,7 @@ VESSEL = Box(lower=(0, 0, 0), upper=(10, 10, 10))
 @pytest.mark.parametrize("per_cell", [(1, 1, 1), (2, 2, 2), (1, 2, 3)])
 @pytest.mark.parametrize("left_out", [(BALL,), (SURFACE,), (BALL, PLATE)], ids=["ball", "surface", "ball and plate"])
 def test_what_is_left_of_a_box_is_filled_to_its_exact_volume(left_out, per_cell):
-    points, volumes = seed(VESSEL, grid((10, 10, 10)), per_cell, left_out)
+    points, volumes = seeded(VESSEL, grid((10, 10, 10)), per_cell, left_out)
     exact = 1000.0 - sum(other.measure(EVERYWHERE) for other in left_out)
     assert volumes.sum() == pytest.approx(exact, rel=1e-13)
     cell = 1.0 / np.prod(per_cell)
@@ -204,8 +213,8 @@ def test_what_is_left_of_a_box_is_filled_to_its_exact_volume(left_out, per_cell)
 
 def test_two_bodies_fill_each_region_of_the_box_without_overlap():
     """Mass is where it belongs: in each block of 2.5 cells the two bodies together have its volume."""
-    medium, v_medium = seed(VESSEL, grid((10, 10, 10)), (2, 2, 2), (BALL,))
-    drop, v_drop = seed(BALL, grid((10, 10, 10)), (4, 4, 4))
+    medium, v_medium = seeded(VESSEL, grid((10, 10, 10)), (2, 2, 2), (BALL,))
+    drop, v_drop = seeded(BALL, grid((10, 10, 10)), (4, 4, 4))
     assert v_medium.sum() + v_drop.sum() == pytest.approx(1000.0, rel=1e-12)
     points, volumes = np.concatenate([medium, drop]), np.concatenate([v_medium, v_drop])
     blocks = np.floor(points / 2.5).astype(int) @ (16, 4, 1)
@@ -214,7 +223,7 @@ def test_two_bodies_fill_each_region_of_the_box_without_overlap():
 
 def test_bodies_left_out_twice_are_taken_off_once():
     other = Sphere(centre=(6.5, 5.0, 5.0), radius=2.0)
-    _, volumes = seed(VESSEL, grid((10, 10, 10)), (2, 2, 2), (BALL, other))
+    _, volumes = seeded(VESSEL, grid((10, 10, 10)), (2, 2, 2), (BALL, other))
     # the lens of two balls of radii R, r at distance d
     R, r, d = 3.3, 2.0, float(np.linalg.norm(np.subtract(BALL.centre_, other.centre_)))
     lens = np.pi * (R + r - d) ** 2 * (d * d + 2 * d * (R + r) - 3 * (R - r) ** 2) / (12 * d)
@@ -225,14 +234,14 @@ def test_bodies_left_out_twice_are_taken_off_once():
 def test_a_body_that_is_no_box_is_cut_too():
     """A ball less its lower half, which a box twice as wide takes."""
     half = Box(lower=(0, 0, 0), upper=(10, 10, 5))
-    points, volumes = seed(BALL, grid((10, 10, 10)), (2, 2, 2), (half,))
+    points, volumes = seeded(BALL, grid((10, 10, 10)), (2, 2, 2), (half,))
     assert volumes.sum() == pytest.approx(0.5 * BALL.measure(EVERYWHERE), rel=2e-3)  # sampled, at 6.6 cells across
     assert points[:, 2].min() > 5.0
 
 
 def test_a_disc_is_cut_out_of_a_plane():
     disc = Cylinder(centre=(2.0, 2.0, 0.0), radius=1.1)
-    _, volumes = seed(Box(lower=(0, 0, 0), upper=(4, 4, 0)), grid((4, 4, 1)), (2, 2, 1), (disc,))
+    _, volumes = seeded(Box(lower=(0, 0, 0), upper=(4, 4, 0)), grid((4, 4, 1)), (2, 2, 1), (disc,))
     assert volumes.sum() == pytest.approx(16.0 - np.pi * 1.21, rel=1e-12)
 
 
@@ -291,11 +300,30 @@ def test_the_papers_oocyte_has_its_counts():
     radii = {"outer_radius": 5 * um, "inner_radius": 4 * um}
     pipette = Pipe(centre=(57.5 * um, 0, 0), axis="x", height=15 * um, points=(3, 60, 30), **radii)
     filled = [
-        seed(oocyte, cells, (3, 3, 3)),
-        seed(plate, cells, (1, 1, 1)),
-        seed(pipette, cells, (1, 1, 1)),
-        seed(Box(**space), cells, (1, 1, 1), (oocyte, plate, pipette)),
+        seeded(oocyte, cells, (3, 3, 3)),
+        seeded(plate, cells, (1, 1, 1)),
+        seeded(pipette, cells, (1, 1, 1)),
+        seeded(Box(**space), cells, (1, 1, 1), (oocyte, plate, pipette)),
     ]
     assert [len(points) for points, _ in filled] == [113_104, 588, 5_400, 15_468]
     assert sum(len(points) for points, _ in filled) + 40_962 == 175_522
     assert sum(volumes.sum() for _, volumes in filled) == pytest.approx(150 * 130 * 130 * um**3, rel=1e-12)
+
+
+@pytest.mark.parametrize("left_out", [(), (BALL, PLATE)], ids=["ball", "what two bodies leave of a box"])
+def test_layers_at_a_time_give_the_same_points(monkeypatch, left_out):
+    """Each of three processes keeps what lies in its part, of two layers of the lattice at a time."""
+    shape = VESSEL if left_out else BALL
+    whole = seed(shape, grid((10, 10, 10)), (2, 2, 2), left_out)
+    monkeypatch.setattr(seed_lattice, "FEWEST_LAYERS", 2)
+    monkeypatch.setattr(seed_lattice, "CELLS_AT_ONCE", 1)
+    ends = [0.0, 4.3, 5.7, 10.0]
+    parts = [
+        seed(shape, grid((10, 10, 10)), (2, 2, 2), left_out, lambda x, a=a, b=b: np.flatnonzero((x[:, 1] >= a) & (x[:, 1] < b)))
+        for a, b in pairwise(ends)
+    ]
+    number = np.concatenate([part.number for part in parts])
+    order = np.argsort(number)
+    assert np.array_equal(number[order], np.arange(whole.n))
+    for name in ("position", "volume"):
+        assert np.array_equal(np.concatenate([getattr(part, name) for part in parts])[order], getattr(whole, name))

@@ -1,6 +1,7 @@
 """A fluid or solid body of material points."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from pellucid.bodies.material_points.grid_surface import GridSurface
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
 from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
 from pellucid.bodies.material_points.seeded_body import SeededBody
-from pellucid.bodies.material_points.seeding import points_along_axes
+from pellucid.bodies.material_points.seeding import Wanted, everywhere, points_along_axes
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
@@ -24,6 +25,7 @@ from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import DISSIPATED, LOST, OK, POWER
 from pellucid.grid.shared_points import SpreadPoints
+from pellucid.grid.sorting import points_here
 from pellucid.grid.straining import straining
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -59,9 +61,12 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self._leaving = NOBODY
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin())
-        arrays = _initial_arrays(case, *case.seeded(grid_case), gravity)
-        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
-        self.shared = SpreadPoints(self.slabs, self.arrays)
+        here = partial(points_here, velocity_field.grid.lattice, functions)
+        arrays, there = _initial_arrays(case, grid_case, here, gravity)
+        super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays, there)
+
+    def _sharing(self) -> SpreadPoints:
+        return SpreadPoints(self.slabs, self.arrays)
 
     def _bind(self) -> None:
         super()._bind()
@@ -90,7 +95,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
         where = self.grid, self.arrays, self.mapped, self._load_of(column)
-        first = self._model.seeded(self._grid_case)[0] if self._goes_on else None
+        first = self._model.seeded(self._grid_case).position if self._goes_on else None
         self.contact_surface = surface_of(
             self._model, self._grid_case, *where, rigid=takes is not None, hard=not self._strains, first=first
         )
@@ -280,19 +285,32 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return super()._field_there(name)
 
 
-def _initial_arrays(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:
-    n = len(position)
-    density, state = _initial_state(case, position, gravity)
+def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vector) -> tuple[dict[str, np.ndarray], int]:
+    """Those of the points that are `here`, in front in arrays with room for all, and how many they are."""
+    seeds = case.seeded(grid, everywhere if case.has_users_fields else here)
+    density, state = _initial_state(case, seeds.position, gravity)
     arrays = {
-        "id": np.arange(n),
-        "position": position,
-        "velocity": case.initial_velocity(position),
-        "mass": density * volume,
-        "volume": volume,
+        "id": seeds.number,
+        "position": seeds.position,
+        "velocity": case.initial_velocity(seeds.position),
+        "mass": density * seeds.volume,
+        "volume": seeds.volume,
         **state,
     }
     case.add_initial_state(arrays)
-    return arrays
+    if case.has_users_fields:
+        chosen = here(seeds.position)
+        arrays = {name: values[chosen] for name, values in arrays.items()}
+    return {name: _with_room(values, seeds.n) for name, values in arrays.items()}, len(arrays["id"])
+
+
+def _with_room(values: np.ndarray, n: int) -> np.ndarray:
+    """Values of points in front in an array for n, whose memory is taken when it is used."""
+    if len(values) == n:
+        return values
+    array = np.zeros((n, *values.shape[1:]), values.dtype)
+    array[: len(values)] = values
+    return array
 
 
 def _initial_state(case: SeededBody, position: np.ndarray, gravity: Vector) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:

@@ -13,11 +13,12 @@ is smooth, where the points of the lattice make steps. Steps are flat: a ball wo
 √(radius x spacing).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pellucid.geometry.shapes.contract import Geometry
+from pellucid.bodies.material_points.seed_lattice import SeedLattice
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.solids import Box
 
 SAMPLES = 512  # of a lattice cell: 8 along each of three axes, 23 of two;
@@ -30,47 +31,127 @@ AS_NEAR = 1e-6  # relative difference of distances that rounding may make
 LARGEST_SCALE = 0.02  # by which volumes may be corrected
 
 
-def shares_of_cells(
-    shape: Geometry, left_out: Sequence[Geometry], centres: np.ndarray, spacing: np.ndarray, active: tuple[bool, bool, bool]
-) -> tuple[np.ndarray, np.ndarray]:
-    """The points inside, shape (n, 3), and the measure that each represents [m, m², m³], shape (n,).
+class CutRegion:
+    """A shape less what is left out of it, in the cells of a lattice."""
 
-    `centres`, shape (m, 3), and `spacing`, shape (3,), are those of the lattice cells [m]. Raises ValueError where more is
-    left too far from every point than volumes may be corrected by.
-    """
-    kept = shape.contains(centres, active)
-    for other in left_out:
-        kept &= ~other.contains(centres, active)
-    cut = _cut(shape, left_out, centres, spacing, active)
-    share, middle, taken, overlap = _sampled(shape, left_out, centres, spacing, active, cut)
-    cell = float(np.prod(spacing[np.array(active)]))
-    share[~cut] = kept[~cut]
-    exact = shape.measure(active) + overlap * cell
-    for other, sampled in zip(left_out, taken, strict=True):
-        known = _in_a_box(other, shape, active)
-        exact -= other.measure(active) if known else sampled * cell
-    if _sticks_out(shape, centres, spacing, active):
-        exact = float(share.sum()) * cell
-    moments = middle * share[:, None]
-    if kept.any():
-        given, taken_by, parts = _slivers(centres, middle, np.flatnonzero(kept), np.flatnonzero(~kept & (share > 0.0)))
-        far = REACH * np.linalg.norm(spacing[np.array(active)])
-        near = np.linalg.norm(middle[given] - centres[taken_by], axis=1) <= far
-        given, taken_by, parts = given[near], taken_by[near], parts[near]
-        np.add.at(moments, taken_by, parts[:, None] * moments[given])
-        np.add.at(share, taken_by, parts * share[given])
-    total = share[kept].sum() * cell
-    if left_out and abs(exact - total) > LARGEST_SCALE * exact:
-        raise ValueError(
-            f"the points represent {total:.4g} of the {exact:.4g} that is left of the shape: what lies between the bodies left "
-            f"out is in part thinner than the distance between points"
-        )
-    places = centres[kept]
-    if not left_out:
-        middles = moments[kept] / share[kept, None]
-        inside = shape.contains(middles, active)
-        places[inside] = middles[inside]
-    return places, share[kept] * cell * (exact / total if total else 1.0)
+    def __init__(self, shape: Geometry, left_out: Sequence[Geometry], cells: SeedLattice, active: ActiveAxes) -> None:
+        self._shape, self._left_out, self._cells, self._active = shape, left_out, cells, active
+        edges = cells.spacing[np.array(active)]
+        self._cell, self._far = float(np.prod(edges)), REACH * float(np.linalg.norm(edges))
+        self._taken, self._twice = np.zeros(len(left_out)), 0.0  # by what is left out, in samples
+        cut = sum(int(self._cut(cells.places(*layers)).sum()) for layers in cells.chunks())
+        n = round(max(FEWEST_SAMPLES, min(SAMPLES, SAMPLES_IN_ALL // max(cut, 1))) ** (1.0 / sum(active)))
+        inner = (np.arange(n) + 0.5) / n - 0.5
+        offsets = np.meshgrid(*(inner if a else [0.0] for a in active), indexing="ij")
+        self._offsets = np.stack(offsets, axis=-1).reshape(-1, 3) * cells.spacing
+
+    def points(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """The points inside, shape (k, 3) [m], and of how many cells each has the measure, shape (k,), some layers at a time.
+
+        Points take slivers of layers beside theirs, which may be nearer to points of others yet: these are looked at too.
+        """
+        cells, reach = self._cells, int(np.ceil(self._far / self._cells.spacing[0] + 0.5))
+        for first, end in cells.chunks():
+            low, high = max(first - 2 * reach, 0), min(end + 2 * reach, cells.layers)
+            centres = cells.places(low, high)
+            kept, cut = self._kept(centres), self._cut(centres)
+            beside, own = (
+                slice((max(first - d, low) - low) * cells.layer, (min(end + d, high) - low) * cells.layer) for d in (reach, 0)
+            )
+            share, middle = self._shares(centres, kept, np.flatnonzero(cut[beside]) + beside.start, own)
+            share, moments = self._with_slivers(centres, kept, share, middle, beside)
+            mine = np.flatnonzero(kept[own]) + own.start
+            places = centres[mine]
+            if not self._left_out:
+                middles = moments[mine] / share[mine, None]
+                inside = self._shape.contains(middles, self._active)
+                places[inside] = middles[inside]
+            yield places, share[mine]
+
+    def measure(self, total: float) -> float:
+        """That of the region [m, m², m³], of which points represent so many cells; once all points are known.
+
+        Raises ValueError where more is left too far from every point than volumes may be corrected by.
+        """
+        exact = self._shape.measure(self._active) + self._twice / len(self._offsets) * self._cell
+        for other, samples in zip(self._left_out, self._taken, strict=True):
+            known = _in_a_box(other, self._shape, self._active)
+            exact -= other.measure(self._active) if known else samples / len(self._offsets) * self._cell
+        if self._sticks_out():
+            exact = total * self._cell
+        if self._left_out and abs(exact - total * self._cell) > LARGEST_SCALE * exact:
+            raise ValueError(
+                f"the points represent {total * self._cell:.4g} of the {exact:.4g} that is left of the shape: what lies "
+                f"between the bodies left out is in part thinner than the distance between points"
+            )
+        return exact
+
+    def _kept(self, places: np.ndarray) -> np.ndarray:
+        """Which places lie in the region."""
+        kept = self._shape.contains(places, self._active)
+        for other in self._left_out:
+            kept &= ~other.contains(places, self._active)
+        return kept
+
+    def _cut(self, centres: np.ndarray) -> np.ndarray:
+        """Which cells may lie partly beyond the region; a box fills its own lattice, so that only bodies left out cut its
+        cells."""
+        active, spacing = np.array(self._active), self._cells.spacing
+        if not isinstance(self._shape, Box):
+            if self._left_out:
+                return np.ones(len(centres), dtype=bool)
+            middle = self._shape.contains(centres, self._active)
+            corners = np.meshgrid(*([-0.5, 0.5] if a else [0.0] for a in self._active), indexing="ij")
+            apart = [
+                self._shape.contains(centres + corner * spacing, self._active) != middle
+                for corner in np.stack(corners, axis=-1).reshape(-1, 3)
+            ]
+            return np.asarray(np.any(apart, axis=0))
+        cut = np.zeros(len(centres), dtype=bool)
+        for other in self._left_out:
+            lower, upper = other.bounds()
+            meets = (centres + 0.5 * spacing > lower) & (centres - 0.5 * spacing < upper)
+            cut |= np.all(meets[:, active], axis=1)
+        return cut
+
+    def _shares(self, centres: np.ndarray, kept: np.ndarray, cut: np.ndarray, own: slice) -> tuple[np.ndarray, np.ndarray]:
+        """Of each cell the part that is left and its middle [m]; `cut` are sampled. Of the `own` cells it counts what each body
+        left out takes, and what they take twice."""
+        share, middle, offsets = kept.astype(float), centres.copy(), self._offsets
+        for chunk in np.array_split(cut, 1 + len(cut) * len(offsets) // SAMPLES_AT_ONCE):
+            samples = (centres[chunk, None] + offsets).reshape(-1, 3)
+            counted = np.repeat((chunk >= own.start) & (chunk < own.stop), len(offsets))
+            inside = self._shape.contains(samples, self._active)
+            free = inside.copy()
+            for k, other in enumerate(self._left_out):
+                there = inside & other.contains(samples, self._active)
+                self._taken[k] += np.count_nonzero(there & counted)
+                self._twice += np.count_nonzero(there & ~free & counted)
+                free &= ~there
+            free = free.reshape(len(chunk), len(offsets))
+            counts = free.sum(axis=1)
+            share[chunk] = counts / len(offsets)
+            middle[chunk] += np.einsum("cs,sd->cd", free, offsets) / np.maximum(counts, 1)[:, None]  # whatever cells are beside
+        return share, middle
+
+    def _with_slivers(
+        self, centres: np.ndarray, kept: np.ndarray, share: np.ndarray, middle: np.ndarray, beside: slice
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Shares, and these times the middles, when slivers of the cells `beside` went to the points that take them."""
+        moments, slivers = middle * share[:, None], np.flatnonzero(~kept[beside] & (share[beside] > 0.0)) + beside.start
+        if kept.any():
+            given, taken_by, parts = _slivers(centres, middle, np.flatnonzero(kept), slivers)
+            near = np.linalg.norm(middle[given] - centres[taken_by], axis=1) <= self._far
+            given, taken_by, parts = given[near], taken_by[near], parts[near]
+            np.add.at(moments, taken_by, parts[:, None] * moments[given])
+            np.add.at(share, taken_by, parts * share[given])
+        return share, moments
+
+    def _sticks_out(self) -> bool:
+        """Whether the shape reaches beyond its lattice."""
+        slack = 1e-6 * self._cells.spacing
+        (lower, upper), (low, high) = self._shape.bounds(), self._cells.bounds()
+        return bool(np.any(((lower < low - slack) | (upper > high + slack))[np.array(self._active)]))
 
 
 def _slivers(
@@ -85,65 +166,6 @@ def _slivers(
     as_near = distances <= distances[:, :1] * (1.0 + AS_NEAR)
     row, column = np.nonzero(as_near)
     return slivers[row], kept[np.asarray(found)[row, column]], 1.0 / as_near.sum(axis=1)[row]
-
-
-def _cut(
-    shape: Geometry, left_out: Sequence[Geometry], centres: np.ndarray, spacing: np.ndarray, active: tuple[bool, bool, bool]
-) -> np.ndarray:
-    """Which cells may lie partly beyond the region; a box fills its own lattice, so that only bodies left out cut its cells."""
-    if not isinstance(shape, Box):
-        if left_out:
-            return np.ones(len(centres), dtype=bool)
-        middle = shape.contains(centres, active)
-        corners = np.stack(np.meshgrid(*([-0.5, 0.5] if a else [0.0] for a in active), indexing="ij"), axis=-1).reshape(-1, 3)
-        apart = [shape.contains(centres + corner * spacing, active) != middle for corner in corners]
-        return np.asarray(np.any(apart, axis=0))
-    cut = np.zeros(len(centres), dtype=bool)
-    for other in left_out:
-        lower, upper = other.bounds()
-        meets = (centres + 0.5 * spacing > lower) & (centres - 0.5 * spacing < upper)
-        cut |= np.all(meets[:, np.array(active)], axis=1)
-    return cut
-
-
-def _sampled(
-    shape: Geometry,
-    left_out: Sequence[Geometry],
-    centres: np.ndarray,
-    spacing: np.ndarray,
-    active: tuple[bool, bool, bool],
-    cut: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Of each cell the part that is left and its middle [m]; in cells, what each body takes, and what they take twice."""
-    each = max(FEWEST_SAMPLES, min(SAMPLES, SAMPLES_IN_ALL // max(int(cut.sum()), 1)))
-    n = round(each ** (1.0 / sum(active)))
-    inner = (np.arange(n) + 0.5) / n - 0.5
-    offsets = np.stack(np.meshgrid(*(inner if a else [0.0] for a in active), indexing="ij"), axis=-1).reshape(-1, 3) * spacing
-    share, middle = np.ones(len(centres)), centres.copy()
-    taken, once = np.zeros(len(left_out)), 0.0
-    for chunk in np.array_split(np.flatnonzero(cut), 1 + int(cut.sum()) * len(offsets) // SAMPLES_AT_ONCE):
-        samples = (centres[chunk, None] + offsets).reshape(-1, 3)
-        free = shape.contains(samples, active)
-        before = free.sum()
-        inside = free.copy()
-        for k, other in enumerate(left_out):
-            there = inside & other.contains(samples, active)
-            taken[k] += there.sum()
-            free &= ~there
-        once += before - free.sum()
-        free = free.reshape(len(chunk), len(offsets))
-        counts = free.sum(axis=1)
-        share[chunk] = counts / len(offsets)
-        middle[chunk] += (free @ offsets) / np.maximum(counts, 1)[:, None]
-    return share, middle, taken / len(offsets), float(taken.sum() - once) / len(offsets)
-
-
-def _sticks_out(shape: Geometry, centres: np.ndarray, spacing: np.ndarray, active: tuple[bool, bool, bool]) -> bool:
-    """Whether the shape reaches beyond its lattice."""
-    lower, upper = shape.bounds()
-    slack = 1e-6 * spacing
-    low, high = centres.min(axis=0) - 0.5 * spacing - slack, centres.max(axis=0) + 0.5 * spacing + slack
-    return bool(np.any(((lower < low) | (upper > high))[np.array(active)]))
 
 
 def _in_a_box(other: Geometry, shape: Geometry, active: tuple[bool, bool, bool]) -> bool:

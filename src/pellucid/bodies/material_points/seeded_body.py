@@ -12,7 +12,7 @@ from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.bodies.initial.state import Stress, add_initial_state, added_velocities, initial_velocity
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
-from pellucid.bodies.material_points.seeding import points_along_axes, seed
+from pellucid.bodies.material_points.seeding import Seeds, Wanted, everywhere, points_along_axes, seed
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.boundary_points import boundary_points
@@ -112,27 +112,26 @@ class SeededBody(DampedModel):
         """Lower and upper corner [m]."""
         return self.shape.geometry().bounds()
 
-    def seeded(self, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
-        """Positions [m], shape (n, 3), and volumes [m³], shape (n,), of its points at the start, n > 0.
+    def seeded(self, grid: GridCase, wanted: Wanted = everywhere) -> Seeds:
+        """Its points at the start, some at least, as far as they are wanted.
 
         Raises CaseError where none lies in the shape, or where what is left of it is too thin.
         """
         remedy = "use a smaller grid.cell or more points_per_cell"
+        per_cell = points_along_axes(self.points_per_cell, grid.thin())
         try:
-            position, volume = seed(
-                self.shape.geometry(), grid, points_along_axes(self.points_per_cell, grid.thin()), self.left_out
-            )
+            seeds = seed(self.shape.geometry(), grid, per_cell, self.left_out, wanted)
         except ValueError as error:
             raise CaseError(Problem(str(error), f"body.{self.name}.outside", remedy=remedy)) from None
-        if not len(position):
+        if not seeds.n:
             text = "no material point lies inside the shape: it is thinner than the distance between points"
             raise CaseError(Problem(text, f"body.{self.name}.shape", remedy=remedy))
-        return position, volume
+        return seeds
 
     def standing(self, grid: GridCase) -> Standing:
         """Its points."""
-        position, volume = self.seeded(grid)
-        return Standing(position, volume=volume)
+        seeds = self.seeded(grid)
+        return Standing(seeds.position, volume=seeds.volume)
 
     def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
         """Its surface."""

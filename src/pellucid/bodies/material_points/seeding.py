@@ -1,13 +1,17 @@
 """Filling shapes with material points."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from math import fsum
+from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.material_points.cutting import shares_of_cells
-from pellucid.geometry.shapes.contract import Geometry
+from pellucid.bodies.material_points.cutting import CutRegion
+from pellucid.bodies.material_points.seed_lattice import SeedLattice
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.solids import Box
 from pellucid.grid.model import GridCase
+from pellucid.reductions import exact_parts
 
 
 def points_along_axes(
@@ -31,47 +35,76 @@ def points_along_axes(
     return x, y, z
 
 
+Wanted = Callable[[np.ndarray], np.ndarray]
+"""Which of some positions, shape (k, 3) [m]: their numbers there, ascending."""
+
+
+class Seeds(NamedTuple):
+    """Some of the n points that fill a region."""
+
+    number: np.ndarray  # (m,) ascending
+    position: np.ndarray  # (m, 3) [m]
+    volume: np.ndarray  # (m,) [m³]
+    n: int
+
+
+def everywhere(position: np.ndarray) -> np.ndarray:
+    """All points, of whatever positions."""
+    return np.arange(len(position))
+
+
 def seed(
-    shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int], left_out: Sequence[Geometry] = ()
-) -> tuple[np.ndarray, np.ndarray]:
-    """Positions [m], shape (n, 3), and volumes [m³], shape (n,), of points that fill a shape but for what is left out.
+    shape: Geometry,
+    grid: GridCase,
+    per_cell: tuple[int, int, int],
+    left_out: Sequence[Geometry] = (),
+    wanted: Wanted = everywhere,
+) -> Seeds:
+    """The points that fill a shape but for what is left out, as far as they are wanted.
 
     A box is filled by a lattice of its own, and so is a shape that has one: volumes are equal. Other shapes are filled by the
     points of the grid's lattice that lie inside, each with the part of its lattice cell that belongs to the shape, and in the
     middle of that part; so is a box where something is left out, but there the points stay on the lattice (see
     `pellucid.bodies.material_points.cutting`). Volumes sum to that of the shape exactly.
 
-    Raises ValueError where parts that are left are too thin for the distance between points.
+    Those that are not wanted are forgotten, some layers of the lattice at a time. Raises ValueError where parts that are left
+    are too thin for the distance between points.
     """
     if shape.n_own_points() is not None and not left_out:
-        return shape.own_points()
-    thin = np.array(grid.thin())
+        position, volume = shape.own_points()
+        number = wanted(position)
+        return Seeds(number, position[number], volume[number], len(position))
     x, y, z = (not flat for flat in grid.thin())
-    active = (x, y, z)
-    centres, spacing = _lattice(shape, grid, per_cell)
-    across = grid.slice_thickness() ** int(thin.sum())
+    cells = SeedLattice.of(shape, grid, per_cell)
     if left_out or not isinstance(shape, Box):
-        points, shares = shares_of_cells(shape, left_out, centres, spacing, active)
-        return points, shares * across
-    points = centres[shape.contains(centres, active)]
-    n = max(len(points), 1)
-    return points, np.full(len(points), shape.measure(active) * across / n)
-
-
-def _lattice(shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Centres [m], shape (n, 3), of the lattice cells about a shape, and their edges [m], shape (3,)."""
-    thin = np.array(grid.thin())
-    lower, upper = shape.bounds()
-    lower = np.where(thin, grid.lower, lower)
-    upper = np.where(thin, grid.extent_upper(), upper)
-    spacing = grid.cell / np.array(per_cell)
-    if isinstance(shape, Box):
-        counts = np.maximum(np.rint((upper - lower) / spacing), 1).astype(int)
-        spacing = (upper - lower) / counts
-        axes = [a + (np.arange(n) + 0.5) * s for a, n, s in zip(lower, counts, spacing, strict=True)]
+        region: CutRegion | FilledBox = CutRegion(shape, left_out, cells, (x, y, z))
     else:
-        # at the faces where a case lets a shape reach over, it ends
-        first = np.floor((np.maximum(lower, grid.lower) - grid.lower) / spacing)
-        last = np.ceil((np.minimum(upper, grid.extent_upper()) - grid.lower) / spacing)
-        axes = [g + (np.arange(a, b) + 0.5) * s for g, a, b, s in zip(grid.lower, first, last, spacing, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3), spacing
+        region = FilledBox(shape, cells, (x, y, z))
+    n, total, found = 0, list[float](), list[tuple[np.ndarray, ...]]()
+    for position, share in region.points():
+        chosen = wanted(position)
+        found.append((n + chosen, position[chosen], share[chosen]))
+        total += exact_parts(share)
+        n += len(position)
+    number, position, share = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    shares = fsum(total)
+    whole = region.measure(shares) * grid.slice_thickness() ** sum(grid.thin()) / (shares or 1.0)
+    return Seeds(number, position, share * whole, n)
+
+
+class FilledBox:
+    """A box in which nothing is left out."""
+
+    def __init__(self, shape: Box, cells: SeedLattice, active: ActiveAxes) -> None:
+        self._shape, self._cells, self._active = shape, cells, active
+
+    def points(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Places, shape (k, 3) [m], of equal shares, some layers of the lattice at a time."""
+        for first, end in self._cells.chunks():
+            places = self._cells.places(first, end)
+            inside = places[self._shape.contains(places, self._active)]
+            yield inside, np.ones(len(inside))
+
+    def measure(self, total: float) -> float:
+        """That of the box [m, m², m³]."""
+        return self._shape.measure(self._active)

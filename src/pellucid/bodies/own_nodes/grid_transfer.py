@@ -59,11 +59,7 @@ class GridCoupling:
         ordered = {"order": self._order, "position": self._points.position[self._order]}
         sort_by_nodes(ordered, self._scratch, self.velocity_field.grid.lattice, self.functions, self.slabs)
         if domain.is_cut and not self._whole:
-            self.share_out()
-
-    def share_out(self) -> None:
-        """As a body of points on the grid."""
-        self._shared.share_out()
+            self._shared.share_out()
 
     def hand_over(self) -> Callable[[], None]:
         """As a body of points on the grid, before the rows are cut anew."""
@@ -122,3 +118,5 @@ class GridCoupling:
         """Go on from a checkpoint."""
         self._order[:] = arrays["order"]
         restore_slabs(self.slabs, arrays)
+        if not self._whole:
+            self._shared.take_own()

@@ -23,8 +23,6 @@ def chosen_points(where: Where, member: AssembledBody, path: Path) -> np.ndarray
 
     Raises CaseError where none is.
     """
-    start, body = member.selectable(), member.body
-    refuse(faults(where, start, (*path, "where"), body.name, member.active_axes))
-    chosen = np.zeros(body.n_points, bool)
-    chosen[body.arrays["id"][chosen_nodes(where, start, member.active_axes)]] = True
-    return chosen
+    start = member.selectable()
+    refuse(faults(where, start, (*path, "where"), member.body.name, member.active_axes))
+    return chosen_nodes(where, start, member.active_axes)

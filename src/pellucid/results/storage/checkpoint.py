@@ -74,10 +74,31 @@ def _written(folder: Path, draft_name: str, arrays: Mapping[str, np.ndarray], na
     return path
 
 
-def read_latest(
-    folder: Path, say: Callable[[str], object] = warnings.warn
-) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
+class SharedRows:
+    """An array whose rows lie in several files, read when rows are asked for: no process has all of them then."""
+
+    def __init__(self, name: str, paths: Sequence[Path]) -> None:
+        self._name, self._paths = name, paths
+
+    def __getitem__(self, rows: slice) -> np.ndarray:
+        """Its rows from one number up to another."""
+        found, first = [], 0
+        for path in self._paths:
+            with np.load(path, allow_pickle=False) as archive:
+                part = archive[self._name]
+            end = len(part) if rows.stop is None else rows.stop - first
+            found.append(part[max((rows.start or 0) - first, 0) : max(end, 0)].copy())
+            first += len(part)
+        return np.concatenate(found)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return self[:]
+
+
+def read_latest(folder: Path, say: Callable[[str], object] = warnings.warn) -> tuple[dict[str, Any], dict[str, Any]] | None:
     """Arrays and numbers of the newest undamaged checkpoint in `folder`; None where there is none yet.
+
+    Arrays that processes shared are `SharedRows`.
 
     A damaged one is told of through `say`, renamed to `*.damaged` and passed over. Raises `OutputError` if there are
     checkpoints and all of them are damaged.
@@ -87,8 +108,6 @@ def read_latest(
         try:
             arrays = _read(path, digest)
             numbers = json.loads(arrays.pop(_NUMBERS).tobytes())
-            parts = json.loads(arrays.pop(_PARTS).tobytes()) if _PARTS in arrays else []
-            _join(arrays, [_read_part(folder / part) for part in parts])
         except OSError as error:
             reason = error.strerror or str(error)
             raise OutputError(f"cannot read {path}: {reason}\n    it may be whole: mend this, then go on") from error
@@ -103,24 +122,31 @@ def read_latest(
     return None
 
 
-def _read(path: Path, digest: str) -> dict[str, np.ndarray]:
+def _read(path: Path, digest: str) -> dict[str, Any]:
+    """What it has; of arrays with rows in its parts, where they are."""
+    _check(path, digest)
+    with np.load(path, allow_pickle=False) as archive:
+        parts = [path.parent / part for part in json.loads(archive[_PARTS].tobytes())] if _PARTS in archive.files else []
+        shared = {name: SharedRows(name, [path, *parts]) for name in _names_in(parts)}
+        return {name: archive[name] for name in archive.files if name != _PARTS and name not in shared} | shared
+
+
+def _names_in(parts: Sequence[Path]) -> list[str]:
+    """Of the arrays that have rows there."""
+    for part in parts:
+        found = _PART.fullmatch(part.name)
+        if found is None or not part.is_file():
+            raise ValueError(f"its part {part.name} is missing")
+        _check(part, found[2])
+    if not parts:
+        return []
+    with np.load(parts[0], allow_pickle=False) as archive:
+        return list(archive.files)
+
+
+def _check(path: Path, digest: str) -> None:
     if _digest(path) != digest:
         raise ValueError("its bytes do not match its checksum")
-    with np.load(path, allow_pickle=False) as archive:
-        return {name: archive[name] for name in archive.files}
-
-
-def _read_part(path: Path) -> dict[str, np.ndarray]:
-    found = _PART.fullmatch(path.name)
-    if found is None or not path.is_file():
-        raise ValueError(f"its part {path.name} is missing")
-    return _read(path, found[2])
-
-
-def _join(arrays: dict[str, np.ndarray], parts: Sequence[Mapping[str, np.ndarray]]) -> None:
-    """Add the rows that parts have of arrays."""
-    for name in parts[0] if parts else ():
-        arrays[name] = np.concatenate([arrays[name], *(part[name] for part in parts)])
 
 
 def files(folder: Path) -> list[Path]:

@@ -1,0 +1,66 @@
+"""The lattice of cells about a shape, each with a point that may lie in it; gone through some layers at a time."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.solids import Box
+from pellucid.grid.model import GridCase
+
+CELLS_AT_ONCE = 400_000  # bounds the memory, to some 40 MB
+FEWEST_LAYERS = 24  # at once: those beside them are looked at too
+
+
+class SeedLattice(NamedTuple):
+    """Cells in the order of their numbers: those along z are next to each other, and layers lie along x."""
+
+    axes: tuple[np.ndarray, np.ndarray, np.ndarray]  # places of the centres along each axis [m]
+    spacing: np.ndarray  # (3,) edges of a cell [m]
+
+    @classmethod
+    def of(cls, shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int]) -> "SeedLattice":
+        """That of a shape in a grid with so many points in a cell along each axis."""
+        thin = np.array(grid.thin())
+        lower, upper = shape.bounds()
+        lower = np.where(thin, grid.lower, lower)
+        upper = np.where(thin, grid.extent_upper(), upper)
+        spacing = grid.cell / np.array(per_cell)
+        if isinstance(shape, Box):
+            counts = np.maximum(np.rint((upper - lower) / spacing), 1).astype(int)
+            spacing = (upper - lower) / counts
+            axes = [a + (np.arange(n) + 0.5) * s for a, n, s in zip(lower, counts, spacing, strict=True)]
+        else:
+            # at the faces where a case lets a shape reach over, it ends
+            first = np.floor((np.maximum(lower, grid.lower) - grid.lower) / spacing)
+            last = np.ceil((np.minimum(upper, grid.extent_upper()) - grid.lower) / spacing)
+            axes = [g + (np.arange(a, b) + 0.5) * s for g, a, b, s in zip(grid.lower, first, last, spacing, strict=True)]
+        x, y, z = axes
+        return cls((x, y, z), spacing)
+
+    @property
+    def layers(self) -> int:
+        """Number of layers."""
+        return len(self.axes[0])
+
+    @property
+    def layer(self) -> int:
+        """Cells in a layer."""
+        return len(self.axes[1]) * len(self.axes[2])
+
+    def places(self, first: int, end: int) -> np.ndarray:
+        """Centres of the cells in some layers [m], shape (k, 3)."""
+        x, y, z = self.axes
+        return np.stack(np.meshgrid(x[first:end], y, z, indexing="ij"), axis=-1).reshape(-1, 3)
+
+    def chunks(self) -> Iterator[tuple[int, int]]:
+        """Layers to be gone through at once: from one up to another."""
+        step = max(CELLS_AT_ONCE // max(self.layer, 1), FEWEST_LAYERS)
+        for first in range(0, max(self.layers, 1), step):
+            yield first, min(first + step, self.layers)
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner of all cells together [m]."""
+        lower, upper = (np.array([axis[end] for axis in self.axes]) for end in (0, -1))
+        return lower - 0.5 * self.spacing, upper + 0.5 * self.spacing
