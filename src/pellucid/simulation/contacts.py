@@ -1,6 +1,6 @@
 """What touches in a case: pairs of velocity fields on the nodes of the grid, surfaces of bodies, and walls."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
@@ -34,8 +34,7 @@ def contacts_of(
 ) -> tuple[ContactPairs, SurfacePairs]:
     """All that touches: velocity fields on the nodes, and surfaces of bodies and walls."""
     gravity, column = case.largest_gravity, layout.surface_contact
-    touch = built.keys() if has_several_fields(case) else {body.name for wall in case.wall for body in wall.touching(case.body)}
-    surfaces = {} if column is None else _surfaces_of(case, built, touch, column)
+    surfaces = {} if column is None else _surfaces_of(case, built, column)
     pairs, touching = _pairs_of(fields, built, case.contact, surfaces, gravity, case.time.courant)
     planes = symmetry_planes(case.support, case.grid) if touching else []
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
@@ -55,10 +54,13 @@ def _fields_may(case: "Case") -> bool:
     return soft > 1 or (len(members) > 1 and any(all(model.name in led for model in models) for models in members))
 
 
-def _surfaces_of(case: "Case", built: Built, names: Collection[str], column: int) -> Surfaces:
-    """Make the surfaces of bodies by which others touch them; column: of the work of forces between surfaces."""
-    bodies = [body for body, _ in built.values() if body.name in names]
-    surfaces = {body.name: body.make_contact_surface(column) for body in bodies if isinstance(body, HasContactSurface)}
+def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
+    """Make the surfaces of bodies by which walls touch them, or bodies of other fields that all have one; column: of the work
+    of forces between surfaces."""
+    able = {body.name: body for body, _ in built.values() if isinstance(body, HasContactSurface) and body.has_surface}
+    fields = [names for members in models_by_field(case).values() if (names := {body.name for body in members}) <= able.keys()]
+    names = {body.name for wall in case.wall for body in wall.touching(case.body)}.union(*(fields if len(fields) > 1 else []))
+    surfaces = {name: body.make_contact_surface(column) for name, body in able.items() if name in names}
     ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.faces]
     open_faces = [(axis, float((case.grid.extent_upper() if upper else case.grid.lower)[axis])) for axis, upper in ends]
     for surface in surfaces.values():

@@ -88,10 +88,14 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """Whether the grid strains it."""
         return self.constraint is None or self.constraint.strains
 
+    @property
+    def has_surface(self) -> bool:  # type: ignore[override]
+        """Where its material does not flow."""
+        return not self.material.flows
+
     def make_contact_surface(self, column: int) -> GridSurface | None:
-        """That of its shape; None of a fluid, which has none of its own."""
-        if self.material.flows:
-            return None
+        """That of its shape."""
+        self.keep_whole()
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
         where = self.grid, self.arrays, self.mapped, self._load_of(column)
