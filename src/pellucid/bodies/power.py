@@ -2,25 +2,19 @@
 
 import numpy as np
 
-from pellucid.jit import kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.reductions import ordered_sum
 
 CHUNK = 4096
 
 
-@kernel(inner=True)
-def _sum_chunk(chunk, force, velocity, sums):
+@parallel_loop()
+def _sum(chunk, force, velocity, sums):
     total = 0.0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(force))):
         for d in range(3):
             total += force[p, d] * velocity[p, d]
     sums[chunk, 0] = total
-
-
-@kernel()
-def _sum(chunks, force, velocity, sums):
-    parallel_for(_sum_chunk, chunks, force, velocity, sums)
 
 
 def power(force: np.ndarray, velocity: np.ndarray) -> float:

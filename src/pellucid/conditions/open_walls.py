@@ -10,18 +10,20 @@ from pellucid.grid.nodal_fields import STEP
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.grid.supports import YieldingWalls
-from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.loops import parallel_loop_by_colour
 from pellucid.parts.active_condition import ActiveCondition
 
 FAR = 2.0  # cells from which on no point reaches the nodes of a wall
 NEAR = 1e-4  # cells at which a body has come up to a wall: more than rounding
 
 
-@kernel(inner=True)
-def _gaps_slab(s, mapped, walls, face, radius, near):
+@parallel_loop_by_colour(gives="walls.gap")
+def _measure_gaps(s, mapped, walls, face, radius, near):
+    """The smallest distance from a wall of the points that reach its nodes, each with its own extent, less `near` [m].
+
+    face: axis of the wall, direction into the grid, place [m].
+    """
     functions, lattice, slabs, x = mapped.functions, mapped.lattice, mapped.slabs, mapped.points.position
     axis, inward, wall = face
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -37,21 +39,6 @@ def _gaps_slab(s, mapped, walls, face, radius, near):
                     I = node_at(about, lattice, a, b, c)
                     if about.wx[a] * about.wy[b] * about.wz[c] > 0.0 and walls.held[I, axis] > 0:
                         walls.gap[I, axis] = min(walls.gap[I, axis], gap)
-
-
-@kernel()
-def _measure(n, mapped, walls, face, radius, near):
-    parallel_by_colour(_gaps_slab, n, mapped.slabs.across, mapped, walls, face, radius, near)
-
-
-def _measure_gaps(
-    n: int, mapped: Bundle, walls: Bundle, face: tuple[int, float, float], radius: tuple[float, float, float], near: float
-) -> None:
-    """The smallest distance from a wall of the points that reach its nodes, each with its own extent, less `near` [m].
-
-    face: axis of the wall, direction into the grid, place [m].
-    """
-    joint_region.give_at_once(lambda: _measure(n, mapped, walls, face, radius, near), [walls.gap])
 
 
 Face = tuple[int, int]

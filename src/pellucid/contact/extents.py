@@ -1,6 +1,5 @@
 """How far a volume reaches about the numbered nodes along the normals of a membrane there, which may point either way."""
 
-import numpy as np
 from numpy import uintp
 
 from pellucid.contact.normals import CENTRE, VOLUME, NumberedNodes, reach_of_point
@@ -11,13 +10,10 @@ from pellucid.grid.passes.blocks import about_lanes, fetch, find_functions, func
 from pellucid.grid.points import ByIndex
 from pellucid.grid.stencil import node_at
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.bundle import Bundle
 from pellucid.jit.columns import BLOCK, WIDTH, put, size, take, take_lanes
-from pellucid.jit.joint import joint_region
 from pellucid.jit.local import indices, numbers
-from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.loops import parallel_loop_by_colour
 from pellucid.jit.vector import LANES, larger, load, row, splat, store, total, where_positive
-from pellucid.ranks.domain import OfListed
 from pellucid.tensors import ZERO_VECTOR
 
 AHEAD, BEHIND, PLACES, VOLUMES, COLUMNS = range(5)
@@ -81,8 +77,10 @@ def _keep_run(about, lattice, slot, found, extents):
                 number += 1
 
 
-@kernel(inner=True)
-def _extents_slab(s, mapped, where, normal, radius, extents):
+@parallel_loop_by_colour(gives="extents")
+def extents_along(s, mapped, where, normal, radius, extents):
+    """Extents of the points of n slabs about each numbered node, an `OfListed` of shape (nodes, COLUMNS), along its normal;
+    `NOWHERE` before."""
     functions, lattice, points, slabs = mapped.functions, mapped.lattice, mapped.points, mapped.slabs
     if slabs.first[s] == slabs.first[s + 1]:
         return
@@ -104,20 +102,8 @@ def _extents_slab(s, mapped, where, normal, radius, extents):
                 for k in range(a, end, LANES):
                     about = about_lanes(functions, functions_found, first_node, k)
                     _add_lanes(about, lattice, where.slot, normal, take_lanes(POINT, c, k), _first_lanes(end - k), found)
-                _keep_run(about_lanes(functions, functions_found, first_node, a), lattice, where.slot, found, extents)
+                _keep_run(about_lanes(functions, functions_found, first_node, a), lattice, where.slot, found, extents.values)
             a = end
-
-
-@kernel()
-def _extents_along(n, mapped, where, normal, radius, extents):
-    parallel_by_colour(_extents_slab, n, mapped.slabs.across, mapped, where, normal, radius, extents)
-
-
-def extents_along(
-    n: int, mapped: Bundle, where: Bundle, normal: np.ndarray, radius: tuple[float, float, float], extents: OfListed
-) -> None:
-    """Extents of the points of n slabs about each numbered node, shape (nodes, COLUMNS), along its normal; `NOWHERE` before."""
-    joint_region.give_at_once(lambda: _extents_along(n, mapped, where, normal, radius, extents.values), [extents])
 
 
 @kernel()

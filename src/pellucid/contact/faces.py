@@ -9,15 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.contact.normals import CENTRE, NORMAL, VOLUME, Along
+from pellucid.contact.normals import CENTRE, NORMAL, VOLUME
 from pellucid.contact.shared import beyond
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
-from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import parallel_by_colour
-from pellucid.ranks.domain import OfListed
+from pellucid.jit.loops import parallel_loop_by_colour
 
 
 class FaceAreas(NamedTuple):
@@ -36,8 +33,12 @@ class Faces(NamedTuple):
     areas: FaceAreas
 
 
-@kernel(inner=True)
-def _sum_places_slab(s, mapped, where, areas, along, sums):
+@parallel_loop_by_colour(gives="sums")
+def sum_places(s, mapped, where, areas, along, sums):
+    """Areas that face along sign times the normal of each numbered node, and these times the places along it, (n, 2).
+
+    areas: `FaceAreas`; along: an `Along` of `pellucid.contact.normals`; sums: an `OfListed`.
+    """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     normal, sign, vector = along.normal, along.sign, areas.vector
     x, slabs = mapped.points.position, mapped.slabs
@@ -57,21 +58,8 @@ def _sum_places_slab(s, mapped, where, areas, along, sums):
                         n0, n1, n2 = normal[e, 0], normal[e, 1], normal[e, 2]
                         facing = sign * (vector[p, 0] * n0 + vector[p, 1] * n1 + vector[p, 2] * n2)
                         w = wx[a] * wy[b] * wz[c] * (abs(facing) if areas.two_sided else max(0.0, facing))
-                        sums[e, 0] += w
-                        sums[e, 1] += w * (x[p, 0] * n0 + x[p, 1] * n1 + x[p, 2] * n2 + sign * areas.half_width)
-
-
-@kernel()
-def _sum_places(n, mapped, where, areas, along, sums):
-    parallel_by_colour(_sum_places_slab, n, mapped.slabs.across, mapped, where, areas, along, sums)
-
-
-def sum_places(n: int, mapped: Bundle, where: Bundle, areas: FaceAreas, along: Along, sums: OfListed) -> None:
-    """Areas that face along sign times the normal of each numbered node, and these times the places along it, (n, 2).
-
-    areas: `FaceAreas`; along: an `Along` of `pellucid.contact.normals`.
-    """
-    joint_region.give_at_once(lambda: _sum_places(n, mapped, where, areas, along, sums.values), [sums])
+                        sums.values[e, 0] += w
+                        sums.values[e, 1] += w * (x[p, 0] * n0 + x[p, 1] * n1 + x[p, 2] * n2 + sign * areas.half_width)
 
 
 def mean_places(sums: np.ndarray) -> np.ndarray:

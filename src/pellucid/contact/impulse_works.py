@@ -2,7 +2,7 @@
 
 from pellucid.energy import CONTACT, FIRST_LOAD, MOTION, SUPPORT
 from pellucid.jit import kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 
 @kernel(inner=True)
@@ -34,24 +34,24 @@ def _sum_side(chunk, side, at, mobility, sign, impulse, works):
     works[chunk, MOTION] += moved
 
 
-@kernel(inner=True)
-def _sum_works_chunk(chunk, one, other, at, impulse, works):
-    _sum_side(chunk, one, at, at.mobility[0], 1.0, impulse, works)
-    _sum_side(chunk, other, at, at.mobility[1], -1.0, impulse, works)
-
-
-@kernel()
-def sum_works(chunks, one, other, at, impulse, works):
+@parallel_loop()
+def sum_works(chunk, one, other, at, impulse, works):
     """Works of impulses, shape (n, 3), on the nodes of the first side and against the second, whose mean velocities are known;
     what supports and prescribed motions take is their reaction.
 
     works: rows as `pellucid.energy` has them. A body with its own nodes counts its own.
     """
-    parallel_for(_sum_works_chunk, chunks, one, other, at, impulse, works)
+    _sum_side(chunk, one, at, at.mobility[0], 1.0, impulse, works)
+    _sum_side(chunk, other, at, at.mobility[1], -1.0, impulse, works)
 
 
-@kernel(inner=True)
-def _lag_work_chunk(chunk, side, number, at, impulse, small, sums):
+@parallel_loop()
+def sum_lag_works(chunk, side, number, at, impulse, small, sums):
+    """How much more work impulses, shape (n, 3), do along the mean velocity of the nodes of a side, number 0 or 1, than along
+    the mean of the velocities that the points give to these before and after the step; sums, shape (chunks, 1) [J].
+
+    Nodes of no more than the mass `small` have no velocity before. When the momentum was mapped again.
+    """
     nodes, driven_mass, mobility, work = side.nodes, side.external.driven_mass, at.mobility[number], 0.0
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
@@ -64,13 +64,3 @@ def _lag_work_chunk(chunk, side, number, at, impulse, small, sums):
                 old = nodes.velocity[I, d] - nodes.velocity_increment[I, d]
             work += impulse[e, d] * (mean - 0.5 * (old + nodes.strain_velocity[I, d]))
     sums[chunk, 0] = work
-
-
-@kernel()
-def sum_lag_works(chunks, side, number, at, impulse, small, sums):
-    """How much more work impulses, shape (n, 3), do along the mean velocity of the nodes of a side, number 0 or 1, than along
-    the mean of the velocities that the points give to these before and after the step; sums, shape (chunks, 1) [J].
-
-    Nodes of no more than the mass `small` have no velocity before. When the momentum was mapped again.
-    """
-    parallel_for(_lag_work_chunk, chunks, side, number, at, impulse, small, sums)

@@ -13,7 +13,7 @@ import numpy as np
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.momentum import FULL_DRIVE_FRACTION, ExternalAction
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 STICK, SLIP = 0, 1
 """Kinds of contact while bodies press: together, or sliding with friction (or none)."""
@@ -55,17 +55,12 @@ def _mobility_of(side, first, end, node, mobility):
             mobility[e, d] = 0.0 if firm else 1.0 / m
 
 
-@kernel(inner=True)
-def _mobility_chunk(chunk, one, other, at):
+@parallel_loop()
+def measure_mobility(chunk, one, other, at):
+    """Fill the mobility of the nodes `at` which two sides meet: none where supports or driven points constrain these wholly."""
     first, end = at.edges[chunk], at.edges[chunk + 1]
     _mobility_of(one, first, end, at.node, at.mobility[0])
     _mobility_of(other, first, end, at.node, at.mobility[1])
-
-
-@kernel()
-def measure_mobility(chunks, one, other, at):
-    """Fill the mobility of the nodes `at` which two sides meet: none where supports or driven points constrain these wholly."""
-    parallel_for(_mobility_chunk, chunks, one, other, at)
 
 
 @pointwise
@@ -121,8 +116,13 @@ def _add_to_node(nodes, I, d, more):
     nodes.velocity_increment[I, d] += more
 
 
-@kernel(inner=True)
-def _resolve_chunk(chunk, friction, anew, one, other, at, allowed, total):
+@parallel_loop()
+def resolve(chunk, friction, anew, one, other, at, allowed, total):
+    """Give the nodes of two sides the impulses that stop their approach, and add these up; constrained nodes do not move.
+
+    anew: whether all that was given in this step is found anew, so that a part may be taken back, or this is added to it.
+    allowed: the speeds at which both may still approach [m/s], shape (n,).
+    """
     first, second, share = one.nodes, other.nodes, 1.0 if anew else 0.0
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
@@ -137,18 +137,9 @@ def _resolve_chunk(chunk, friction, anew, one, other, at, allowed, total):
             total[e, d] += more[d]
 
 
-@kernel()
-def resolve(chunks, friction, anew, one, other, at, allowed, total):
-    """Give the nodes of two sides the impulses that stop their approach, and add these up; constrained nodes do not move.
-
-    anew: whether all that was given in this step is found anew, so that a part may be taken back, or this is added to it.
-    allowed: the speeds at which both may still approach [m/s], shape (n,).
-    """
-    parallel_for(_resolve_chunk, chunks, friction, anew, one, other, at, allowed, total)
-
-
-@kernel(inner=True)
-def _apply_chunk(chunk, one, other, at, impulse, total):
+@parallel_loop()
+def apply(chunk, one, other, at, impulse, total):
+    """Give the nodes of two sides these impulses [N s], shape (n, 3), on the first side, and add them up."""
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         for d in range(3):
@@ -157,14 +148,12 @@ def _apply_chunk(chunk, one, other, at, impulse, total):
             total[e, d] += impulse[e, d]
 
 
-@kernel()
-def apply(chunks, one, other, at, impulse, total):
-    """Give the nodes of two sides these impulses [N s], shape (n, 3), on the first side, and add them up."""
-    parallel_for(_apply_chunk, chunks, one, other, at, impulse, total)
+@parallel_loop()
+def stop_straining(chunk, friction, one, other, at, allowed, total):
+    """Change the velocities that strain the points of two sides by the impulses that stop their approach; these add up.
 
-
-@kernel(inner=True)
-def _stop_straining_chunk(chunk, friction, one, other, at, allowed, total):
+    allowed: as for `resolve`.
+    """
     first, second = one.nodes.strain_velocity, other.nodes.strain_velocity
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
@@ -177,34 +166,20 @@ def _stop_straining_chunk(chunk, friction, one, other, at, allowed, total):
             total[e, d] += impulse[d]
 
 
-@kernel()
-def stop_straining(chunks, friction, one, other, at, allowed, total):
-    """Change the velocities that strain the points of two sides by the impulses that stop their approach; these add up.
-
-    allowed: as for `resolve`.
-    """
-    parallel_for(_stop_straining_chunk, chunks, friction, one, other, at, allowed, total)
-
-
 @pointwise
 def _velocity_at_start(nodes, mobility, e, I, d):
     return nodes.momentum[I, d] / nodes.mass[I] if mobility[e, d] > 0.0 else nodes.velocity[I, d]
 
 
-@kernel(inner=True)
-def _parting_chunk(chunk, one, other, at, least, allowed):
+@parallel_loop()
+def measure_parting(chunk, one, other, at, least, allowed):
+    """The speed at which two sides part along the normal as the step begins, and at least `least` [m/s], shape (n,).
+
+    Where they have no mobility, nodes have one velocity.
+    """
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I, parting = at.node[e], 0.0
         for d in range(3):
             v = _velocity_at_start(one.nodes, at.mobility[0], e, I, d)
             parting += (_velocity_at_start(other.nodes, at.mobility[1], e, I, d) - v) * at.normal[e, d]
         allowed[e] = max(least[e], parting)
-
-
-@kernel()
-def measure_parting(chunks, one, other, at, least, allowed):
-    """The speed at which two sides part along the normal as the step begins, and at least `least` [m/s], shape (n,).
-
-    Where they have no mobility, nodes have one velocity.
-    """
-    parallel_for(_parting_chunk, chunks, one, other, at, least, allowed)

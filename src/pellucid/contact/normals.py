@@ -14,12 +14,9 @@ from pellucid.grid.nodal_fields import MAX, STEP, SUM, NodalField
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.bundle import Bundle
 from pellucid.jit.elementary import cube_root
-from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.loops import parallel_loop_by_colour
 from pellucid.jit.vector import load, row, splat, store
-from pellucid.ranks.domain import OfListed
 
 SMOOTH = 0.7
 """Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
@@ -68,11 +65,16 @@ def reach_of_point(radius, volume):
     return 0.5 * (edge if exponent == 1.0 / 3.0 else (side if exponent == 0.5 else size))
 
 
-@kernel(inner=True)
-def _sum_moments_slab(s, mapped, where, areas, moments, beside):
+@parallel_loop_by_colour(gives="moments")
+def sum_moments(s, mapped, where, areas, moments, beside):
+    """Sums about each numbered node: vector areas, or where `areas` has no rows volume gradients; places and volumes.
+
+    moments: an `OfListed` of shape (n COLUMNS,). The points that reach such nodes are listed in `beside` from the slab's first
+    one on, and after them -1.
+    """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
-    slot, near = where.slot, where.near
+    slot, near, values = where.slot, where.near, moments.values
     x = points.position
     vector = areas.vector
     surface = len(vector) > 0
@@ -99,24 +101,10 @@ def _sum_moments_slab(s, mapped, where, areas, moments, beside):
                         share = (
                             splat(w) if surface else row(gx[a] * wy[b] * wz[c], wx[a] * gy[b] * wz[c], wx[a] * wy[b] * gz[c], w)
                         )
-                        store(moments, at, load(moments, at) + share * shared)
-                        store(moments, at + CENTRE, load(moments, at + CENTRE) + w * centre)
+                        store(values, at, load(values, at) + share * shared)
+                        store(values, at + CENTRE, load(values, at + CENTRE) + w * centre)
     if listed < slabs.first[s + 1]:
         beside[listed] = -1
-
-
-@kernel()
-def _sum_moments(n, mapped, where, areas, moments, beside):
-    parallel_by_colour(_sum_moments_slab, n, mapped.slabs.across, mapped, where, areas, moments, beside)
-
-
-def sum_moments(n: int, mapped: Bundle, where: Bundle, areas: Areas, moments: OfListed, beside: np.ndarray) -> None:
-    """Sums about each numbered node: vector areas, or where `areas` has no rows volume gradients; places and volumes.
-
-    moments: values, shape (n COLUMNS,). The points that reach such nodes are listed in `beside` from the slab's first one on,
-    and after them -1.
-    """
-    joint_region.give_at_once(lambda: _sum_moments(n, mapped, where, areas, moments.values, beside), [moments])
 
 
 @kernel()
@@ -135,8 +123,10 @@ def orient(one, other, normal):
             normal[e, d] *= scale
 
 
-@kernel(inner=True)
-def _foremost_slab(s, mapped, where, beside, along, radius, foremost):
+@parallel_loop_by_colour(gives="foremost")
+def foremost_along(s, mapped, where, beside, along, radius, foremost):
+    """How far the points beside the numbered nodes reach along sign times the normals [m], each with its own extent; an
+    `OfListed` of shape (n,)."""
     functions, lattice, slot = mapped.functions, mapped.lattice, where.slot
     normal, sign = along.normal, along.sign
     points, slabs = mapped.points, mapped.slabs
@@ -154,26 +144,7 @@ def _foremost_slab(s, mapped, where, beside, along, radius, foremost):
                     e = slot[node_at(about, lattice, a, b, c)]
                     if e >= 0 and wx[a] * wy[b] * wz[c] > 0.0:
                         place = x[p, 0] * normal[e, 0] + x[p, 1] * normal[e, 1] + x[p, 2] * normal[e, 2]
-                        foremost[e] = max(foremost[e], sign * place + r)
-
-
-@kernel()
-def _foremost_along(n, mapped, where, beside, along, radius, foremost):
-    parallel_by_colour(_foremost_slab, n, mapped.slabs.across, mapped, where, beside, along, radius, foremost)
-
-
-def foremost_along(
-    n: int,
-    mapped: Bundle,
-    where: Bundle,
-    beside: np.ndarray,
-    along: Along,
-    radius: tuple[float, float, float],
-    foremost: OfListed,
-) -> None:
-    """How far the points beside the numbered nodes reach along sign times the normals [m], each with its own extent; (n,)."""
-    how = n, mapped, where, beside, along, radius
-    joint_region.give_at_once(lambda: _foremost_along(*how, foremost.values), [foremost])
+                        foremost.values[e] = max(foremost.values[e], sign * place + r)
 
 
 @kernel()

@@ -22,7 +22,7 @@ from numpy import uintp
 from pellucid.contact.contact_surface import FULL, NONE
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.local import zeros
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 CHUNK = 256  # points that a thread takes at a time
 CORNER = 0.5  # cosine between the normals of two sides, below which they meet at a corner
@@ -176,8 +176,12 @@ def _sum_moments(about, p, s):
     return closest, outside
 
 
-@kernel(inner=True)
-def _find_chunk(chunk, about, found):
+@parallel_loop()
+def find_beside(chunk, about, found):
+    """What lies beside the points of one surface, into `found`, shape (m, COLUMNS), where they count.
+
+    about: a `Neighbourhood`.
+    """
     other, meeting, s = about.other, about.meeting, zeros(17)
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(about.one.place))):
         found[p, SHARE] = 0.0
@@ -239,15 +243,6 @@ def _find_slope(p, s, n, e, alone, dimension, found):
     for d in range(3):
         found[p, SLOPE + d] = a * t[d] + b * u[d]
     found[p, LEVEL] = 1.0 - a * et - b * eu
-
-
-@kernel()
-def find_beside(chunks, about, found):
-    """What lies beside the points of one surface, into `found`, shape (m, COLUMNS), where they count.
-
-    about: a `Neighbourhood`.
-    """
-    parallel_for(_find_chunk, chunks, about, found)
 
 
 @pointwise

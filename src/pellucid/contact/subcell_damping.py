@@ -17,8 +17,7 @@ from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import parallel_by_colour, parallel_for
+from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 
 CHUNK = 1024  # nodes of the grid that a thread takes at a time
 
@@ -47,8 +46,10 @@ def _against_mean(v, contact, mean, I):
     return v[0] * contact[I, 0] + v[1] * contact[I, 1] + v[2] * contact[I, 2] - mean[I]
 
 
-@kernel(inner=True)
-def _mean_chunk(chunk, reached, contact, momentum, mass, mean, fluctuation):
+@parallel_loop()
+def _find_means(chunk, mapped, reached, motion):
+    contact, momentum, mass = mapped.nodes.velocity_increment, mapped.nodes.momentum, mapped.nodes.mass
+    mean, fluctuation = motion.mean, motion.fluctuation
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(reached))):
         I = reached[e]
         c0, c1, c2 = contact[I, 0], contact[I, 1], contact[I, 2]
@@ -57,8 +58,8 @@ def _mean_chunk(chunk, reached, contact, momentum, mass, mean, fluctuation):
             mean[I] = (momentum[I, 0] * c0 + momentum[I, 1] * c1 + momentum[I, 2] * c2) / mass[I]
 
 
-@kernel(inner=True)
-def _part_chunk(chunk, reached, contact, mass, fluctuation):
+@parallel_loop()
+def _find_parts(chunk, reached, contact, mass, fluctuation):
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(reached))):
         I = reached[e]
         if fluctuation[I] > 0.0:
@@ -66,8 +67,8 @@ def _part_chunk(chunk, reached, contact, mass, fluctuation):
             fluctuation[I] = part_taken(fluctuation[I] / (mass[I] * square), sqrt(square)) / square
 
 
-@kernel(inner=True)
-def _measure_slab(s, mapped, mean, fluctuation):
+@parallel_loop_by_colour(gives="motion.fluctuation")
+def _measure(s, mapped, motion):
     functions, lattice, contact, index = mapped.functions, mapped.lattice, mapped.nodes.velocity_increment, mapped.index
     points, slabs = mapped.points, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -79,12 +80,12 @@ def _measure_slab(s, mapped, mean, fluctuation):
             for b in range(len(wy)):
                 for c in range(len(wz)):
                     I = node_at(about, lattice, a, b, c)
-                    along = _against_mean(v, contact, mean, I)  # 0 where contact does not press: cheaper than a branch
-                    fluctuation[I] += wx[a] * wy[b] * wz[c] * m * along * along
+                    along = _against_mean(v, contact, motion.mean, I)  # 0 where contact does not press: cheaper than a branch
+                    motion.fluctuation[I] += wx[a] * wy[b] * wz[c] * m * along * along
 
 
-@kernel(inner=True)
-def _loss_slab(s, mapped, mean, taken, loss):
+@parallel_loop()
+def _find_losses(s, mapped, mean, taken, loss):
     functions, lattice, contact, index = mapped.functions, mapped.lattice, mapped.nodes.velocity_increment, mapped.index
     points, slabs, velocity = mapped.points, mapped.slabs, mapped.points.velocity
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -104,24 +105,6 @@ def _loss_slab(s, mapped, mean, taken, loss):
         loss[p, 0], loss[p, 1], loss[p, 2] = lx, ly, lz
 
 
-@kernel()
-def _find_means(chunks, mapped, reached, motion):
-    contact, momentum, mass = mapped.nodes.velocity_increment, mapped.nodes.momentum, mapped.nodes.mass
-    parallel_for(_mean_chunk, chunks, reached, contact, momentum, mass, motion.mean, motion.fluctuation)
-
-
-@kernel()
-def _measure(n, mapped, motion):
-    parallel_by_colour(_measure_slab, n, mapped.slabs.across, mapped, motion.mean, motion.fluctuation)
-
-
-@kernel()
-def _find_losses(chunks, n, mapped, reached, motion, loss):
-    nodes, mean, fluctuation = mapped.nodes, motion.mean, motion.fluctuation
-    parallel_for(_part_chunk, chunks, reached, nodes.velocity_increment, nodes.mass, fluctuation)
-    parallel_for(_loss_slab, n, mapped, mean, fluctuation, loss)
-
-
 def damp_subcell_velocities(n: int, mapped: Bundle, reached: np.ndarray, motion: Bundle, loss: np.ndarray) -> None:
     """The velocities against the mean that contact takes from the nodes of n slabs [m/s], into loss, shape (n, 3).
 
@@ -130,7 +113,8 @@ def damp_subcell_velocities(n: int, mapped: Bundle, reached: np.ndarray, motion:
     stays as it was, and as Σ_I N_I = 1, kinetic energy does not grow (Jensen). reached: the nodes of the grid that those of the
     membrane reach, shape (m,); motion: a bundle of `SubcellMotion`.
     """
-    chunks = (len(reached) + CHUNK - 1) // CHUNK
+    chunks, nodes = (len(reached) + CHUNK - 1) // CHUNK, mapped.nodes
     _find_means(chunks, mapped, reached, motion)
-    joint_region.give_at_once(lambda: _measure(n, mapped, motion), [motion.fluctuation])
-    _find_losses(chunks, n, mapped, reached, motion, loss)
+    _measure(n, mapped, motion)
+    _find_parts(chunks, reached, nodes.velocity_increment, nodes.mass, motion.fluctuation)
+    _find_losses(n, mapped, motion.mean, motion.fluctuation, loss)

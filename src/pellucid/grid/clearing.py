@@ -10,9 +10,8 @@ import numpy as np
 from pellucid.grid.chunks import ALL, ChunkedNodes, by_row, chunked
 from pellucid.grid.listed import listed
 from pellucid.grid.nodal_fields import ROW, Cleared, fields_of, views_of
-from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import splat, store
 from pellucid.ranks.domain import domain
 
@@ -24,8 +23,9 @@ class ClearedRows(NamedTuple):
     bits: tuple[np.ndarray, ...]
 
 
-@kernel(inner=True)
-def _clear_chunk(chunk, cleared, width, chunks):
+@parallel_loop()
+def _clear(chunk, cleared, width, chunks):
+    """Set the first numbers, as many as `width` says, of the rows of nodes to zero, in n chunks; cleared: a bundle."""
     zero = splat(0.0)
     for k in range(len(cleared.rows)):
         array, of_bits = cleared.rows[k], cleared.bits[k]
@@ -39,12 +39,6 @@ def _clear_chunk(chunk, cleared, width, chunks):
             else:
                 for d in range(width):
                     array[at + d] = 0.0
-
-
-@kernel()
-def _clear(n, cleared, width, chunks):
-    """Set the first numbers, as many as `width` says, of the rows of nodes to zero, in n chunks; cleared: a bundle."""
-    parallel_for(_clear_chunk, n, cleared, width, chunks)
 
 
 class Clearing:

@@ -31,8 +31,8 @@ from pellucid.grid.nodal_fields import STEP, allocate
 from pellucid.grid.points import GAINED, GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import parallel_by_colour, parallel_for
+from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
+from pellucid.jit.parallel import parallel_by_colour
 from pellucid.ranks.domain import domain
 
 LAYERS = 6  # of cells in a chunk: the forces of a cell and of holes beside it reach three nodes beyond it
@@ -55,8 +55,9 @@ def _pressure(stress, p):
     return -(stress[p, 0] + stress[p, 1] + stress[p, 2]) / 3.0
 
 
-@kernel(inner=True)
-def _sum_slab(s, mapped, sums):
+@parallel_loop_by_colour(gives="sums")
+def sum_cells(s, mapped, sums):
+    """Add volumes and pressures times volumes of the points of n slabs to those of their cells, as `FullCells` has them."""
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -65,18 +66,10 @@ def _sum_slab(s, mapped, sums):
         sums[cell, PRESSURES] += V * _pressure(points.stress, p)
 
 
-@kernel()
-def _sum_cells(n, mapped, sums):
-    parallel_by_colour(_sum_slab, n, mapped.slabs.across, mapped, sums)
-
-
-def sum_cells(n: int, mapped: Bundle, sums: np.ndarray) -> None:
-    """Add volumes and pressures times volumes of the points of n slabs to those of their cells, as `FullCells` has them."""
-    joint_region.give_at_once(lambda: _sum_cells(n, mapped, sums), [sums])
-
-
-@kernel(inner=True)
-def _take_shift_slab(s, mapped, found, energy, dt):
+@parallel_loop()
+def apply_volume_correction(s, mapped, found, energy, dt):
+    """Take the work of each point's pressure on what its volume lacks of growth over the step dt [s] from its specific energy
+    [J/kg], shape (points,); found: as `FullCells` has it. GAINED of the sums: what they gained [J]."""
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     gained = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -86,13 +79,6 @@ def _take_shift_slab(s, mapped, found, energy, dt):
         energy[p] += more / points.mass[p]
         gained += more
     slabs.sums[s, GAINED] = gained
-
-
-@kernel()
-def apply_volume_correction(n, mapped, found, energy, dt):
-    """Take the work of each point's pressure on what its volume lacks of growth over the step dt [s] from its specific energy
-    [J/kg], shape (points,); found: as `FullCells` has it. GAINED of the sums: what they gained [J]."""
-    parallel_for(_take_shift_slab, n, mapped, found, energy, dt)
 
 
 @pointwise
@@ -259,18 +245,13 @@ def _push_cells(chunks, grid):
     parallel_by_colour(_push_chunk, chunks, 1, grid)
 
 
-@kernel(inner=True)
-def _grow_chunk(chunk, grid):
+@parallel_loop()
+def _grow_cells(chunk, grid):
+    """Find the growth of the full cells, once the mean velocities are known."""
     for number in range(_cells_of(chunk, grid.lattice)):
         i, j, k, cell = _cell_at(chunk, number, grid.lattice)
         if grid.cells.full[cell]:
             _grow(grid, i, j, k, cell)
-
-
-@kernel()
-def _grow_cells(chunks, grid):
-    """Find the growth of the full cells, once the mean velocities are known."""
-    parallel_for(_grow_chunk, chunks, grid)
 
 
 class Filling(Protocol):

@@ -7,6 +7,7 @@ from pellucid.grid.momentum import add_separate_forces_chunk, advance_chunk, sum
 from pellucid.grid.nodal_works import count_works_chunk, sum_strain_lag_chunk
 from pellucid.grid.projection import project_chunk
 from pellucid.jit import kernel
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.parallel import parallel_for
 
 
@@ -33,20 +34,15 @@ def count_works(n, first, chunks, awaiting, field, dt, small):
     parallel_for(count_works_chunk, n, first, chunks, awaiting, field, dt, small)
 
 
-@kernel(inner=True)
-def _project_chunk(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
-    project_chunk(chunk, field, advanced)
-    if counted:
-        sum_strain_lag_chunk(chunk, 0, chunks, awaiting, field, dt, small, sums)
-
-
-@kernel()
-def project(n, field, advanced, counted, chunks, awaiting, dt, small, sums):
+@parallel_loop()
+def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
     """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`; where `counted`, the lag of work too.
 
     advanced: whether the momentum was, of the mass that the nodes have.
     """
-    parallel_for(_project_chunk, n, field, advanced, counted, chunks, awaiting, dt, small, sums)
+    project_chunk(chunk, field, advanced)
+    if counted:
+        sum_strain_lag_chunk(chunk, 0, chunks, awaiting, field, dt, small, sums)
 
 
 @kernel()

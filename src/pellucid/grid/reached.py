@@ -26,7 +26,8 @@ from pellucid.grid.supports import Supports
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import parallel_by_colour, parallel_for
+from pellucid.jit.loops import parallel_loop
+from pellucid.jit.parallel import parallel_by_colour
 from pellucid.jit.vector import load, row, splat, store
 
 WORD = 8  # flags that are looked at together
@@ -86,8 +87,8 @@ def _list_flagged(words, flags, node):
     return n
 
 
-@kernel(inner=True)
-def _advance_chunk(chunk, node, field, dt):
+@parallel_loop()
+def _advance(chunk, node, field, dt):
     nodes, external = field.nodes, field.external
     absorbing = len(external.absorption) > 0
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
@@ -106,21 +107,11 @@ def _advance_chunk(chunk, node, field, dt):
             nodes.velocity[I, d] = constrained_velocity(nodes, field.supports, external, I, d, m, new)
 
 
-@kernel()
-def _advance(chunks, node, field, dt):
-    parallel_for(_advance_chunk, chunks, node, field, dt)
-
-
-@kernel(inner=True)
-def _project_chunk(chunk, node, field):
+@parallel_loop()
+def _project(chunk, node, field):
     nodes = field.nodes
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(node))):
         project_node(nodes, field.supports, field.external, node[e])
-
-
-@kernel()
-def _project(chunks, node, field):
-    parallel_for(_project_chunk, chunks, node, field)
 
 
 class ReachedNodes:

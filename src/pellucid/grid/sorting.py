@@ -11,7 +11,7 @@ from pellucid.errors import UsageError
 from pellucid.grid.lattice import MOST_ROWS, Grid, Lattice, row_edges
 from pellucid.grid.points import COLUMNS, Slabs
 from pellucid.jit import kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.ranks.domain import Rows, domain
 
 MOST_SLABS = 256
@@ -62,13 +62,8 @@ def _find_layers(position, function, lattice, layer):
         layer[p], _ = axis_numbers(function, offset, lattice.counts[axis])
 
 
-@kernel()
-def _reorder_rows(chunks, source, target, order):
-    parallel_for(_reorder_chunk, chunks, source, target, order)
-
-
-@kernel(inner=True)
-def _reorder_chunk(chunk, source, target, order):
+@parallel_loop()
+def _reorder_rows(chunk, source, target, order):
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(order))):
         for c in range(source.shape[1]):
             target[p, c] = source[order[p], c]

@@ -12,7 +12,8 @@ from pellucid.grid.passes.moving import displacement
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, place_of
 from pellucid.grid.stencil import gather, stencil
 from pellucid.jit import kernel, point_function
-from pellucid.jit.parallel import joint_by_colour, parallel_for
+from pellucid.jit.loops import parallel_loop
+from pellucid.jit.parallel import joint_by_colour
 
 
 class ByNodes(NamedTuple):
@@ -48,8 +49,10 @@ def _sum_slab(s, mapped):
     slabs.sums[s, SPEED] = speed
 
 
-@kernel(inner=True)
-def _add_increments_slab(s, mapped, increment, reached):
+@parallel_loop()
+def add_increments(s, mapped, increment, reached):
+    """Add velocity increments of nodes [m/s], shape (nodes, 3), to points of those of n slabs that are `reached`, shape (n,);
+    kinetic energy and momentum of these slabs."""
     if not reached[s]:
         return
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
@@ -61,13 +64,6 @@ def _add_increments_slab(s, mapped, increment, reached):
         for d in range(3):
             v[p, d] += change[d]
     _sum_slab(s, mapped)
-
-
-@kernel()
-def add_increments(n, mapped, increment, reached):
-    """Add velocity increments of nodes [m/s], shape (nodes, 3), to points of those of n slabs that are `reached`, shape (n,);
-    kinetic energy and momentum of these slabs."""
-    parallel_for(_add_increments_slab, n, mapped, increment, reached)
 
 
 @kernel()

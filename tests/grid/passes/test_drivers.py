@@ -42,4 +42,4 @@ def test_columns_of_blocks_are_the_drivers_affair():
 
 
 def test_loops_by_colour_are_few():
-    assert files_with(r"\b(joint|parallel)_by_colour\b") == BY_COLOUR
+    assert files_with(r"\b(joint|parallel|parallel_loop)_by_colour\b") == BY_COLOUR

@@ -14,7 +14,7 @@ from pellucid.approximants.nodal.lists import Lists
 from pellucid.approximants.nodal.table import PointRows
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES, load, splat, spread, store
 from pellucid.tensors import cofactor, determinant
 
@@ -51,8 +51,8 @@ def make_fits(position: np.ndarray, cells: Lists, rows: PointRows, weights: np.n
     return fits
 
 
-@kernel(inner=True, allocates=True)
-def _fits_chunk(chunk, fits):
+@parallel_loop(allocates=True)
+def _find_fits(chunk, fits):
     first, position, nq = fits.cells.first, fits.position, fits.n_points
     for cell in range(CELLS * chunk, min(CELLS * (chunk + 1), len(first) - 1)):
         nodes = fits.cells.items[first[cell] : first[cell + 1]]
@@ -78,13 +78,8 @@ def _fits_chunk(chunk, fits):
                 fits.inverse[point, k // 3, k % 3] = over * C[k]  # symmetric, as J is
 
 
-@kernel()
-def _find_fits(chunks, fits):
-    parallel_for(_fits_chunk, chunks, fits)
-
-
-@kernel(inner=True)
-def _sums_chunk(chunk, fits, sums, sizes):
+@parallel_loop()
+def _find_sums(chunk, fits, sums, sizes):
     first, nq = fits.cells.first, fits.n_points
     for a in range(NODES * chunk, min(NODES * (chunk + 1), len(sums))):
         for place in range(fits.nodes.first[a], fits.nodes.first[a + 1]):
@@ -99,11 +94,6 @@ def _sums_chunk(chunk, fits, sums, sizes):
                     sizes[a, i] += abs(part)
 
 
-@kernel()
-def _find_sums(chunks, fits, sums, sizes):
-    parallel_for(_sums_chunk, chunks, fits, sums, sizes)
-
-
 def quadrature_sums(fits: Bundle) -> tuple[np.ndarray, np.ndarray]:
     """Σ_q w_q ∇p_a(q) [m²] and Σ_q w_q |∇p_a(q)|, component by component, shape (n, 3) each."""
     sums, sizes = np.zeros_like(fits.position), np.zeros_like(fits.position)
@@ -111,8 +101,8 @@ def quadrature_sums(fits: Bundle) -> tuple[np.ndarray, np.ndarray]:
     return sums, sizes
 
 
-@kernel(inner=True, allocates=True)
-def _count_chunk(chunk, fits, count):
+@parallel_loop(allocates=True)
+def _count(chunk, fits, count):
     seen = np.full(len(count), -1, np.int32)
     for a in range(NODES * chunk, min(NODES * (chunk + 1), len(count))):
         for place in range(fits.nodes.first[a], fits.nodes.first[a + 1]):
@@ -166,8 +156,8 @@ def _add_cell(a, entry, fits, longest, s, row):
     row[a] += own
 
 
-@kernel(inner=True, allocates=True)
-def _fill_chunk(chunk, fits, longest, first, columns, entries):
+@parallel_loop(allocates=True)
+def _fill(chunk, fits, longest, first, columns, entries):
     n = len(first) - 1
     seen, row, s = np.full(n, -1, np.int32), np.zeros(n), np.empty(3 * longest + 4 * fits.n_points)
     for a in range(NODES * chunk, min(NODES * (chunk + 1), n)):
@@ -187,16 +177,6 @@ def _fill_chunk(chunk, fits, longest, first, columns, entries):
             row[columns[place]] = 0.0
 
 
-@kernel()
-def _count(chunks, fits, count):
-    parallel_for(_count_chunk, chunks, fits, count)
-
-
-@kernel()
-def _fill(chunks, fits, longest, first, columns, entries):
-    parallel_for(_fill_chunk, chunks, fits, longest, first, columns, entries)
-
-
 def system(fits: Bundle) -> sparse.csr_array:
     """A [m³], shape (n, n): symmetric, semidefinite, affine functions in its null space."""
     n, chunks = len(fits.position), -(-len(fits.position) // NODES)
@@ -208,8 +188,8 @@ def system(fits: Bundle) -> sparse.csr_array:
     return sparse.csr_array((entries, columns, first), shape=(n, n))
 
 
-@kernel(inner=True, allocates=True)
-def _correct_chunk(chunk, fits, eta):
+@parallel_loop(allocates=True)
+def _correct(chunk, fits, eta):
     first, nodes, nq = fits.cells.first, fits.cells.items, fits.n_points
     moment, slope = np.empty((3, 3)), np.empty((3, 3))
     for cell in range(CELLS * chunk, min(CELLS * (chunk + 1), len(first) - 1)):
@@ -236,11 +216,6 @@ def _correct_chunk(chunk, fits, eta):
                 for i in range(3):
                     fitted = fits.over[point] * mean[i] + slope[i, 0] * x[0] + slope[i, 1] * x[1] + slope[i, 2] * x[2]
                     fits.gradients[3 * row + i * n + k] += c * (eta[node, i] - fitted)
-
-
-@kernel()
-def _correct(chunks, fits, eta):
-    parallel_for(_correct_chunk, chunks, fits, eta)
 
 
 def apply_correction(fits: Bundle, eta: np.ndarray) -> None:

@@ -13,9 +13,8 @@ from pellucid.approximants.nodal.contract import (
     Scratch,
     shape_functions,
 )
-from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 NO_NORMALS = np.zeros((0, 3))
 CHUNK = 256  # points that one thread takes at a time
@@ -53,8 +52,8 @@ class PointRows(NamedTuple):
         return self.nodes[here], self.values[here], gradients.reshape(3, -1)
 
 
-@kernel(inner=True, allocates=True)
-def _evaluate_chunk(chunk, points):
+@parallel_loop(allocates=True)
+def _evaluate(chunk, points):
     n = points.longest
     faces = np.zeros(FACE_COLUMNS * FACE_BLOCK)
     scratch = Scratch(
@@ -71,11 +70,6 @@ def _evaluate_chunk(chunk, points):
         points.failure[k] = shape_functions(
             points.functions, cell, points.position[k], active, scratch, points.values[start:end], gradients
         )
-
-
-@kernel()
-def _evaluate(chunks, points):
-    parallel_for(_evaluate_chunk, chunks, points)
 
 
 def evaluate(

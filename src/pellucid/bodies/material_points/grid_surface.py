@@ -19,7 +19,7 @@ from pellucid.grid.lattice import Lattice
 from pellucid.grid.stencil import add_affine, gather, gather_gradient, stencil
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.ranks.domain import domain
 
 CHUNK = 256  # points that a thread takes at a time
@@ -39,8 +39,9 @@ class MovedSurface(NamedTuple):
     motion: np.ndarray  # (m, 3) velocity in the last step [m/s]
 
 
-@kernel(inner=True)
-def _follow_chunk(chunk, surface, step, dt):
+@parallel_loop()
+def _follow(chunk, surface, step, dt):
+    """Velocities and areas after a step dt [s], and offsets as their ends move for `step` [s] from where the hosts stay."""
     functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
         about = stencil(functions, lattice, surface.host, uintp(p))
@@ -55,12 +56,6 @@ def _follow_chunk(chunk, surface, step, dt):
         a[p, 0] += dt * (growth * a0 - xx * a0 - yx * a1 - zx * a2)
         a[p, 1] += dt * (growth * a1 - xy * a0 - yy * a1 - zy * a2)
         a[p, 2] += dt * (growth * a2 - xz * a0 - yz * a1 - zz * a2)
-
-
-@kernel()
-def _follow(chunks, surface, step, dt):
-    """Velocities and areas after a step dt [s], and offsets as their ends move for `step` [s] from where the hosts stay."""
-    parallel_for(_follow_chunk, chunks, surface, step, dt)
 
 
 @kernel()

@@ -11,10 +11,10 @@ from pellucid.bodies.membrane_elements.quadrilateral import BAD, COLUMNS, SIGNAL
 from pellucid.bodies.membrane_elements.triangle import strain_triangle
 from pellucid.grid.passes.blocks import add_columns, largest_of_column
 from pellucid.grid.points import OK
-from pellucid.jit import kernel, pointwise
+from pellucid.jit import pointwise
 from pellucid.jit.columns import BLOCK, WIDTH
 from pellucid.jit.local import numbers, zeros
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES, load, total
 
 CHUNK = 512
@@ -54,8 +54,9 @@ def elements_of(chunk, n_quads, n):
     return first, min(max(first, n_quads), end), end
 
 
-@kernel(inner=True)
-def _strain_chunk(chunk, surface, x, v, sums, fault, dt):
+@parallel_loop()
+def strain(chunk, surface, x, v, sums, fault, dt):
+    """Shapes, stresses and energies of the elements whose nodes moved to x with velocities v over the step."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     first_fault = at_fault = 0
     c, block_sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)
@@ -82,9 +83,3 @@ def _strain_chunk(chunk, surface, x, v, sums, fault, dt):
             at_fault = e
     sums[chunk, STRAIN], sums[chunk, HOURGLASS], sums[chunk, FREQUENCY] = strain_energy, hourglass_energy, rate
     fault[chunk, 0], fault[chunk, 1] = first_fault, at_fault
-
-
-@kernel()
-def strain(chunks, surface, x, v, sums, fault, dt):
-    """Shapes, stresses and energies of the elements whose nodes moved to x with velocities v over the step."""
-    parallel_for(_strain_chunk, chunks, surface, x, v, sums, fault, dt)

@@ -33,10 +33,10 @@ from pellucid.bodies.membrane_points.blocks import (
 from pellucid.bodies.membrane_points.point import in_frame
 from pellucid.grid.passes.blocks import add_columns, largest_of_column
 from pellucid.grid.points import HEATING, OK, POWER, RATE, STORED, place_of
-from pellucid.jit import kernel, pointwise
+from pellucid.jit import pointwise
 from pellucid.jit.columns import BLOCK, WIDTH, put, take
 from pellucid.jit.local import numbers, zeros
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.point_rows import cross, vector_at_point, with_last
 from pellucid.jit.vector import LANES, load, store, total
 from pellucid.tensors import IDENTITY, ZERO_VECTOR
@@ -44,8 +44,9 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR
 CHUNK = 1024  # triangles that a thread takes at a time
 
 
-@kernel(inner=True)
-def _find_normals_chunk(chunk, position, fans):
+@parallel_loop()
+def find_normals(chunk, position, fans):
+    """Normals and areas of the triangles of a surface; chunks: of CHUNK triangles."""
     triangles, normals = fans.triangles, fans.normals
     for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
         x = vector_at_point(position, uintp(triangles[k, 0]))
@@ -54,12 +55,6 @@ def _find_normals_chunk(chunk, position, fans):
         vector_area = cross(a, b)
         twice = sqrt(total(vector_area * vector_area))
         store(normals, 4 * k, with_last(vector_area / twice, 0.5 * twice))
-
-
-@kernel()
-def find_normals(chunks, position, fans):
-    """Normals and areas of the triangles of a surface; chunks: of CHUNK triangles."""
-    parallel_for(_find_normals_chunk, chunks, position, fans)
 
 
 @pointwise
@@ -87,8 +82,9 @@ def _keep_sums(slabs, s, sums):
     slabs.sums[s, RATE] = top
 
 
-@kernel(inner=True)
-def _strain_slab(s, surface, dt):
+@parallel_loop()
+def strain(s, surface, dt):
+    """Frames, shapes, volumes and stresses of the points whose gradients and positions are new."""
     slabs, law, lattice, thickness = surface.slabs, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:
         return
@@ -106,14 +102,15 @@ def _strain_slab(s, surface, dt):
     _keep_sums(slabs, s, sums)
 
 
-@kernel()
-def strain(n, surface, dt):
-    """Frames, shapes, volumes and stresses of the points whose gradients and positions are new."""
-    parallel_for(_strain_slab, n, surface, dt)
+@parallel_loop()
+def stretch(s, surface, number, torn, local, kinematics, dt):
+    """Frames and shapes of the points; the strains that drive damage into `local`, shape (points,), by number.
 
-
-@kernel(inner=True)
-def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
+    A point that tore by its own strain counts with what it has opened since too, which `torn`, shape (points, 3), sums up in
+    its frame: the opening of a crack is the same on any grid, its strain is not. A point that failed for its neighbours'
+    strain alone counts with its strain at failure, or failure would spread without end. `kinematics`, shape (points, 5),
+    takes along to `respond`: stretching, turn of the normal, share of area.
+    """
     slabs, index, damage, frame = surface.slabs, surface.index, surface.damage, surface.state.frame
     if slabs.first[s] == slabs.first[s + 1]:
         return
@@ -140,20 +137,9 @@ def _stretch_slab(s, surface, number, torn, local, kinematics, dt):
             local[number[p]] = strain + opening
 
 
-@kernel()
-def stretch(n, surface, number, torn, local, kinematics, dt):
-    """Frames and shapes of the points; the strains that drive damage into `local`, shape (points,), by number.
-
-    A point that tore by its own strain counts with what it has opened since too, which `torn`, shape (points, 3), sums up in
-    its frame: the opening of a crack is the same on any grid, its strain is not. A point that failed for its neighbours'
-    strain alone counts with its strain at failure, or failure would spread without end. `kinematics`, shape (points, 5),
-    takes along to `respond`: stretching, turn of the normal, share of area.
-    """
-    parallel_for(_stretch_slab, n, surface, number, torn, local, kinematics, dt)
-
-
-@kernel(inner=True)
-def _respond_slab(s, surface, number, mean, kinematics, dt):
+@parallel_loop()
+def respond(s, surface, number, mean, kinematics, dt):
+    """Volumes and stresses after `stretch`, with damage by the strains `mean`, shape (points,), by number."""
     slabs, index, law, lattice, thickness = surface.slabs, surface.index, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:
         return
@@ -172,9 +158,3 @@ def _respond_slab(s, surface, number, mean, kinematics, dt):
         keep_stresses(surface, start, n, c)
         _sum_up(c, start, n, surface, s, sums)
     _keep_sums(slabs, s, sums)
-
-
-@kernel()
-def respond(n, surface, number, mean, kinematics, dt):
-    """Volumes and stresses after `stretch`, with damage by the strains `mean`, shape (points,), by number."""
-    parallel_for(_respond_slab, n, surface, number, mean, kinematics, dt)

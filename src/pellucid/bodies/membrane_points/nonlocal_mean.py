@@ -11,9 +11,8 @@ import numpy as np
 from numpy import uintp
 from scipy.spatial import cKDTree
 
-from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 CHUNK = 256  # points that a thread takes at a time
 
@@ -28,19 +27,14 @@ class Neighbours(NamedTuple):
     mean: np.ndarray  # (n,)
 
 
-@kernel(inner=True)
-def _mean_chunk(chunk, about):
+@parallel_loop()
+def _mean(chunk, about):
     start, neighbour, weight, local, mean = about.start, about.neighbour, about.weight, about.local, about.mean
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mean))):
         total = 0.0
         for k in range(start[i], start[i + 1]):
             total += weight[k] * local[uintp(neighbour[k])]
         mean[i] = total
-
-
-@kernel()
-def _mean(chunks, about):
-    parallel_for(_mean_chunk, chunks, about)
 
 
 class NonlocalMean:

@@ -1,17 +1,13 @@
 """Forces of a pressure that follows a membrane."""
 
-import numpy as np
-
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import add_vector, stencil
-from pellucid.jit import kernel
-from pellucid.jit.bundle import Bundle
-from pellucid.jit.joint import joint_region
-from pellucid.jit.parallel import parallel_by_colour
+from pellucid.jit.loops import parallel_loop_by_colour
 
 
-@kernel(inner=True)
-def _press_slab(s, mapped, fans, load, pressure):
+@parallel_loop_by_colour(gives="load")
+def press(s, mapped, fans, load, pressure):
+    """Forces of a pressure [Pa] along the normals of a membrane's points, added to the nodes' `load` [N]."""
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
     start, corners = fans.start, fans.corners
@@ -28,13 +24,3 @@ def _press_slab(s, mapped, fans, load, pressure):
         # a third of the vector area of each triangle: over a closed surface these sum to zero exactly
         force = (pressure / 6.0 * fx, pressure / 6.0 * fy, pressure / 6.0 * fz)
         add_vector(stencil(functions, lattice, x, p), lattice, load, force)
-
-
-@kernel()
-def _press(n, mapped, fans, load, pressure):
-    parallel_by_colour(_press_slab, n, mapped.slabs.across, mapped, fans, load, pressure)
-
-
-def press(n: int, mapped: Bundle, fans: Bundle, load: np.ndarray, pressure: float) -> None:
-    """Forces of a pressure [Pa] along the normals of a membrane's points, added to the nodes' `load` [N]."""
-    joint_region.give_at_once(lambda: _press(n, mapped, fans, load, pressure), [load])

@@ -9,7 +9,7 @@ from pellucid.bodies.meshless_solid.solid import PACKS, Solid, deformation_gradi
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES
 from pellucid.materials.law import cauchy_stress, energy, volumetric_energy, volumetric_stress
 from pellucid.tensors import determinant
@@ -44,19 +44,14 @@ def _deformation(solid, point):
     )
 
 
-@kernel(inner=True)
-def _elastic_block(block, solid, stress, stored):
+@parallel_loop()
+def _elastic(block, solid, stress, stored):
     for point in range(LANES * PACKS * block, min(LANES * PACKS * (block + 1), len(stored))):
         F = _deformation(solid, point)
         s = cauchy_stress(solid.law, F)
         stored[point] = energy(solid.law, F)
         for k in range(6):
             stress[point, k] = s[k]
-
-
-@kernel()
-def _elastic(n, solid, stress, stored):
-    parallel_for(_elastic_block, n, solid, stress, stored)
 
 
 def elastic_points(solid: Solid, n: int) -> AtPoints:
@@ -66,8 +61,8 @@ def elastic_points(solid: Solid, n: int) -> AtPoints:
     return found
 
 
-@kernel(inner=True)
-def _fields_block(block, solid, of_stress, of_stored, stress, stored):
+@parallel_loop()
+def _fields(block, solid, of_stress, of_stored, stress, stored):
     corners, nq, averaged = solid.corners, solid.n_points, len(solid.block_volume) > 0
     start = solid.blocks.first[block]
     for point in range(LANES * PACKS * block, min(LANES * PACKS * (block + 1), nq * len(stored))):
@@ -83,11 +78,6 @@ def _fields_block(block, solid, of_stress, of_stored, stress, stored):
                 extra += corners.numbers[LANES * entry + lane] / w * solid.mean_stress[node]
         for k in range(6):
             stress[cell, k] += (of_stress[point, k] + (extra if k < 3 else 0.0)) / nq
-
-
-@kernel()
-def _fields(n, solid, of_stress, of_stored, stress, stored):
-    parallel_for(_fields_block, n, solid, of_stress, of_stored, stress, stored)
 
 
 def nodal_field(

@@ -12,7 +12,7 @@ import numpy as np
 from pellucid.approximants.nodal.lists import Lists
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES
 from pellucid.tensors import cofactor, determinant
 
@@ -62,8 +62,8 @@ def _take(pack, source, parts, out):
                 out[(parts * (entry - start) + part) * LANES + lane] = source.numbers[at + part * n + k]
 
 
-@kernel(inner=True)
-def _take_chunk(chunk, source, parts, out):
+@parallel_loop()
+def _fill(chunk, source, parts, out):
     first = source.packs.first
     for pack in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(first) - 1)):
         _take(pack, source, parts, out[parts * LANES * first[pack] : parts * LANES * first[pack + 1]])
@@ -105,8 +105,8 @@ def _turn(n, lane, nodes, position, g, K):
             K[(3 * i + j) * LANES + lane] = over * C[3 * j + i] - (i == j)
 
 
-@kernel(inner=True, allocates=True)
-def _gradients_chunk(chunk, source, position, longest, rounded, gradients, turns):
+@parallel_loop(allocates=True)
+def _fill_gradients(chunk, source, position, longest, rounded, gradients, turns):
     first, nodes, nq = source.packs.first, source.packs.items, source.n_points
     g = np.empty(3 * LANES * longest)
     for pack in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(first) - 1)):
@@ -119,16 +119,6 @@ def _gradients_chunk(chunk, source, position, longest, rounded, gradients, turns
             _turn(n, lane, nodes[first[pack] : first[pack + 1]], position, g, turns[9 * LANES * pack : 9 * LANES * (pack + 1)])
         for k in range(3 * LANES * n):
             gradients[3 * LANES * first[pack] + k] = g[k]
-
-
-@kernel()
-def _fill(chunks, source, parts, out):
-    parallel_for(_take_chunk, chunks, source, parts, out)
-
-
-@kernel()
-def _fill_gradients(chunks, source, position, longest, rounded, gradients, turns):
-    parallel_for(_gradients_chunk, chunks, source, position, longest, rounded, gradients, turns)
 
 
 def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray) -> np.ndarray:

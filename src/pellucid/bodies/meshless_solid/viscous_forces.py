@@ -16,7 +16,7 @@ from pellucid.bodies.meshless_solid.solid_forces import ElasticForces
 from pellucid.bodies.meshless_solid.stable_step import ITERATIONS, PowerIteration, converge
 from pellucid.jit import kernel, point_function
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES
 from pellucid.materials.law import ZERO_GRADIENT, Law, diffusivity, dissipated_energy, signal_speed, stored_energy, update
 from pellucid.materials.point_state import PointState, in_arrays, initial_arrays, load, store
@@ -80,18 +80,13 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
     return lost
 
 
-@kernel(inner=True)
-def _energies_block(block, history, stored, lost):
+@parallel_loop()
+def _energies(block, history, stored, lost):
     for p in range(LANES * PACKS * block, min(LANES * PACKS * (block + 1), len(stored))):
         state = load(history.states, p)
         density = history.density / determinant(state.deformation_gradient)
         stored[p] = history.density * stored_energy(history.law, state, density)
         lost[p] = history.density * dissipated_energy(history.law, state, density)
-
-
-@kernel()
-def _energies(n_blocks, history, stored, lost):
-    parallel_for(_energies_block, n_blocks, history, stored, lost)
 
 
 class ViscousForces(ElasticForces):

@@ -17,7 +17,7 @@ from pellucid.bodies.meshless_solid.deformation import components
 from pellucid.bodies.meshless_solid.solid import PACKS, Solid
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES, load, total
 from pellucid.materials.law import volumetric_stress
 from pellucid.tensors import cofactor
@@ -123,15 +123,10 @@ def _rates_of_pack(pack, block, solid, at, values):
             at += 1
 
 
-@kernel(inner=True)
-def _rates_of_block(block, solid, first, values):
+@parallel_loop()
+def _find_rates(block, solid, first, values):
     for pack in range(PACKS * block, min(PACKS * (block + 1), len(first) - 1)):
         _rates_of_pack(pack, block, solid, first[pack], values)
-
-
-@kernel()
-def _find_rates(n_blocks, solid, first, values):
-    parallel_for(_rates_of_block, n_blocks, solid, first, values)
 
 
 class VolumeRates:

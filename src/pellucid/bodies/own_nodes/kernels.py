@@ -16,7 +16,7 @@ from pellucid.bodies.own_nodes.walls import at_wall, friction_of_walls
 from pellucid.energy import CONTACT, DAMPING, FIRST_LOAD, FRICTION, GRAVITY, INTERNAL, MOTION, SUPPORT
 from pellucid.grid.points import KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, NOT_FINITE, OK, SPEED
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 CHUNK = 512
 FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, behind those of the motion of points
@@ -99,8 +99,12 @@ def _rubbed(forces, p, drag, dt, chunk):
     return friction_of_walls(forces, p, free, drag.gain, dt, chunk)
 
 
-@kernel(inner=True)
-def _advance_velocities_chunk(chunk, forces, drag, dt):
+@parallel_loop()
+def advance_velocities(chunk, forces, drag, dt):
+    """New velocities of the nodes: v + dt (f/m + g) + the increment by contact, damped, then the constraints.
+
+    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: the bundle of `NodeForces`; drag: a `Drag`.
+    """
     internal, loads, gravity, increment, work = forces.internal, forces.loads, forces.gravity, forces.increment, forces.work
     columns, led, rubs = FIRST_LOAD + len(loads), len(forces.lead) > 0, len(forces.friction) > 0
     behind = columns + 1 + 3 * len(forces.rows)
@@ -141,17 +145,13 @@ def _advance_velocities_chunk(chunk, forces, drag, dt):
     work[chunk, columns] = total
 
 
-@kernel()
-def advance_velocities(chunks, forces, drag, dt):
-    """New velocities of the nodes: v + dt (f/m + g) + the increment by contact, damped, then the constraints.
+@parallel_loop()
+def add_velocities(chunk, forces, change, dt):
+    """Add velocities [m/s], shape (n, 3), to those that were advanced; the work is that of contact.
 
-    Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: the bundle of `NodeForces`; drag: a `Drag`.
+    The elements are strained over the whole step along the new velocities, of which the internal forces have done no work yet:
+    half of it, with the forces at the start of the step, is taken from contact (`EnergyBudget` has the other in `staggering`).
     """
-    parallel_for(_advance_velocities_chunk, chunks, forces, drag, dt)
-
-
-@kernel(inner=True)
-def _add_velocities_chunk(chunk, forces, change, dt):
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
         for d in range(3):
             if change[p, d] != 0.0:
@@ -163,18 +163,9 @@ def _add_velocities_chunk(chunk, forces, change, dt):
                 forces.work[chunk, INTERNAL] += ahead
 
 
-@kernel()
-def add_velocities(chunks, forces, change, dt):
-    """Add velocities [m/s], shape (n, 3), to those that were advanced; the work is that of contact.
-
-    The elements are strained over the whole step along the new velocities, of which the internal forces have done no work yet:
-    half of it, with the forces at the start of the step, is taken from contact (`EnergyBudget` has the other in `staggering`).
-    """
-    parallel_for(_add_velocities_chunk, chunks, forces, change, dt)
-
-
-@kernel(inner=True)
-def _sum_chunk(chunk, velocity, mass, sums):
+@parallel_loop()
+def sum_momentum(chunk, velocity, mass, sums):
+    """Kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes into `sums`, shape (chunks, NODE_SUMS)."""
     kinetic = px = py = pz = size = fastest = 0.0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m, vx, vy, vz = mass[p], velocity[p, 0], velocity[p, 1], velocity[p, 2]
@@ -189,14 +180,9 @@ def _sum_chunk(chunk, velocity, mass, sums):
     sums[chunk, MOMENTUM_X], sums[chunk, MOMENTUM_Y], sums[chunk, MOMENTUM_Z] = px, py, pz
 
 
-@kernel()
-def sum_momentum(chunks, velocity, mass, sums):
-    """Kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes into `sums`, shape (chunks, NODE_SUMS)."""
-    parallel_for(_sum_chunk, chunks, velocity, mass, sums)
-
-
-@kernel(inner=True)
-def _advance_positions_chunk(chunk, position, velocity, dt, fault):
+@parallel_loop()
+def advance_positions(chunk, position, velocity, dt, fault):
+    """New positions of the nodes; of each chunk the first whose position is no number, into `fault`, shape (chunks, 2)."""
     code = at_fault = 0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(position))):
         total = 0.0
@@ -207,9 +193,3 @@ def _advance_positions_chunk(chunk, position, velocity, dt, fault):
             code = NOT_FINITE
             at_fault = p
     fault[chunk, 0], fault[chunk, 1] = code, at_fault
-
-
-@kernel()
-def advance_positions(chunks, position, velocity, dt, fault):
-    """New positions of the nodes; of each chunk the first whose position is no number, into `fault`, shape (chunks, 2)."""
-    parallel_for(_advance_positions_chunk, chunks, position, velocity, dt, fault)

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.jit import kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 CHUNK = 256  # nodes or elements
 
@@ -58,8 +57,8 @@ def uses(nodes: np.ndarray, n: int, d: int) -> Uses:
     return Uses(np.ascontiguousarray(nodes), d, first, np.argsort(nodes.ravel(), kind="stable"))
 
 
-@kernel(inner=True)
-def _element_chunk(chunk, form, parts):
+@parallel_loop()
+def _add_rows(chunk, form, parts):
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(parts))):
         for r in range(form.factor.shape[1]):
             factor = form.factor[e, r]
@@ -67,8 +66,8 @@ def _element_chunk(chunk, form, parts):
                 parts[e, k] += factor * form.rows[e, r, k]
 
 
-@kernel(inner=True)
-def _gather_chunk(chunk, uses, parts, result):
+@parallel_loop()
+def _gather(chunk, uses, parts, result):
     m, d = uses.nodes.shape[1], uses.d
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(result))):
         for u in range(uses.first[i], uses.first[i + 1]):
@@ -77,18 +76,8 @@ def _gather_chunk(chunk, uses, parts, result):
                 result[i, c] += parts[e, d * a + c]
 
 
-@kernel()
-def _add_rows(chunks, form, parts):
-    parallel_for(_element_chunk, chunks, form, parts)
-
-
-@kernel()
-def _gather(chunks, uses, parts, result):
-    parallel_for(_gather_chunk, chunks, uses, parts, result)
-
-
-@kernel(inner=True)
-def _rate_chunk(chunk, uses, form, v, rates):
+@parallel_loop()
+def _find_rates(chunk, uses, form, v, rates):
     nodes, d = uses.nodes, uses.d
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
         for r in range(form.rows.shape[1]):
@@ -97,11 +86,6 @@ def _rate_chunk(chunk, uses, form, v, rates):
                 for c in range(d):
                     rate += form.rows[e, r, d * a + c] * v[nodes[e, a], c]
             rates[e, r] = rate
-
-
-@kernel()
-def _find_rates(chunks, uses, form, v, rates):
-    parallel_for(_rate_chunk, chunks, uses, form, v, rates)
 
 
 class NodalSums:

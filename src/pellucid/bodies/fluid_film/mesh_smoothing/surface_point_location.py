@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.geometry.meshes.rings import Rings
 from pellucid.geometry.meshes.triangulation import vertex_normals
 from pellucid.jit import kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 CHUNK = 256  # nodes
 APPROACHES = 3  # as distances along a surface are not those of its parameters
@@ -37,8 +37,8 @@ def _triple(a, b, c):
     return x * c[0] + y * c[1] + z * c[2]
 
 
-@kernel(inner=True, allocates=True)
-def _locate_chunk(chunk, mesh, places, normal, aim, triangle, share):
+@parallel_loop(allocates=True)
+def _locate(chunk, mesh, places, normal, aim, triangle, share):
     """The triangle about each node that lies along its aim, seen along the normal, and the shares of its corners there."""
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
         half, best, a, b = mesh.out[i], -np.inf, 0.0, 0.0
@@ -58,8 +58,3 @@ def _locate_chunk(chunk, mesh, places, normal, aim, triangle, share):
         c = found % 3
         triangle[i] = found // 3
         share[i, c], share[i, (c + 1) % 3], share[i, (c + 2) % 3] = 1.0 - a - b, a, b
-
-
-@kernel()
-def _locate(chunks, mesh, places, normal, aim, triangle, share):
-    parallel_for(_locate_chunk, chunks, mesh, places, normal, aim, triangle, share)

@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 from pellucid.bodies.fluid_film.forms.nodal_sums import CHUNK, ElementRows, NodalSums, SharedRows
 from pellucid.jit import kernel
 from pellucid.jit.local import zeros
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES, load, splat, spread, store
 
 BLOCK = 3 * LANES  # numbers of a row that are added up side by side: those of four nodes
@@ -27,8 +27,8 @@ class Pattern(NamedTuple):
     place: np.ndarray  # (e, m, m) of the block of two nodes of an element in its row
 
 
-@kernel(inner=True)
-def _place_chunk(chunk, uses, pattern):
+@parallel_loop()
+def _find_places(chunk, uses, pattern):
     nodes, first, column = uses.nodes, pattern.first, pattern.column
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
         for a in range(nodes.shape[1]):
@@ -42,11 +42,6 @@ def _place_chunk(chunk, uses, pattern):
                     else:
                         high = middle
                 pattern.place[e, a, b] = low - first[i]
-
-
-@kernel()
-def _find_places(chunks, uses, pattern):
-    parallel_for(_place_chunk, chunks, uses, pattern)
 
 
 @kernel(inner=True)
@@ -83,8 +78,8 @@ def _node_rows(at, a, R, M, rows, factor, first, shares, part):
         store(part, 2 * M + k + 2 * LANES, z2)
 
 
-@kernel(inner=True)
-def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, shared, values):
+@parallel_loop()
+def _add_squares(chunk, uses, pattern, rows, factor, R, M, shared, values):
     m = uses.nodes.shape[1]
     shares, part = zeros(3 * R), zeros(3 * M)
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(pattern.first) - 1)):
@@ -106,11 +101,6 @@ def _matrix_chunk(chunk, uses, pattern, rows, factor, R, M, shared, values):
                     values[at + 2] += part[of + 2]
                     values[at + c] += square
                     at += width
-
-
-@kernel()
-def _add_squares(chunks, uses, pattern, rows, factor, R, M, shared, values):
-    parallel_for(_matrix_chunk, chunks, uses, pattern, rows, factor, R, M, shared, values)
 
 
 def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:

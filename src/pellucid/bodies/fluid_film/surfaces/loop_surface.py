@@ -14,7 +14,7 @@ from pellucid.bodies.fluid_film.surfaces.triangle_operators import SurfaceTables
 from pellucid.bodies.fluid_film.surfaces.triangle_surface import THREE, TriangleRule, TriangleSurface
 from pellucid.geometry.meshes.rings import Rings
 from pellucid.jit import kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 CHUNK = 128  # places
 
@@ -117,8 +117,8 @@ def _evaluate_one(corner, ring, count, share, factors, powers, out):
     patch.evaluate(corner, ring, count, share, factors, powers, out)
 
 
-@kernel(inner=True, allocates=True)
-def _evaluate_chunk(chunk, x, mesh, triangle, share, factors, powers, result):
+@parallel_loop(allocates=True)
+def _evaluate(chunk, x, mesh, triangle, share, factors, powers, result):
     ring, corner = np.zeros((3, max(mesh.ring.shape[1], patch.REGULAR), 3)), np.zeros((3, 3))
     count, out = np.zeros(3, np.int64), np.zeros((patch.COUNT, 3))
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangle))):
@@ -129,8 +129,3 @@ def _evaluate_chunk(chunk, x, mesh, triangle, share, factors, powers, result):
                 ring[c, k] = x[mesh.ring[3 * triangle[p] + c, k]]
         patch.evaluate(corner, ring, count, share[p].copy(), factors, powers, out)
         result[p] = out[patch.VALUE]
-
-
-@kernel()
-def _evaluate(chunks, x, mesh, triangle, share, factors, powers, result):
-    parallel_for(_evaluate_chunk, chunks, x, mesh, triangle, share, factors, powers, result)

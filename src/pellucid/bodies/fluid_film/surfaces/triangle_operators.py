@@ -14,7 +14,7 @@ import numpy as np
 
 from pellucid.bodies.fluid_film.surfaces.operators import Operators
 from pellucid.jit import kernel
-from pellucid.jit.parallel import parallel_for
+from pellucid.jit.loops import parallel_loop
 
 CHUNK = 256  # triangles
 
@@ -55,8 +55,8 @@ def _sum(functions, x, nodes):
     return a, b, c
 
 
-@kernel(inner=True)
-def _fill_chunk(chunk, x, nodes, tables, filled):
+@parallel_loop()
+def _fill(chunk, x, nodes, tables, filled):
     q, m = tables.value.shape[1], nodes.shape[1]
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
         kind, mine = tables.kind[e], nodes[e]
@@ -102,11 +102,6 @@ def _fill_chunk(chunk, x, nodes, tables, filled):
                     filled.bending[e, p, k, i] = -n[i] * laplacian - e1[i] * along1 - e2[i] * along2
 
 
-@kernel()
-def _fill(chunks, x, nodes, tables, filled):
-    parallel_for(_fill_chunk, chunks, x, nodes, tables, filled)
-
-
 def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> Operators:
     """Operators for nodes at x [m], shape (n, 3), with the nodes of each triangle, shape (e, m)."""
     e, m = nodes.shape
@@ -127,19 +122,14 @@ def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -
     )
 
 
-@kernel(inner=True)
-def _area_chunk(chunk, x, nodes, tables, areas):
+@parallel_loop()
+def _find_areas(chunk, x, nodes, tables, areas):
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(nodes))):
         for p in range(tables.value.shape[1]):
             first = tables.first[tables.kind[e], p]
             a, b = _sum(first[0], x, nodes[e]), _sum(first[1], x, nodes[e])
             cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
             areas[e, p] = np.sqrt(_dot(cross, cross)) * tables.weight[p]
-
-
-@kernel()
-def _find_areas(chunks, x, nodes, tables, areas):
-    parallel_for(_area_chunk, chunks, x, nodes, tables, areas)
 
 
 def surface_areas(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> np.ndarray:
