@@ -5,12 +5,11 @@ from collections.abc import Callable, Iterator
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
-from pellucid.model import Vector, name_parameter, parameter
+from pellucid.model import Vector, check, name_parameter, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Part, Parts
@@ -143,8 +142,8 @@ class Probe(Part):
         None,
     )
 
-    @model_validator(mode="after")
-    def _is_complete(self) -> "Probe":
+    @check
+    def _is_complete(self) -> None:
         if (self.reduce in ("nearest", "point")) != (self.at is not None):
             raise ValueError('`at = [x, y, z]` belongs to `reduce = "nearest"` or "point": give both or neither')
         if (self.quantity in REACTIONS) != (self.condition is not None):
@@ -157,7 +156,6 @@ class Probe(Part):
             raise ValueError(
                 "`carried` needs a `component`, x, y or z; the change is the same with and without it: leave it out"
             )
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body, field, component or condition that is not there."""

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import ClassVar
 
-from pydantic import model_validator
-
 from pellucid.conditions.led_turns import Rotations, turn_problems
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.along_axes import AlongAxes
@@ -13,7 +11,7 @@ from pellucid.conditions.support import Axis
 from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where, faults
-from pellucid.model import name_parameter, parameter
+from pellucid.model import check, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
@@ -50,8 +48,8 @@ class Motion(Condition):
     )
     rotation: Rotations = parameter("", "rotation of a rigid body about its centre of mass", Rotations())
 
-    @model_validator(mode="after")
-    def _prescribes_each_axis_once(self) -> "Motion":
+    @check
+    def _prescribes_each_axis_once(self) -> None:
         moved = [axis for axis in WAYS if getattr(self.displacement, axis) is not None]
         if both := sorted(set(moved) & set(self.hold)):
             raise ValueError(f"{both[0]} stands in both `hold` and `displacement`: leave it out of one")
@@ -65,7 +63,6 @@ class Motion(Condition):
                 'this motion prescribes no direction: give `hold = ["x", ...]` or a `displacement`, for example '
                 '{ y = { kind = "sine", amplitude = 1e-5, period = 1e-4 } }'
             )
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or cannot follow a prescribed motion."""

@@ -4,14 +4,13 @@ from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
@@ -26,11 +25,10 @@ class RigidForce(ChangesInTime, RigidLoad):
     force: Vector = parameter("N", "force at the centre of mass", NONE)
     torque: Vector = parameter("N*m", "torque", NONE)
 
-    @model_validator(mode="after")
-    def _is_something(self) -> "RigidForce":
+    @check
+    def _is_something(self) -> None:
         if not any((*self.force, *self.torque)):
             raise Refusal("this load is nothing", "give a `force`, a `torque`, or both")
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not rigid, directions in which nothing moves."""

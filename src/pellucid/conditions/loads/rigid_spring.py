@@ -5,7 +5,6 @@ from math import sqrt
 from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.conditions.led_turns import Rotations
 from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
@@ -16,7 +15,7 @@ from pellucid.conditions.signals.checked import checked_displacement, displaceme
 from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
@@ -43,14 +42,13 @@ class RigidSpring(RigidLoad):
     anchor: AnchorPath = parameter("", "displacement of the anchor as a function of time", AnchorPath())
     anchor_rotation: Rotations = parameter("", "rotation of the anchor as a function of time", Rotations())
 
-    @model_validator(mode="after")
-    def _draws(self) -> "RigidSpring":
+    @check
+    def _draws(self) -> None:
         for key in ("stiffness", "turning_stiffness", "damping", "turning_damping"):
             if min(getattr(self, key)) < 0.0:
                 raise Refusal(f"{key} has {min(getattr(self, key)):g}, and cannot be negative", "use 0 or more")
         if not any((*self.stiffness, *self.turning_stiffness, *self.damping, *self.turning_damping)):
             raise Refusal("this spring is nothing", "give a `stiffness`, a `turning_stiffness`, or a damping")
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not rigid, directions in which nothing moves, anchors that fail at the start."""

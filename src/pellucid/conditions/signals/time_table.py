@@ -4,12 +4,10 @@ import csv
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from math import isfinite
-from typing import Self
 
 import numpy as np
-from pydantic import model_validator
 
-from pellucid.model import Model
+from pellucid.model import Model, check
 from pellucid.system.input_files import file_bytes
 
 
@@ -85,10 +83,9 @@ class OverTime(Model):
     def rows(self) -> np.ndarray:
         """Time [s] and the quantity, shape (rows, 2). Raises ValueError naming the file's line."""
 
-    @model_validator(mode="after")
-    def _read_it(self) -> Self:
+    @check
+    def _read_it(self) -> None:
         self.rows()
-        return self
 
     def function(self) -> Callable[[float], float]:
         """The quantity as a function of time [s]."""

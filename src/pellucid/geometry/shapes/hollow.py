@@ -3,11 +3,11 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
 from pellucid.geometry.shapes.solids import Cylinder, Sphere
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 
 AtLeastOne = Annotated[int, Field(ge=1)]
 AtLeastThree = Annotated[int, Field(ge=3)]
@@ -20,14 +20,13 @@ class Hollow(Geometry):
     outer_radius: float = parameter("m", "outer radius", gt=0)
     inner_radius: float = parameter("m", "inner radius, below the outer one", gt=0)
 
-    @model_validator(mode="after")
-    def _has_a_wall(self) -> "Hollow":
+    @check
+    def _has_a_wall(self) -> None:
         if self.inner_radius >= self.outer_radius:
             raise ValueError(
                 f"inner_radius = {self.inner_radius:g} m leaves no wall inside outer_radius = {self.outer_radius:g} m; "
                 f"make it smaller"
             )
-        return self
 
     def centre(self) -> np.ndarray:
         """The centre [m], shape (3,)."""

@@ -4,12 +4,12 @@ from math import prod
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 
 Counts = tuple[int, int, int]
 AtLeastOne = Annotated[int, Field(ge=1)]
@@ -27,13 +27,12 @@ class BoxMesh(Tetrahedral):
         "", "width of the last cube over that of the first, along x, y, z; in between it grows by a constant factor", EVEN
     )
 
-    @model_validator(mode="after")
-    def _has_volume(self) -> "BoxMesh":
+    @check
+    def _has_volume(self) -> None:
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             if high <= low:
                 text = f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m"
                 raise Refusal(text, "exchange the two, or move one of them")
-        return self
 
     def expected_points(self) -> float:
         """See `Tetrahedral`."""

@@ -3,12 +3,12 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pellucid.geometry.meshes.surface_mesh import NO_TRIANGLES, Mesh, Meshed, grid_quads
 from pellucid.geometry.meshes.triangulation import two_across
 from pellucid.geometry.surfaces.disc import rings_of_a_disc
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 
 AtLeastTwo = Annotated[int, Field(ge=2)]
 
@@ -23,11 +23,10 @@ class CylinderSurface(Meshed):
     along: AtLeastTwo = parameter("", "points along the axis, both rims included")
     open: tuple[Literal["start", "end"], ...] = parameter("", "ends without a lid", ())
 
-    @model_validator(mode="after")
-    def _has_a_length(self) -> "CylinderSurface":
+    @check
+    def _has_a_length(self) -> None:
         if self.start == self.end:
             raise ValueError("start and end are the same point; move one of them")
-        return self
 
     @property
     def closed(self) -> bool:

@@ -3,12 +3,11 @@
 from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.coincident import coincident
 from pellucid.geometry.surfaces.surface import Surface
-from pellucid.model import Model, Vector, parameter
+from pellucid.model import Model, Vector, check, parameter
 
 FEWEST = 8
 Place2 = tuple[float, float]
@@ -67,10 +66,9 @@ class Curve(Model):
         "m", "x and y of its nodes, counterclockwise; the last is joined to the first", min_length=FEWEST
     )
 
-    @model_validator(mode="after")
-    def _is_a_curve(self) -> "Curve":
+    @check
+    def _is_a_curve(self) -> None:
         _check(np.array(self.points), closed=True)
-        return self
 
     def places(self) -> np.ndarray:
         """Nodes in x and y, shape (n, 2)."""
@@ -84,8 +82,8 @@ class Meridian(Model):
         "m", "r and z of its nodes, from the lower pole to the upper; the first and the last lie on the axis", min_length=FEWEST
     )
 
-    @model_validator(mode="after")
-    def _is_a_meridian(self) -> "Meridian":
+    @check
+    def _is_a_meridian(self) -> None:
         places = np.array(self.points)
         if places[0, 0] != 0.0 or places[-1, 0] != 0.0:
             raise ValueError(
@@ -96,7 +94,6 @@ class Meridian(Model):
             number = 1 + int(np.flatnonzero(places[1:-1, 0] <= 0.0)[0])
             raise ValueError(f"point {number} lies at r = {places[number, 0]:g} m: between its ends r must be above 0")
         _check(places, closed=False)
-        return self
 
     def places(self) -> np.ndarray:
         """Nodes in r and z, shape (n, 2)."""

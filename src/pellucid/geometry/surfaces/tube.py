@@ -3,11 +3,11 @@
 from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
 from pellucid.geometry.meshes.triangulation import two_across
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 
 AtLeastTwo = Annotated[int, Field(ge=2)]
 AtLeastThree = Annotated[int, Field(ge=3)]
@@ -23,11 +23,10 @@ class Tube(Meshed):
 
     closed: ClassVar[bool] = False
 
-    @model_validator(mode="after")
-    def _has_a_length(self) -> "Tube":
+    @check
+    def _has_a_length(self) -> None:
         if self.start == self.end:
             raise ValueError("start and end are the same point; move one of them")
-        return self
 
     def expected_points(self) -> float:
         """See `Meshed`."""
