@@ -6,12 +6,12 @@ from typing import Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
+from pellucid.conditions.loads.rigid_load import RigidLoad, rigid_of, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.model import Vector, check, parameter
-from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
 
@@ -37,17 +37,6 @@ class RigidForce(ChangesInTime, RigidLoad):
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its force and torque."""
-        return ActiveRigidForce(self, assembly)
-
-
-class ActiveRigidForce(ActiveCondition):
-    """A force and a torque on a rigid body that is built."""
-
-    def __init__(self, load: RigidForce, assembly: Assembly) -> None:
-        self._on, self._load = OnRigidBody(load, assembly), load
-        self._column = assembly.layout.column(Channel(load.channel))
-
-    def begin(self, time: float, dt: float) -> None:
-        """Its share over the step."""
-        share = self._load.share(time)
-        self._on.rigid.add_load(Push(share * np.array([*self._load.force, *self._load.torque]), self._column))
+        body, column = assembly.bodies[self.body].body, assembly.layout.column(Channel(self.channel))
+        push = np.array([*self.force, *self.torque])
+        return AtEachStep(lambda time: rigid_of(body).add_load(Push(self.share(time) * push, column)))

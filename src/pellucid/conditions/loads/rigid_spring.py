@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from pellucid.conditions.led_turns import Rotations
-from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
+from pellucid.conditions.loads.rigid_load import RigidLoad, rigid_of, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.along_axes import AlongAxes
@@ -96,7 +96,7 @@ class ActiveRigidSpring(ActiveCondition):
     """Springs on a rigid body that is built."""
 
     def __init__(self, load: RigidSpring, assembly: Assembly) -> None:
-        self._on = OnRigidBody(load, assembly)
+        self._body = assembly.bodies[load.body].body
         self._stiffness = np.array([*load.stiffness, *load.turning_stiffness])
         self._damping = np.array([*load.damping, *load.turning_damping])
         self._anchors = load.anchors()
@@ -105,7 +105,7 @@ class ActiveRigidSpring(ActiveCondition):
 
     def begin(self, time: float, dt: float) -> None:
         """What it does over the step, by where the body is as that begins."""
-        rigid = self._on.rigid
+        rigid = rigid_of(self._body)
         moved, rates = rigid.moved(), rigid.rates()
         start = np.array([anchor(time) for anchor in self._anchors])
         carried = np.zeros(6)

@@ -14,7 +14,7 @@ from pellucid.gallery.exact_curves import compared, energy_metric, vanishing
 from pellucid.references.indentation import Layer, at_contact, force
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 Array = np.ndarray
 
@@ -108,12 +108,10 @@ def _curve(run: Run, exact: Pressed) -> Figure:
     pairs = [at_contact(exact.layer, exact.radius, float(contact)) for contact in np.linspace(1e-3, 1.0, 60) * widest]
     levels, forces = np.array([(0.0, 0.0), *pairs]).T
     known = np.interp(depth, levels, forces)
-    figure = new_figure(7.0, 3.6)
-    axes = figure.subplots()
+    figure, axes = new_panels(width=7.0, height=3.6)
     axes.plot(1e3 * time, 1e3 * known, color="black", linewidth=1, label="layer, exact")
     axes.plot(1e3 * time, 1e3 * _force(run), "--", color=COLOURS[1], label="contact on the grid")
-    label(axes, "time", "force on the ball", "ms", "mN")
-    axes.legend()
+    label(axes, "time", "force on the ball", "ms", "mN", legend=True)
     return figure
 
 
@@ -121,8 +119,7 @@ def _face(run: Run, exact: Pressed) -> Figure:
     begun, now = _tissue(run)
     end = float(run.history["time"][-1])
     beside = begun[:, 1] < 1e-9
-    figure = new_figure(7.0, 4.0)
-    axes = figure.subplots()
+    figure, axes = new_panels(width=7.0, height=4.0)
     axes.plot(1e3 * now[beside, 0], 1e3 * now[beside, 2], ".", markersize=4, color=COLOURS[0], label="tissue")
     angle = np.linspace(0.0, 0.25 * np.pi, 200)
     x, z = exact.radius * np.sin(angle), exact.middle(run, end) - exact.radius * np.cos(angle)

@@ -7,7 +7,7 @@ from pellucid.references.annotations import Array
 from pellucid.references.blast import MEASURE, Blast
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 DISPLACED = 2.0  # cells: a front is caught within some cells, an error of first order
 ENERGY = 1e-12  # of its scale: rounding
@@ -110,8 +110,7 @@ def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
 def figures(run: Run) -> dict[str, Figure]:
     """Radius and energies against time, and density over the radius."""
     blast = Blast.of(run.case)
-    figure = new_figure(10.0, 3.6)
-    fronts_axes, profile, energies = figure.subplots(1, 3)
+    figure, (fronts_axes, profile, energies) = new_panels(1, 3, width=10.0, height=3.6)
     times, found = fronts(run, blast)
     line = np.linspace(0.0, times[-1], 200)
     fronts_axes.plot(line, blast.radius(line), color="black", linewidth=1, label="exact")
@@ -121,8 +120,7 @@ def figures(run: Run) -> dict[str, Figure]:
         fronts_axes.plot(line[off > 0.0], off[off > 0.0], color="grey", linestyle=":", linewidth=1, label=name)
     ahead = float(found[-1] / blast.radius(times[-1:])[0] - 1.0)
     fronts_axes.set_title(f"at the end {100.0 * abs(ahead):.1f} % {'ahead' if ahead > 0.0 else 'behind'}")
-    label(fronts_axes, "time", "radius of the shock", "s", "m")
-    fronts_axes.legend()
+    label(fronts_axes, "time", "radius of the shock", "s", "m", legend=True)
     edges = rings(run)
     radii = np.linspace(edges[0], edges[-1], 2000)[1:]
     profile.plot(radii, blast.at(radii, times[-1])["density"], color="black", linewidth=1, label="exact")
@@ -134,6 +132,5 @@ def figures(run: Run) -> dict[str, Figure]:
     for values, text in ((kinetic, "kinetic"), (internal, "internal"), (kinetic + internal, "together")):
         energies.plot(run.history["time"], values, label=text)
     energies.set_ylim(0.0, None)
-    label(energies, "time", "energy", "s", "J")
-    energies.legend()
+    label(energies, "time", "energy", "s", "J", legend=True)
     return {"blast": figure}

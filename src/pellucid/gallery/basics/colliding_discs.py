@@ -6,7 +6,7 @@ from pellucid.gallery.exact_curves import energy_metric, vanishing, worst_balanc
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import label, new_figure
+from pellucid.results.pictures.style import label, new_figure, new_panels
 
 # Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
 CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
@@ -100,13 +100,11 @@ def figures(run: Run) -> dict[str, Figure]:
 
     times, lower, upper = _mean_velocities(run)
     direction = lower[0] / np.linalg.norm(lower[0])
-    speeds = new_figure(7.0, 4.0)
-    axes = speeds.subplots()
+    speeds, axes = new_panels(width=7.0, height=4.0)
     axes.plot(times, lower @ direction, label="lower disc")
     axes.plot(times, upper @ direction, label="upper disc")
     if _as_published(run):
         for value in (-RESTITUTION, RESTITUTION):
             axes.axhline(value * float(np.linalg.norm(lower[0])), color="black", linewidth=0.8, linestyle=":")
-    label(axes, "time", "mean velocity along the line of centres", "s", "m/s")
-    axes.legend()
+    label(axes, "time", "mean velocity along the line of centres", "s", "m/s", legend=True)
     return {"discs": discs, "velocities": speeds}

@@ -8,7 +8,7 @@ from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"bounce": "Velocity of the centre of mass, and the force on the floor."}
 
@@ -96,14 +96,12 @@ def figures(run: Run) -> dict[str, Figure]:
     """Velocity of the centre of mass, and the force on the floor."""
     exact, history = Impact.of(run), run.history
     time = np.asarray(history["time"], dtype=float)
-    figure = new_figure(10.0, 3.6)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=10.0, height=3.6)
     left.plot(time, exact.velocity(time), color="black", linewidth=1, label="exact")
     left.plot(time, history["velocity_z"], "--", color=COLOURS[1], label="nodes")
-    label(left, "time", "velocity of the centre of mass", "s", "m/s")
+    label(left, "time", "velocity of the centre of mass", "s", "m/s", legend=True)
     inside = (time > exact.touch) & (time <= exact.touch + exact.duration)
     right.plot(time, np.where(inside, exact.force, 0.0), color="black", linewidth=1)
     right.plot(time, history["force"], color=COLOURS[1], linewidth=0.8)
     label(right, "time", "force on the floor", "s", "N")
-    left.legend()
     return {"bounce": figure}

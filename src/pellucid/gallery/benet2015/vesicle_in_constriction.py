@@ -10,7 +10,7 @@ from pellucid.geometry.region import Region
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
 
 NAME = "vesicle"
 NEAREST, TOUCH = 1.5, 0.5  # cells: quadratic functions reach so far; walls are nodes, and known to half a cell
@@ -119,8 +119,7 @@ def _shape(run: Run) -> Figure:
     times, shapes = run.times(NAME), shapes_of(run, NAME)
     middle = [run.fields(NAME, float(time))["position"][:, 0].mean() for time in times]
     areas = np.array([enclosed_area(run, NAME, float(time)) for time in times])
-    figure = new_figure(height=3.0)
-    left, centre, right = figure.subplots(1, 3)
+    figure, (left, centre, right) = new_panels(1, 3, height=3.0)
     left.plot(times, middle, color=COLOURS[0])
     label(left, "time", "mean x of its nodes", "s", "m")
     centre.plot(times, [shape.deformation for shape in shapes], color=COLOURS[0])

@@ -2,15 +2,13 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import finish_panel, kept, shapes_of
+from pellucid.gallery.benet2015.films import finish_panel, kept, motion_of_curves, shapes_of
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.finite_elements import read
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
 
 NAME = "vesicle"
 CLOSE, CELLS = 0.03, 4.0  # error at so many cells a radius, at first order
@@ -54,16 +52,14 @@ def figures(run: Run) -> dict[str, Figure]:
 
 def _shape(run: Run) -> Figure:
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
-    figure = new_figure(height=3.4)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, height=3.4)
     found = [shape.deformation for shape in shapes], [shape.inclination for shape in shapes]
     panels = zip((left, right), found, ("deformation", "angle"), strict=True)
     for axes, values, key in panels:
         axes.plot(times, values, "o-", color=COLOURS[0], markersize=3, label="film on the grid")
         axes.plot(reference["time"], reference[key], "--", color=COLOURS[1], label="boundary integrals")
-    label(left, "time", "deformation", "s", "")
+    label(left, "time", "deformation", "s", "", legend=True)
     label(right, "time", "inclination", "s", "degree")
-    left.legend()
     return figure
 
 
@@ -81,6 +77,4 @@ def _film(run: Run) -> Figure:
     return figure
 
 
-def films(run: Run) -> dict[str, Animation]:
-    """The film as it turns."""
-    return {"motion": film_of_curves(run)}
+films = motion_of_curves

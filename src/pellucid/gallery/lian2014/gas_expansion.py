@@ -62,8 +62,7 @@ def figures(run: Run) -> dict[str, Figure]:
     for name, angle, colour in (("radius_0", 0, COLOURS[0]), ("radius_90", 90, COLOURS[1])):
         axes.plot(times, run.history[name], color=colour, label=f"{angle}°")
     axes.axhline(circle(run), color="black", linestyle=":", linewidth=1)
-    label(axes, "time", "radius", "s", "m")
-    axes.legend()
+    label(axes, "time", "radius", "s", "m", legend=True)
     below = energy.subplots()
     below.plot(times, 100.0 * loss(run), color=COLOURS[2])
     label(below, "time", "loss of energy", "s", "%")

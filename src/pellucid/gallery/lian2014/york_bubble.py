@@ -10,7 +10,7 @@ from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, new_panels, panels
 
 CLOSE = 0.25
 """Cells within which contact closes a gap."""
@@ -84,8 +84,7 @@ def _half_width(run: Run, time: float) -> float:
 
 
 def _curves(run: Run) -> Figure:
-    figure = new_figure(height=6.5)
-    shape, motion, energy = figure.subplots(3, 1, sharex=True)
+    figure, (shape, motion, energy) = new_panels(3, 1, sharex=True, height=6.5, title=run.case.title)
     for axes, title in zip((shape, motion, energy), ("shape", "motion", "energy"), strict=True):
         axes.set_title(title)
     history = run.history
@@ -104,7 +103,6 @@ def _curves(run: Run) -> Figure:
     shape.legend(loc="upper right", ncols=3)
     motion.legend(loc="lower right")
     energy.legend(loc="center left")
-    figure.suptitle(run.case.title)
     return figure
 
 

@@ -8,7 +8,7 @@ from pellucid.results.pictures.bodies_in_plane import INSTANTS
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import limits
-from pellucid.results.pictures.style import label, new_figure, panels, with_unit
+from pellucid.results.pictures.style import label, new_figure, new_panels, panels, with_unit
 from pellucid.state import FIELDS
 
 if TYPE_CHECKING:
@@ -111,8 +111,7 @@ def film_of_curves(run: "Run") -> Animation:
     stage = Stage(run, times)
 
     def draw(time: float) -> "Figure":
-        figure = new_figure(6.0, min(7.0, 1.0 + 4.6 * stage.ratio))
-        axes = figure.subplots()
+        figure, axes = new_panels(width=6.0, height=min(7.0, 1.0 + 4.6 * stage.ratio))
         stage.bar(figure, stage.draw(axes, time), [axes])
         return figure
 
