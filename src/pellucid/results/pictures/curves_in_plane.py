@@ -1,36 +1,26 @@
 """Pictures of bodies that are curves: films in the plane, or meridians of surfaces of revolution with their mirror image."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.bodies_in_plane import INSTANTS
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import limits
-from pellucid.results.pictures.style import label, new_figure, new_panels, panels, with_unit
+from pellucid.results.pictures.style import SEQUENTIAL, colour_bar, label, new_figure, new_panels, panels, with_unit
 from pellucid.state import FIELDS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
-    from matplotlib.collections import LineCollection
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 PICTURES = 60  # of a film
 ARROWS = 40  # on a film, at most
 LONGEST = 0.12  # of the picture's width, of an arrow
 
 
-def are_curves(run: "Run") -> bool:
+def are_curves(run: Run) -> bool:
     """Whether every body of a run is a curve."""
     return all(_is_curve(run, body.name) for body in run.stored.bodies)
 
 
-def _is_curve(run: "Run", name: str) -> bool:
+def _is_curve(run: Run, name: str) -> bool:
     cells = run.cells(name)
     return bool(len(cells.lines)) and not len(cells.triangles) and "areal_density" in run.fields(name, 0.0)
 
@@ -38,7 +28,7 @@ def _is_curve(run: "Run", name: str) -> bool:
 class Stage:
     """Films drawn at one instant after the other, to the same scales of place and density."""
 
-    def __init__(self, run: "Run", times: np.ndarray) -> None:
+    def __init__(self, run: Run, times: np.ndarray) -> None:
         self._run, self._names = run, [body.name for body in run.stored.bodies if _is_curve(run, body.name)]
         states = [[run.fields(name, float(time)) for name in self._names] for time in times]
         self._lines = [run.cells(name).lines for name in self._names]
@@ -54,8 +44,8 @@ class Stage:
         """Height over width."""
         return float((self._high - self._low)[1] / (self._high - self._low)[0])
 
-    def draw(self, axes: "Axes", time: float) -> "LineCollection":
-        """The films at an instant [s], coloured by their density, with arrows of the velocity; what a colour bar needs."""
+    def draw(self, axes: Axes, time: float) -> None:
+        """The films at an instant [s], coloured by their density, with arrows of the velocity."""
         from matplotlib.collections import LineCollection
 
         low, high, margin = self._low, self._high, self._margin
@@ -81,16 +71,13 @@ class Stage:
         axes.set_title(f"t = {time:.4g} s\nfastest {fastest:.3g} m/s")
         around = self._planes[0] == [0, 2]
         label(axes, "r" if around else "x", "z" if around else "y", "m", "m")
-        return drawn
 
-    def bar(self, figure: "Figure", drawn: "LineCollection", panels: "Iterable[Axes]") -> None:
+    def bar(self, figure: Figure) -> None:
         """The colours of the density beside the panels."""
-        bar = figure.colorbar(drawn, ax=list(panels), shrink=0.9, pad=0.01, aspect=25, extend=self.colours.extend)
-        bar.set_label(with_unit("density in the surface", FIELDS["areal_density"].unit))
-        bar.outline.set_visible(False)  # type: ignore[operator]
+        colour_bar(figure, with_unit("density in the surface", FIELDS["areal_density"].unit), self.colours, SEQUENTIAL, 0.9)
 
 
-def curves_in_plane(run: "Run") -> "Figure":
+def curves_in_plane(run: Run) -> Figure:
     """All films at some instants, coloured by their density, with arrows of the velocity."""
     times = run.times(run.stored.bodies[0].name)
     chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
@@ -99,20 +86,21 @@ def curves_in_plane(run: "Run") -> "Figure":
     figure = new_figure(height=min(6.5, 0.9 + down * stage.ratio * 8.0 * down / len(chosen) * 0.9), layout="compressed")
     shown = panels(figure, len(chosen), -(-len(chosen) // down), sharex=True, sharey=True)
     for axes, time in zip(shown, chosen, strict=True):
-        drawn = stage.draw(axes, float(time))
+        stage.draw(axes, float(time))
         axes.label_outer()
-    stage.bar(figure, drawn, shown)
+    stage.bar(figure)
     return figure
 
 
-def film_of_curves(run: "Run") -> Animation:
+def film_of_curves(run: Run) -> Animation:
     """The same, moving."""
     times = evenly(run.times(run.stored.bodies[0].name), PICTURES)
     stage = Stage(run, times)
 
-    def draw(time: float) -> "Figure":
+    def draw(time: float) -> Figure:
         figure, axes = new_panels(width=6.0, height=min(7.0, 1.0 + 4.6 * stage.ratio))
-        stage.bar(figure, stage.draw(axes, time), [axes])
+        stage.draw(axes, time)
+        stage.bar(figure)
         return figure
 
     return Animation(draw, [float(time) for time in times])

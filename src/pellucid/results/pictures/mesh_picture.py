@@ -16,7 +16,7 @@ from pellucid.results.pictures.rendering.axes import coloured, corner_words, sca
 from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import SEQUENTIAL, house_style, new_figure
+from pellucid.results.pictures.style import SEQUENTIAL, colour_bar, house_style, new_figure
 
 FRONT, BELOW = View(-50.0, 22.0), View(130.0, -22.0)
 MOST_PIXELS = 1000  # of a view, along and across
@@ -34,9 +34,6 @@ def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> 
     Elements are coloured by their shape; in red are sides that have one element only, in orange elements of a surface that are
     seen from the side that their normals turn away from.
     """
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
     is_solid = isinstance(mesh, SimplexMesh)
     views = [_whole(mesh), _opened(mesh)] if isinstance(mesh, SimplexMesh) else [_surface(mesh)] * 2
     words = ("from the front", "cut open") if is_solid else ("from the front and above", "from behind and below")
@@ -51,9 +48,7 @@ def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> 
             show(axes, render(drawn, camera), camera)
             scale_bar(axes, camera)
             corner_words(axes, "", word)
-        bar = figure.colorbar(ScalarMappable(Normalize(0.0, 1.0), SEQUENTIAL), ax=figure.axes, shrink=0.7, pad=0.01, aspect=25)
-        bar.set_label("shape (1 regular, 0 flat)")
-        bar.outline.set_visible(False)
+        colour_bar(figure, "shape (1 regular, 0 flat)", (0.0, 1.0, "neither"), SEQUENTIAL)
         marks = [] if is_solid else ["orange: from the inner side"]
         figure.suptitle(" · ".join([title, *["red: sides of one element"] * bool(len(views[0].rim)), *marks]))
     return figure

@@ -11,6 +11,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 LINES = ("-", "--", "-.", ":")
 SEQUENTIAL, DIVERGING = "viridis", "coolwarm"
 """Palettes of values of one sign, and of both, whose grey middle stands out from white paper."""
+Extend = Literal["neither", "both", "min", "max"]
 DPI = 144
 WIDTH = 9.5  # of a figure in the report [inch]
 
@@ -77,6 +78,20 @@ def panels(figure: Figure, number: int, across: int, **shared: Any) -> list[Axes
     for unused in every[number:]:
         unused.remove()
     return list(every[:number])
+
+
+def colour_bar(
+    figure: Figure, word: str, limits: tuple[float, float, Extend], palette: str, shrink: float = 0.7, aspect: float = 25
+) -> None:
+    """What the colours mean, beside all axes of a figure; limits: values at their ends, and at which values go on beyond."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    low, high, extend = limits
+    scale = ScalarMappable(Normalize(low, high), palette)
+    bar = figure.colorbar(scale, ax=figure.axes, shrink=shrink, pad=0.01, aspect=aspect, extend=extend)
+    bar.set_label(word)
+    bar.outline.set_visible(False)
 
 
 def finish_panel(axes: Axes, title: str, x: str, y: str, unit: str) -> None:
