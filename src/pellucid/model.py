@@ -10,6 +10,9 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInf
 from pellucid.errors import CONTROL
 from pellucid.units import check_si
 
+AtLeastOne = Annotated[int, Field(ge=1)]
+AtLeastTwo = Annotated[int, Field(ge=2)]
+AtLeastThree = Annotated[int, Field(ge=3)]
 Vector = Annotated[tuple[float, float, float], Field(description="three components x, y, z")]
 
 

@@ -1,16 +1,12 @@
 """Hollow balls and hollow cylinders."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
 from pellucid.geometry.shapes.solids import Cylinder, Sphere
-from pellucid.model import Vector, check, parameter
-
-AtLeastOne = Annotated[int, Field(ge=1)]
-AtLeastThree = Annotated[int, Field(ge=3)]
+from pellucid.model import AtLeastOne, AtLeastThree, Vector, check, parameter
 
 
 class Hollow(Geometry):

@@ -27,10 +27,6 @@ class Box(Geometry):
         lower, upper = self.bounds()
         return float(np.prod((upper - lower)[np.array(active)]))
 
-    def centre(self) -> np.ndarray:
-        lower, upper = self.bounds()
-        return 0.5 * (lower + upper)
-
 
 class Sphere(Geometry):
     """A ball; a disc where one axis is thin, a segment where two are."""

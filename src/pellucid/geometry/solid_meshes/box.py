@@ -1,7 +1,7 @@
 """Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
 
 from math import prod
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -9,10 +9,9 @@ from pydantic import Field
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
-from pellucid.model import Vector, check, parameter
+from pellucid.model import AtLeastOne, Vector, check, parameter
 
 Counts = tuple[int, int, int]
-AtLeastOne = Annotated[int, Field(ge=1)]
 Ratio = Annotated[float, Field(ge=1e-3, le=1e3)]
 EVEN = (1.0, 1.0, 1.0)
 
@@ -38,10 +37,7 @@ class BoxMesh(Tetrahedral):
         """See `Tetrahedral`."""
         return 2.0 * prod(map(float, self.cells))
 
-    @property
-    def is_pattern(self) -> bool:
-        """See `Tetrahedral`."""
-        return True
+    is_pattern: ClassVar[bool] = True
 
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra."""

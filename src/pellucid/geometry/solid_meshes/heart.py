@@ -58,7 +58,9 @@ class HeartMesh(Tetrahedral):
         n = np.ceil((upper - lower) / self.size).astype(int) + 1
         start = 0.5 * (lower + upper - self.size * n)
         start[2] = BASE - self.size * n[2]
-        mesh = stuffed(lambda points: _heart(points) >= 0.0, start, (int(n[0]), int(n[1]), int(n[2])), self.size)
+        mesh = stuffed(
+            lambda points: _boundaries(points).min(axis=0) >= 0.0, start, (int(n[0]), int(n[1]), int(n[2])), self.size
+        )
         return SimplexMesh(mesh.nodes, mesh.cells, self._sets(mesh))
 
     def _sets(self, mesh: SimplexMesh) -> dict[str, np.ndarray]:
@@ -86,15 +88,10 @@ def _from_patch(places: np.ndarray) -> np.ndarray:
 
 def _boundaries(points: np.ndarray) -> np.ndarray:
     """Heights inside the outer surface, and outside the left and the right cavity, of points [m], about in metres, shape
-    (3, n)."""
+    (3, n); all are positive in the walls."""
     left = _inside(points, LEFT + LEFT_WALL)
     outer = np.maximum(left, _inside(points - OFFSET, RIGHT + RIGHT_WALL))
     return np.stack([outer, -_inside(points, LEFT), np.maximum(-_inside(points - OFFSET, RIGHT), left)])
-
-
-def _heart(points: np.ndarray) -> np.ndarray:
-    """Positive in the walls, shape (n,)."""
-    return np.asarray(_boundaries(points).min(axis=0))
 
 
 def _inside(points: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:

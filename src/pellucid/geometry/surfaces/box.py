@@ -1,14 +1,12 @@
 """The surface of a box as a membrane."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
-from pellucid.model import Vector, check, parameter
+from pellucid.model import AtLeastTwo, Vector, check, parameter
 
-AtLeastTwo = Annotated[int, Field(ge=2)]
 Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
 FACES: tuple[Face, ...] = ("x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper")
 

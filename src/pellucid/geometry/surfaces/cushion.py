@@ -4,8 +4,7 @@ import numpy as np
 
 from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
 from pellucid.geometry.shapes.cushion import CushionDimensions, dome
-from pellucid.geometry.surfaces.rectangle import AtLeastTwo
-from pellucid.model import check, parameter
+from pellucid.model import AtLeastTwo, check, parameter
 
 
 class CushionSurface(CushionDimensions, Meshed):

@@ -24,8 +24,7 @@ class Ellipse(Model):
     def places(self) -> np.ndarray:
         """Nodes in x and y, counterclockwise, shape (n, 2)."""
         angle = np.linspace(0.0, 2.0 * np.pi, 64 * self.nodes + 1)
-        curve = np.stack([self.radius * np.cos(angle), (self.radius_y or self.radius) * np.sin(angle)], axis=1)
-        return np.array(self.centre[:2]) + _even(curve, self.nodes + 1, angle, self)[:-1]
+        return np.array(self.centre[:2]) + _even(self, self.nodes + 1, angle)[:-1]
 
     def at(self, angle: np.ndarray) -> np.ndarray:
         """Places at angles, shape (n, 2)."""
@@ -43,8 +42,7 @@ class Spheroid(Model):
     def places(self) -> np.ndarray:
         """Nodes in r and z from the lower pole up, shape (n, 2)."""
         angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 64 * self.nodes + 1)
-        curve = self.at(angle)
-        found = _even(curve, self.nodes, angle, self)
+        found = _even(self, self.nodes, angle)
         found[[0, -1], 0] = 0.0
         return np.array([0.0, self.height]) + found
 
@@ -53,9 +51,9 @@ class Spheroid(Model):
         return np.stack([self.radius * np.cos(angle), (self.radius_z or self.radius) * np.sin(angle)], axis=1)
 
 
-def _even(curve: np.ndarray, n: int, angle: np.ndarray, shape: Ellipse | Spheroid) -> np.ndarray:
-    """n places of a curve at equal distances from its first to its last one."""
-    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1)))
+def _even(shape: Ellipse | Spheroid, n: int, angle: np.ndarray) -> np.ndarray:
+    """n places of a shape at equal distances from the first to the last of many angles."""
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(shape.at(angle), axis=0), axis=1)))
     return shape.at(np.interp(np.linspace(0.0, along[-1], n), along, angle))
 
 

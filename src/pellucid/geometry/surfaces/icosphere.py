@@ -1,9 +1,9 @@
 """Spheres and ellipsoids of triangles."""
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
+from pydantic import PositiveFloat
 
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh, Meshed
 from pellucid.geometry.meshes.triangulation import directed_edges
@@ -64,14 +64,11 @@ def _cut_in_four(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     return np.concatenate([vertices, middle]), np.concatenate(cut)
 
 
-Positive = Annotated[float, Field(gt=0)]
-
-
 class EllipsoidSurface(Meshed):
     """An ellipsoid: a sphere of triangles, stretched along the axes; 10·4ᵏ + 2 points."""
 
     centre: Vector = parameter("m", "centre", (0.0, 0.0, 0.0))
-    radii: tuple[Positive, Positive, Positive] = parameter("m", "radii along x, y and z")
+    radii: tuple[PositiveFloat, PositiveFloat, PositiveFloat] = parameter("m", "radii along x, y and z")
     refinements: int = parameter("", "how often the triangles of an icosahedron are cut in four", 4, ge=0, le=8)
 
     closed: ClassVar[bool] = True
