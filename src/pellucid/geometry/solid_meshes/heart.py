@@ -58,9 +58,8 @@ class HeartMesh(Tetrahedral):
         n = np.ceil((upper - lower) / self.size).astype(int) + 1
         start = 0.5 * (lower + upper - self.size * n)
         start[2] = BASE - self.size * n[2]
-        mesh = stuffed(
-            lambda points: _boundaries(points).min(axis=0) >= 0.0, start, (int(n[0]), int(n[1]), int(n[2])), self.size
-        )
+        counts = int(n[0]), int(n[1]), int(n[2])
+        mesh = stuffed(lambda points: _boundaries(points).min(axis=0) >= 0.0, start, counts, self.size)
         return SimplexMesh(mesh.nodes, mesh.cells, self._sets(mesh))
 
     def _sets(self, mesh: SimplexMesh) -> dict[str, np.ndarray]:
