@@ -6,9 +6,9 @@ from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import label, new_panels
 
 
-def drop_curves(run: Run, heights: Mapping[str, str], struck: str) -> Figure:
+def drop_curves(run: Run, heights: Mapping[str, str], struck: str, title: str = "") -> Figure:
     """heights: columns of the history with what they are; struck: what the drop falls on."""
-    figure, (above, energy) = new_panels(1, 2, height=3.4)
+    figure, (above, energy) = new_panels(1, 2, height=3.4, title=title)
     ms, history = 1e3 * run.history["time"], run.history
     for column, what in heights.items():
         above.plot(ms, 1e3 * history[column], label=what)

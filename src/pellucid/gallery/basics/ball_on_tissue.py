@@ -70,14 +70,10 @@ def metrics(run: Run) -> dict[str, Metric]:
     beneath = (begun[:, 2] > begun[:, 2].max() * (1.0 - 1e-9)) & (np.hypot(now[:, 0], now[:, 1]) < BENEATH * exact.radius)
     gap = float(np.mean(np.linalg.norm(from_middle[beneath], axis=1)) - exact.radius)
     momentum = float(run.summary["conservation"]["momentum"])
+    off = "mean distance of the face from the ball beneath it; tolerated is what the ball rises within a cell"
     return {
         "force": compared(float(found), known, FORCE * (cell / FINE) ** 2, "N", "exact, on a linear elastic layer"),
-        "gap": vanishing(
-            gap,
-            0.5 * cell**2 * exact.radius,
-            "mean distance of the face from the ball beneath it; tolerated is what the ball rises within a cell",
-            "m",
-        ),
+        "gap": vanishing(gap, 0.5 * cell**2 * exact.radius, off, "m"),
         "energy": energy_metric(run, ENERGY),
         "momentum": vanishing(momentum, MOMENTUM, "error of the momentum relative to all impulses from outside"),
     }

@@ -31,8 +31,9 @@ def metrics(run: Run) -> dict[str, Metric]:
     blast, cell = Blast.of(run.case), run.case.grid.cell
     times, found = fronts(run, blast)
     exact = blast.radius(times)
-    errors = np.abs(found / exact - 1.0)
-    allowed = DISPLACED * cell / exact
+    radii = np.stack(
+        [found, exact, np.abs(found / exact - 1.0), DISPLACED * cell / exact], axis=1
+    )  # what a metric says of them
     later = times >= 0.5 * times[-1]
     worst = int(np.argmax(np.where(later, errors, 0.0)))
     edges = rings(run)
@@ -42,20 +43,18 @@ def metrics(run: Run) -> dict[str, Metric]:
     volumes = np.diff(edges**blast.dimensions)
     scale = np.sum(wanted * volumes)
     error, tolerance = (float(np.sum(np.abs(other - wanted) * volumes) / scale) for other in (density, displaced))
+
+    def at(frame: int, text: str) -> Metric:
+        allowed = DISPLACED * cell / exact[frame]
+        return Metric(float(found[frame]), float(exact[frame]), float(errors[frame]), float(allowed), "m", text)
+
     text = "where the pressure of rings of one cell passes half of that behind the exact shock"
+    farthest = "the same in that frame of the later half of the time in which it is farthest off"
+    rings_off = "relative L1 error of the density of rings; the exact one, displaced by two cells"
     return {
-        "radius": Metric(float(found[-1]), float(exact[-1]), float(errors[-1]), float(allowed[-1]), "m", f"{text}, at the end"),
-        "worst_radius": Metric(
-            float(found[worst]),
-            float(exact[worst]),
-            float(errors[worst]),
-            float(allowed[worst]),
-            "m",
-            "the same in that frame of the later half of the time in which it is farthest off",
-        ),
-        "density_l1": vanishing(
-            error, tolerance, "relative L1 error of the density of rings; the exact one, displaced by two cells"
-        ),
+        "radius": at(-1, f"{text}, at the end"),
+        "worst_radius": at(worst, farthest),
+        "density_l1": vanishing(error, tolerance, rings_off),
         "energy": worst_balance(run, ENERGY),
     }
 

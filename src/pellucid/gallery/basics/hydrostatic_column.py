@@ -35,15 +35,9 @@ def metrics(run: Run) -> dict[str, Metric]:
     scale = float(np.abs(column.stress(np.zeros(1))).max())
     worst = float(np.sqrt(np.mean((stress - column.stress(rest)) ** 2))) / scale
     fastest = float(np.max(run.history["fastest"]))
+    text = "of the uppermost points; the error is the largest of any point, over the largest displacement"
     return {
-        "displacement": Metric(
-            float(place[top] - rest[top]),
-            float(exact[top]),
-            apart,
-            PLACE,
-            "m",
-            "of the uppermost points; the error is the largest of any point, over the largest displacement",
-        ),
+        "displacement": Metric(float(place[top] - rest[top]), float(exact[top]), apart, PLACE, "m", text),
         "stress": vanishing(worst, STRESS, "rms error of the stress of the points, over that on the ground"),
         "fastest": vanishing(fastest, SLOW, "speed of the fastest point in any row of the history", "m/s"),
         "energy": worst_balance(run, LEDGER),

@@ -29,18 +29,12 @@ def metrics(run: Run) -> dict[str, Metric]:
     end, cells = float(times[-1]), 1.0 / run.case.grid.cell
     expected, angle = (float(np.interp(end, reference["time"], reference[key])) for key in ("deformation", "angle"))
     found, turned = shapes[-1].deformation, shapes[-1].inclination
+    off = float(np.radians(abs(turned - angle)))
+    shape = "(L - B)/(L + B) at the end; reference: boundary integrals"
+    axis = "of the longest axis at the end, reference the same; error and tolerance in radians"
     return {
-        "deformation": compared(
-            found, expected, CLOSE * CELLS / cells, "", "(L - B)/(L + B) at the end; reference: boundary integrals"
-        ),
-        "inclination": Metric(
-            turned,
-            angle,
-            float(np.radians(abs(turned - angle))),
-            TURNED * CELLS / cells,
-            "degree",
-            "of the longest axis at the end, reference the same; error and tolerance in radians",
-        ),
+        "deformation": compared(found, expected, CLOSE * CELLS / cells, "", shape),
+        "inclination": Metric(turned, angle, off, TURNED * CELLS / cells, "degree", axis),
         **kept(run, NAME),
     }
 

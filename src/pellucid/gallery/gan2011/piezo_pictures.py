@@ -139,8 +139,9 @@ def _panels(run: Run, times: np.ndarray, stage: Stage) -> Figure:
     across, down = min(2, len(times)), -(-len(times) // 2)
     rows, columns = stage.camera.shape
     width = WIDTH / (2.2 if across == 2 else 1.6)  # of a panel [inch]
-    figure = new_figure(WIDTH * min(1.0, 0.35 + 0.35 * across), down * (width * rows / columns + 0.1), layout="compressed")
-    for axes, time in zip(panels(figure, len(times), across), times, strict=True):
+    size = WIDTH * min(1.0, 0.35 + 0.35 * across), down * (width * rows / columns + 0.1)
+    figure, subplots = panels(len(times), across, *size, layout="compressed")
+    for axes, time in zip(subplots, times, strict=True):
         draw_oocyte(axes, run, float(time), stage)
     return figure
 

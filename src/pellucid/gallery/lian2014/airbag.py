@@ -10,7 +10,7 @@ from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, S
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, new_panels, panels
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_panels, panels
 
 GAS = ("charge", "air")
 CLOSE = 0.25  # cells outside the bag at which a point has leaked
@@ -155,8 +155,7 @@ def _curves(run: Run) -> Figure:
 
 def _shapes(run: Run) -> Figure:
     reached = recorded(run.times("bag"), INSTANTS)
-    figure = new_figure(height=2.05 * -(-len(reached) // 3) + 0.4)
-    subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
+    figure, subplots = panels(len(reached), 3, height=2.05 * -(-len(reached) // 3) + 0.4, sharex=True, sharey=True)
     sheet, shown = run.fields("bag", 0.0)["position"], {}
     row = np.flatnonzero(sheet[:, 1] < 1e-9)
     row = row[np.argsort(sheet[row, 0])]
@@ -176,8 +175,7 @@ def _shapes(run: Run) -> Figure:
 
 def _wrinkles(run: Run) -> Figure:
     reached = recorded(run.times("bag"), INSTANTS)[-3:]
-    figure = new_figure(height=3.4)
-    subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)
+    figure, subplots = panels(len(reached), len(reached), height=3.4, sharex=True, sharey=True)
     triangles = run.triangles("bag")
     for axes, time in zip(subplots, reached, strict=True):
         position, principal = run.fields("bag", time)["position"], _principal(run, time)

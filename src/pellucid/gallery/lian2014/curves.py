@@ -1,5 +1,6 @@
 """Two curves of a run beside finite elements of our own."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +33,12 @@ class Curve(NamedTuple):
     known: Array
     other: Array
     remark: str
+
+
+def curves_of(table: str, names: Mapping[str, str], known: str, other: str, remark: str) -> tuple[Curve, ...]:
+    """Those of a table: of columns with what they are; known, other: how the table's columns begin, beside the same names."""
+    read = finite_elements.read(table)
+    return tuple(Curve(of, what, read["time"], read[known + of], read[other + of], remark) for of, what in names.items())
 
 
 def tolerance_of(run: Run) -> float:

@@ -10,7 +10,7 @@ from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, new_panels, panels
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_panels, panels
 
 CLOSE = 0.25
 """Cells within which contact closes a gap."""
@@ -108,8 +108,7 @@ def _curves(run: Run) -> Figure:
 
 def _shapes(run: Run) -> Figure:
     reached = recorded(run.times("skin"), INSTANTS)
-    figure = new_figure(height=2.3 * -(-len(reached) // 3) + 0.3)
-    subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
+    figure, subplots = panels(len(reached), 3, height=2.3 * -(-len(reached) // 3) + 0.3, sharex=True, sharey=True)
     near = 0.3 * run.case.grid.cell
     for axes, time in zip(subplots, reached, strict=True):
         for name, size in (("water", 1.5), ("skin", 3.0)):

@@ -58,8 +58,8 @@ def panels_in_plane(run: Run, quantity: str) -> Figure:
     colours = limits(values)
     flat = _Flat(run.stored.thin, [fields["position"] for bodies in states for fields in bodies])
     down, width, height = flat.arrangement(len(chosen))
-    figure = new_figure(height=height * down + 0.75, layout="compressed")
-    drawn = panels(figure, len(chosen), -(-len(chosen) // down), sharex=True, sharey=True)
+    across, tall = -(-len(chosen) // down), height * down + 0.75
+    figure, drawn = panels(len(chosen), across, height=tall, layout="compressed", sharex=True, sharey=True)
     for axes, bodies, shown, time in zip(drawn, states, values, chosen, strict=True):
         together = np.concatenate([fields["position"] for fields in bodies])
         there = np.concatenate([_there(fields) for fields in bodies])

@@ -14,7 +14,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
-from pellucid.results.pictures.style import WIDTH, colour_bar, new_figure, panels, with_unit
+from pellucid.results.pictures.style import WIDTH, colour_bar, panels, with_unit
 
 INSTANTS = 4
 COLUMNS = 700  # pixels of a panel
@@ -58,10 +58,11 @@ def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
     down = -(-len(chosen) // across)
     rows, columns = camera.shape
     width = min((WIDTH - 1.0) / across, MOST_HEIGHT / down * columns / rows)  # of a panel [inch]
-    figure = new_figure(across * width + 1.0, down * width * rows / columns + 0.1, layout="compressed")
+    size = across * width + 1.0, down * width * rows / columns + 0.1
+    figure, subplots = panels(len(chosen), across, *size, layout="compressed")
     surfaces = {name: _surface(of_body, start[name]) for name, of_body in cells.items()}
     nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * VIEW.axes()[2]
-    for axes, time, state, values in zip(panels(figure, len(chosen), across), chosen, states, shown, strict=True):
+    for axes, time, state, values in zip(subplots, chosen, states, shown, strict=True):
         drawn: list[Drawable] = []
         for name, fields in state.items():
             colours = np.nan_to_num(coloured(values[name], limited[:2], limited.palette))

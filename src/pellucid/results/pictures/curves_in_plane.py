@@ -7,7 +7,7 @@ from pellucid.results.pictures.bodies_in_plane import INSTANTS
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import limits
-from pellucid.results.pictures.style import SEQUENTIAL, colour_bar, label, new_figure, new_panels, panels, with_unit
+from pellucid.results.pictures.style import SEQUENTIAL, colour_bar, label, new_panels, panels, with_unit
 from pellucid.state import FIELDS
 
 PICTURES = 60  # of a film
@@ -83,8 +83,8 @@ def curves_in_plane(run: Run) -> Figure:
     chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
     stage = Stage(run, chosen)
     down = 1 if stage.ratio > 0.7 else 2
-    figure = new_figure(height=min(6.5, 0.9 + down * stage.ratio * 8.0 * down / len(chosen) * 0.9), layout="compressed")
-    shown = panels(figure, len(chosen), -(-len(chosen) // down), sharex=True, sharey=True)
+    across, height = -(-len(chosen) // down), min(6.5, 0.9 + down * stage.ratio * 8.0 * down / len(chosen) * 0.9)
+    figure, shown = panels(len(chosen), across, height=height, layout="compressed", sharex=True, sharey=True)
     for axes, time in zip(shown, chosen, strict=True):
         stage.draw(axes, float(time))
         axes.label_outer()

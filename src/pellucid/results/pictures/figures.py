@@ -16,7 +16,7 @@ from pellucid.results.pictures.case_module import drawn, drawn_by_module, notice
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.stopped import MARK, where_it_stopped
-from pellucid.results.pictures.style import DPI, LINES, label, new_figure, new_panels, panels, settle
+from pellucid.results.pictures.style import DPI, LINES, label, new_panels, panels, settle
 
 Draw = Callable[[], Figure | None]
 
@@ -171,9 +171,7 @@ def probes(run: Run, beside: "Run | None" = None) -> Figure:
     """Every probe against time, with the one of the same name of another run where it has one."""
     number = len(run.stored.probes)
     across = 2 if number == 4 else min(3, number)
-    down = -(-number // across)
-    figure = new_figure(height=2.8 * down)
-    drawn = panels(figure, number, across)
+    figure, drawn = panels(number, across, height=2.8 * -(-number // across))
     for axes, probe in zip(drawn, run.stored.probes, strict=True):
         axes.plot(run.history["time"], run.history[probe], _line(run))
         if beside and beside.units.get(probe) == run.units[probe]:

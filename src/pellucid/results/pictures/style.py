@@ -11,6 +11,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 LINES = ("-", "--", "-.", ":")
 SEQUENTIAL, DIVERGING = "viridis", "coolwarm"
 """Palettes of values of one sign, and of both, whose grey middle stands out from white paper."""
+Layout = Literal["constrained", "compressed"]
 Extend = Literal["neither", "both", "min", "max"]
 DPI = 144
 WIDTH = 9.5  # of a figure in the report [inch]
@@ -50,9 +51,7 @@ def house_style() -> Iterator[None]:
         yield
 
 
-def new_figure(
-    width: float = WIDTH, height: float = 3.6, layout: Literal["constrained", "compressed"] = "constrained"
-) -> Figure:
+def new_figure(width: float = WIDTH, height: float = 3.6, layout: Layout = "constrained") -> Figure:
     """An empty figure [inch] that is drawn without a screen and known to nobody else."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -72,12 +71,15 @@ def new_panels(
     return figure, figure.subplots(rows, columns, **shared)
 
 
-def panels(figure: Figure, number: int, across: int, **shared: Any) -> list[Axes]:
-    """So many axes, at most so many in a row; shared: as of `Figure.subplots`."""
+def panels(
+    number: int, across: int, width: float = WIDTH, height: float = 3.6, layout: Layout = "constrained", **shared: Any
+) -> tuple[Figure, list[Axes]]:
+    """A new figure and so many axes, at most so many in a row; shared: as of `Figure.subplots`."""
+    figure = new_figure(width, height, layout)
     every = figure.subplots(-(-number // across), across, squeeze=False, **shared).ravel()
     for unused in every[number:]:
         unused.remove()
-    return list(every[:number])
+    return figure, list(every[:number])
 
 
 def colour_bar(
