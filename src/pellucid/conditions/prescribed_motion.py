@@ -37,6 +37,8 @@ class Motion(Condition):
     A body with `rigid = true` follows displacements of its centre of mass and rotations about it; what is left out is free.
     """
 
+    # its work, and what points lose that take its velocity at once
+    losses: ClassVar[Sequence[Channel]] = (MOTION_WORK, IMPACT_HEAT)
     unique_name: ClassVar[bool] = True
     name: str = name_parameter("name of the motion, for probes of its reaction")
     body: str = parameter("", "name of the body")
@@ -87,10 +89,6 @@ class Motion(Condition):
         for axis, turn in self.rotation.turns().items():
             if why := displacement_fault(turn, f"motion {self.name} about {axis}"):
                 yield Finding((*path[:-1], "rotation", axis), why)
-
-    def channels(self) -> Sequence[Channel]:
-        """Its work, and what points lose that take its velocity at once."""
-        return MOTION_WORK, IMPACT_HEAT
 
     @classmethod
     def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[ActiveCondition]:

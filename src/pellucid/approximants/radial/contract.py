@@ -84,3 +84,8 @@ class ShapedModel(RadialModel):
     def initial_shape(self) -> float:
         """What the user gives."""
         return self.shape
+
+    @property
+    def derivatives(self) -> int:
+        """Smooth: what is asked for at most."""
+        return 2

@@ -33,6 +33,8 @@ class RigidSpring(RigidLoad):
     Force and torque are -k (u - a) - c (u' - a'), of the displacement of the centre of mass and of the angle about each axis.
     """
 
+    losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # what its dampers take
+
     channel: ClassVar[str] = "spring_work"
     kind: Literal["rigid-spring"] = "rigid-spring"
     stiffness: Vector = parameter("N/m", "stiffness along the axes", NONE)
@@ -59,10 +61,6 @@ class RigidSpring(RigidLoad):
             key, axis = ("anchor", "anchor_rotation")[number // 3], AXES[number % 3]
             if signal is not None and (why := displacement_fault(signal, f"{key} {axis}")):
                 yield Finding((*path, key, axis), why)
-
-    def channels(self) -> Sequence[Channel]:
-        """What its dampers take."""
-        return (DAMPING_HEAT,)
 
     def signals(self) -> list[Signal | None]:
         """Of the anchor along and about the axes."""

@@ -31,9 +31,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     blast, cell = Blast.of(run.case), run.case.grid.cell
     times, found = fronts(run, blast)
     exact = blast.radius(times)
-    radii = np.stack(
-        [found, exact, np.abs(found / exact - 1.0), DISPLACED * cell / exact], axis=1
-    )  # what a metric says of them
+    errors = np.abs(found / exact - 1.0)
     later = times >= 0.5 * times[-1]
     worst = int(np.argmax(np.where(later, errors, 0.0)))
     edges = rings(run)

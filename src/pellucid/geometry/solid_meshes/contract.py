@@ -18,8 +18,8 @@ class Tetrahedral(Countable):
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra. Raises ValueError where there can be none."""
 
+    # whether its tetrahedra follow a pattern that fills the solid: then coordinates alone can be wrong
     is_pattern: ClassVar[bool] = False
-    """Whether its tetrahedra follow a pattern that fills the solid: then coordinates alone can be wrong."""
 
     @property
     def origin(self) -> str:
