@@ -92,8 +92,7 @@ def figures(run: Run) -> dict[str, Figure]:
             points = run.fields(name, float(frames[index]))
             x, y = np.asarray(points["position"])[:, :2].T
             dots = axes.scatter(x, y, c=np.asarray(points["pressure"]), s=1, cmap="coolwarm", vmin=-100.0, vmax=100.0)
-        axes.set_aspect("equal")
-        axes.set_xlim(run.case.grid.lower[0], run.case.grid.upper[0])
+        axes.set(aspect="equal", xlim=(run.case.grid.lower[0], run.case.grid.upper[0]))
         axes.set_ylim(run.case.grid.lower[1], run.case.grid.upper[1])
         axes.set_title(f"t = {frames[index]:.2f} s", fontsize=9)
     discs.colorbar(dots, ax=discs.axes, label="pressure [Pa]", shrink=0.7)

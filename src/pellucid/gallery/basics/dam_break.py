@@ -125,7 +125,6 @@ def _water(run: Run) -> Figure:
         dots = axes.scatter(x, y, c=speed, s=1, cmap="viridis", vmin=0.0, vmax=1.8)
         axes.set_aspect("equal")
         axes.set_title(f"t = {time:.3f} s", fontsize=9)
-        axes.set_xlim(run.case.grid.lower[0], run.case.grid.upper[0])
-        axes.set_ylim(run.case.grid.lower[1], 0.13)
+        axes.set(xlim=(run.case.grid.lower[0], run.case.grid.upper[0]), ylim=(run.case.grid.lower[1], 0.13))
     figure.colorbar(dots, ax=figure.axes, label="speed [m/s]", shrink=0.8)
     return figure

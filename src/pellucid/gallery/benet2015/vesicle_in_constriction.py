@@ -106,8 +106,7 @@ def _passage(run: Run) -> Figure:
         place, film = run.fields("fluid", float(time))["position"], run.fields(NAME, float(time))["position"]
         axes.plot(place[:, 0], place[:, 1], ".", color=COLOURS[4], markersize=1.5, markeredgewidth=0, label="fluid")
         axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1], label="film")
-        axes.set_xlim(-8.5, 8.5)
-        axes.set_ylim(grid.lower[1], grid.upper[1])
+        axes.set(xlim=(-8.5, 8.5), ylim=(grid.lower[1], grid.upper[1]))
         finish_panel(axes, float(time))
     handles, names = axes.get_legend_handles_labels()
     once = dict(zip(names, handles, strict=True))  # of two walls one

@@ -64,8 +64,7 @@ def _film(run: Run) -> Figure:
         place, film = run.fields("fluid", float(time))["position"], run.fields(NAME, float(time))["position"]
         axes.plot(place[:, 0], place[:, 1], ".", color="0.6", markersize=2.0, markeredgewidth=0, label="fluid")
         axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1], label="film")
-        axes.set_xlim(-1.9, 1.9)
-        axes.set_ylim(-1.9, 1.9)
+        axes.set(xlim=(-1.9, 1.9), ylim=(-1.9, 1.9))
         finish_panel(axes, float(time))
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, markerscale=4.0)
     return figure

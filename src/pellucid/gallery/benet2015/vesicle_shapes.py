@@ -49,8 +49,7 @@ def figures(run: Run) -> dict[str, Figure]:
     figure = new_figure(10.0, 6.0, layout="compressed")
     grid = figure.subplots(len(heights), across, squeeze=False, sharex=True, sharey="row", height_ratios=heights)
     for row, height in zip(grid, heights, strict=True):
-        row[0].set_xlim(-wide, wide)
-        row[0].set_ylim(-height, height)
+        row[0].set(xlim=(-wide, wide), ylim=(-height, height))
     panels = grid.ravel()
     for axes, (name, place) in zip(panels, places.items(), strict=False):
         middle = 0.5 * float(place[:, 2].max() + place[:, 2].min())

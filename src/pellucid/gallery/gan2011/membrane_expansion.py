@@ -95,10 +95,7 @@ def _lid(run: Run) -> Figure:
         x, y, z = shape.T
         rise = 1e3 * (z - start)
         axes.plot_trisurf(x, y, rise, triangles=triangles, cmap=SEQUENTIAL, antialiased=False, vmin=0.0, vmax=1e3 * highest)
-        axes.set_zlim(0.0, 1e3 * highest)
-        axes.set_xticks([0.0, 0.1, 0.2])
-        axes.set_yticks([0.0, 0.1, 0.2])
-        axes.set_title(f"t = {1e3 * time:.3g} ms")
+        axes.set(zlim=(0.0, 1e3 * highest), xticks=[0.0, 0.1, 0.2], yticks=[0.0, 0.1, 0.2], title=f"t = {1e3 * time:.3g} ms")
         axes.set_zlabel("rise [mm]")
     figure.suptitle("Rise of the lid; x, y in m")
     return figure

@@ -100,9 +100,7 @@ class _Flat:
         size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
         x, y = paper.T
         axes.scatter(x, y, c=values, s=size, linewidths=0, cmap=colours.palette, vmin=colours.low, vmax=colours.high)
-        axes.set_xlim(self.low[0], self.high[0])
-        axes.set_ylim(self.low[1], self.high[1])
-        axes.set_aspect("equal")
+        axes.set(xlim=(self.low[0], self.high[0]), ylim=(self.low[1], self.high[1]), aspect="equal")
         axes.locator_params(nbins=MOST_TICKS)  # else there are more after the layout, with longer labels that find no room
         axes.grid(False)
         label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")

@@ -64,9 +64,7 @@ class Stage:
                     arrows = turned * speed[some] * (LONGEST * float((high - low)[0]) / fastest)
                     x, y = (turned * place[some]).T
                     axes.quiver(x, y, *arrows.T, angles="xy", scale_units="xy", scale=1.0, width=0.004, color="#334", zorder=3)
-        axes.set_xlim(low[0] - margin, high[0] + margin)
-        axes.set_ylim(low[1] - margin, high[1] + margin)
-        axes.set_aspect("equal")
+        axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
         axes.grid(False)
         axes.set_title(f"t = {time:.4g} s\nfastest {fastest:.3g} m/s")
         around = self._planes[0] == [0, 2]
