@@ -40,3 +40,8 @@ class ViscoelasticMaterial(PointMaterial):
         if inside != self.density:
             text = f"elastic.density = {inside:g} kg/m^3 is not density = {self.density:g} kg/m^3"
             raise ValueError(f"{text}: leave it out in `elastic`")
+
+
+def lost_so_far(law, state, density):
+    """`dissipated_energy` of a law whose points keep what they lost."""
+    return state.dissipated_energy

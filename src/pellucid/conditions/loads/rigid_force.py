@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.loads.rigid_load import RigidLoad, rigid_of, thin_problems
+from pellucid.conditions.loads.rigid_load import NONE, RigidLoad, rigid_of, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
@@ -14,8 +14,6 @@ from pellucid.model import Vector, check, parameter
 from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
-
-NONE = (0.0, 0.0, 0.0)
 
 
 class RigidForce(ChangesInTime, RigidLoad):

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from pellucid.conditions.rigid.body import RigidBody
 
 
+NONE = (0.0, 0.0, 0.0)
+
+
 class RigidLoad(LoadModel):
     """A load on a rigid body as a whole."""
 

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from pellucid.conditions.led_turns import Rotations
-from pellucid.conditions.loads.rigid_load import RigidLoad, rigid_of, thin_problems
+from pellucid.conditions.loads.rigid_load import NONE, RigidLoad, rigid_of, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.along_axes import AlongAxes
@@ -19,8 +19,6 @@ from pellucid.model import Vector, check, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
-
-NONE = (0.0, 0.0, 0.0)
 
 
 class AnchorPath(AlongAxes):

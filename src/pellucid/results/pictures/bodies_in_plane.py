@@ -5,7 +5,7 @@ import numpy as np
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.quantities import Fields, Limits, is_film, limits, meaning, values_of
 from pellucid.results.pictures.rendering.axes import INK
-from pellucid.results.pictures.style import COLOURS, WIDTH, colour_bar, label, new_figure, panels, with_unit
+from pellucid.results.pictures.style import COLOURS, WIDTH, colour_bar, label, new_panels, panels, with_unit
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS
 
@@ -24,10 +24,9 @@ def profiles(run: Run, axis: int) -> Figure:
     names = [body.name for body in run.stored.bodies]
     bodies = {name: _thinned(run.fields(name)) for name in names}
     wanted = [field for field in PROFILES if all(field in fields for fields in bodies.values())]
-    figure = new_figure(height=5.6)
-    grid = figure.subplots(2, 2, sharex=True).flat
-    component = "xyz"[axis]
-    for axes, field in zip(grid, wanted, strict=False):
+    component, title = "xyz"[axis], f"Every point at t = {run.times(names[0])[-1]:.4g} s"
+    figure, grid = new_panels(2, 2, sharex=True, height=5.6, title=title)
+    for axes, field in zip(grid.flat, wanted, strict=False):
         for name, colour in zip(names, COLOURS * len(names), strict=False):
             fields = {key: values[_there(bodies[name])] for key, values in bodies[name].items()}
             values = scalar(fields[field], component if fields[field].ndim > 1 else None)
@@ -36,7 +35,6 @@ def profiles(run: Run, axis: int) -> Figure:
     for axes in list(figure.axes)[len(wanted) :]:
         axes.remove()
     figure.axes[0].legend(markerscale=5)
-    figure.suptitle(f"Every point at t = {run.times(names[0])[-1]:.4g} s")
     return figure
 
 

@@ -32,7 +32,8 @@ class Stage:
         self._run, self._names = run, [body.name for body in run.stored.bodies if _is_curve(run, body.name)]
         states = [[run.fields(name, float(time)) for name in self._names] for time in times]
         self._lines = [run.cells(name).lines for name in self._names]
-        self._planes = [_flat(fields["position"]) for fields in states[0]]
+        # the axes of the plane in which a curve lies: x and y, or of a meridian x, which is r, and z
+        self._planes = [[0, 1] if np.ptp(fields["position"][:, 1]) > 0.0 else [0, 2] for fields in states[0]]
         places = [_mirrored(f["position"][:, axes], axes) for s in states for f, axes in zip(s, self._planes, strict=True)]
         together = np.concatenate(places)
         self.colours = limits([fields["areal_density"] for bodies in states for fields in bodies])
@@ -102,11 +103,6 @@ def film_of_curves(run: Run) -> Animation:
         return figure
 
     return Animation(draw, [float(time) for time in times])
-
-
-def _flat(position: np.ndarray) -> list[int]:
-    """The axes of the plane in which a curve lies: x and y, or of a meridian x, which is r, and z."""
-    return [0, 1] if np.ptp(position[:, 1]) > 0.0 else [0, 2]
 
 
 def _mirrored(places: np.ndarray, axes: list[int]) -> np.ndarray:

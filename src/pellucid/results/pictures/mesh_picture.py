@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.geometry.algorithms.enclosure import spread
 from pellucid.geometry.checks.quality import tetrahedron_qualities
 from pellucid.geometry.checks.surface_holes import rims
 from pellucid.geometry.mesh_survey import surface_qualities
@@ -119,7 +120,7 @@ def _dots(vertices: np.ndarray, sides: np.ndarray, camera: Camera, colour: tuple
     """Lines between vertices as balls side by side, with a radius in pixels."""
     start, end = vertices[sides[:, 0]], vertices[sides[:, 1]]
     counts = np.maximum((np.linalg.norm(end - start, axis=1) * camera.scale / STEP).astype(int), 1) + 1
-    which = np.repeat(np.arange(len(sides)), counts)
-    share = (np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)) / (counts[which] - 1)
+    which, step = spread(counts)
+    share = step / (counts[which] - 1)
     centres = start[which] + share[:, None] * (end - start)[which]
     return Balls(centres, np.full(len(centres), radius / camera.scale), np.tile(colour, (len(centres), 1)), lit=False)
