@@ -149,11 +149,8 @@ def _films(rows: list[dict[str, Any]]) -> Table:
 def _peers(rows: list[dict[str, Any]]) -> Table:
     cells = []
     for row in rows:
-        found = ("", "not run", row["missing"]) if "missing" in row else (str(row["threads"]), _rate(row), _faster(row))
+        faster = f"{row['ratio']:.1f} times" if "ratio" in row else ""
+        found = ("", "not run", row["missing"]) if "missing" in row else (str(row["threads"]), _rate(row), faster)
         cells.append((row["peer"], row["law"], *found))
     headings = ("threads", "M point-steps/s", "pellucid is faster by")
     return _table("the same step in other programs (benchmarks/peers)", ("peer", "law"), headings, cells)
-
-
-def _faster(row: dict[str, Any]) -> str:
-    return f"{row['ratio']:.1f} times" if "ratio" in row else ""

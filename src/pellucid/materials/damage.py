@@ -59,10 +59,8 @@ class DamageCase(Model):
     @check
     def _fails_after_it_yields(self) -> None:
         if self.failure_strain <= self.elastic_limit:
-            raise ValueError(
-                f"failure_strain = {self.failure_strain:g} is not above elastic_limit = {self.elastic_limit:g}; damage lies "
-                f"between the two strains"
-            )
+            text = f"failure_strain = {self.failure_strain:g} is not above elastic_limit = {self.elastic_limit:g}"
+            raise ValueError(f"{text}; damage lies between the two strains")
 
     def law(self) -> Elastodamage:
         """The law as kernels take it."""

@@ -51,10 +51,8 @@ class RadialModel(Model):
     @check
     def _has_an_interpolant(self) -> None:
         if self.degree < self.least_degree:
-            raise ValueError(
-                f"`degree` = {self.degree} is too low: with polynomials of a degree below {self.least_degree} some stencils "
-                f"have no interpolant of this function; use {self.least_degree} or more"
-            )
+            few = f"with polynomials of a degree below {self.least_degree} some stencils have no interpolant of this function"
+            raise ValueError(f"`degree` = {self.degree} is too low: {few}; use {self.least_degree} or more")
 
     def n_polynomials(self, dimension: int) -> int:
         """How many polynomials of its degree there are in so many dimensions."""

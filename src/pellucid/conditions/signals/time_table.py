@@ -30,10 +30,8 @@ def read_rows(path: str, quantity: str) -> np.ndarray:
             raise ValueError(f"{place} has other cells than two numbers; every row has time [s], {quantity}")
         row = float(cells[0]), float(cells[1])
         if rows and row[0] <= rows[-1][0]:
-            raise ValueError(
-                f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s; put the rows in the order of "
-                f"time, each time once"
-            )
+            text = f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s"
+            raise ValueError(f"{text}; put the rows in the order of time, each time once")
         rows.append(row)
     if len(rows) < 2:
         raise ValueError(f"the table {path} has {len(rows)} rows of numbers; it needs at least two")

@@ -4,12 +4,12 @@ from typing import Literal
 
 import numpy as np
 
-from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
-from pellucid.geometry.shapes.solids import Cylinder, Sphere
+from pellucid.geometry.shapes.contract import AXES, ActiveAxes
+from pellucid.geometry.shapes.solids import Centred, Cylinder, Sphere
 from pellucid.model import AtLeastOne, AtLeastThree, Vector, check, parameter
 
 
-class Hollow(Geometry):
+class Hollow(Centred):
     """The region between an inner and an outer radius."""
 
     centre_: Vector = parameter("m", "centre; of a pipe the middle of its axis", alias="centre")
@@ -19,14 +19,8 @@ class Hollow(Geometry):
     @check
     def _has_a_wall(self) -> None:
         if self.inner_radius >= self.outer_radius:
-            raise ValueError(
-                f"inner_radius = {self.inner_radius:g} m leaves no wall inside outer_radius = {self.outer_radius:g} m; "
-                f"make it smaller"
-            )
-
-    def centre(self) -> np.ndarray:
-        """The centre [m], shape (3,)."""
-        return np.array(self.centre_)
+            text = f"inner_radius = {self.inner_radius:g} m leaves no wall inside outer_radius = {self.outer_radius:g} m"
+            raise ValueError(f"{text}; make it smaller")
 
     def _in_the_wall(self, offset: np.ndarray) -> np.ndarray:
         distance = np.einsum("ij,ij->i", offset, offset)

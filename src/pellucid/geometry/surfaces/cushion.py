@@ -22,10 +22,8 @@ class CushionSurface(CushionDimensions, Meshed):
     def _sheets_lie_apart(self) -> None:
         for axis, n in zip("xy", self.points, strict=True):
             if n == 2 and axis not in self.halved and "z" not in self.halved:
-                raise ValueError(
-                    f"2 points along {axis} all lie on the common edges, where the two sheets are one; use at least 3, or "
-                    f"halve the cushion along {axis} or z"
-                )
+                text = f"2 points along {axis} all lie on the common edges, where the two sheets are one"
+                raise ValueError(f"{text}; use at least 3, or halve the cushion along {axis} or z")
 
     @property
     def closed(self) -> bool:

@@ -114,10 +114,8 @@ def _check(places: np.ndarray, closed: bool) -> None:
     if crossing := _crossing(before, after):
         one, other = crossing
         place = ", ".join(f"{value:g}" for value in before[one])
-        raise ValueError(
-            f"the line from point {one} at ({place}) m crosses that from point {other}: a film does not pass through itself; "
-            "list the points in their order along it"
-        )
+        text = f"the line from point {one} at ({place}) m crosses that from point {other}"
+        raise ValueError(f"{text}: a film does not pass through itself; list the points in their order along it")
     if np.sum(before[:, 0] * after[:, 1] - after[:, 0] * before[:, 1]) <= 0.0:
         raise ValueError("points run clockwise, with the interior on their right: list them the other way round")
 
