@@ -128,22 +128,16 @@ def piola_transform(s: Symmetric, F: Tensor) -> Tensor:
 
 
 @pointwise
-def symmetric_product(A: Tensor, B: Tensor) -> Symmetric:
-    """A Bᵀ, where that is symmetric."""
-    return (
-        A[0] * B[0] + A[1] * B[1] + A[2] * B[2],
-        A[3] * B[3] + A[4] * B[4] + A[5] * B[5],
-        A[6] * B[6] + A[7] * B[7] + A[8] * B[8],
-        A[3] * B[6] + A[4] * B[7] + A[5] * B[8],
-        A[0] * B[6] + A[1] * B[7] + A[2] * B[8],
-        A[0] * B[3] + A[1] * B[4] + A[2] * B[5],
-    )
-
-
-@pointwise
 def left_cauchy_green(F: Tensor) -> Symmetric:
     """b = F Fᵀ."""
-    return symmetric_product(F, F)
+    return (
+        F[0] * F[0] + F[1] * F[1] + F[2] * F[2],
+        F[3] * F[3] + F[4] * F[4] + F[5] * F[5],
+        F[6] * F[6] + F[7] * F[7] + F[8] * F[8],
+        F[3] * F[6] + F[4] * F[7] + F[5] * F[8],
+        F[0] * F[6] + F[1] * F[7] + F[2] * F[8],
+        F[0] * F[3] + F[1] * F[4] + F[2] * F[5],
+    )
 
 
 @pointwise
@@ -172,7 +166,15 @@ def spin_rotation(L: Tensor, dt: float) -> Tensor:
 @pointwise
 def rotate(Q: Tensor, s: Symmetric) -> Symmetric:
     """Q s Qᵀ."""
-    return symmetric_product(multiply(Q, full(s)), Q)
+    m = multiply(Q, full(s))
+    return (
+        m[0] * Q[0] + m[1] * Q[1] + m[2] * Q[2],
+        m[3] * Q[3] + m[4] * Q[4] + m[5] * Q[5],
+        m[6] * Q[6] + m[7] * Q[7] + m[8] * Q[8],
+        m[3] * Q[6] + m[4] * Q[7] + m[5] * Q[8],
+        m[0] * Q[6] + m[1] * Q[7] + m[2] * Q[8],
+        m[0] * Q[3] + m[1] * Q[4] + m[2] * Q[5],
+    )
 
 
 @pointwise

@@ -22,7 +22,6 @@ from pellucid.materials.wrinkling import unwrinkled
 
 TOLERANCE = 1e-14  # on the squared thickness stretch
 MOST_ITERATIONS = 50
-FREE_THICKNESS = 0.5  # the power of (thickness stretch)² in the volume ratio
 
 
 class NeoHookeanMembrane(NamedTuple):
@@ -84,6 +83,12 @@ def _free_stretch_squared(law, held, share):
     return exp(y)
 
 
+@pointwise
+def _thickness_squared(law, area):
+    """(thickness stretch)² of a membrane at a ratio of area."""
+    return _free_stretch_squared(law, area, 0.5)
+
+
 @point_function(shape_of, NeoHookeanMembrane)
 def _shape_of(law, axes, major, minor):
     U11, U22, U12 = turned_to(axes[0], axes[1], axes[2], major, minor)
@@ -99,7 +104,7 @@ def _smoothed(law, shape, major, minor):
 def _plane_response(law, shape):
     F = shape
     area = F[0] * F[3] - F[1] * F[2]
-    c = _free_stretch_squared(law, area, FREE_THICKNESS)
+    c = _thickness_squared(law, area)
     J = area * sqrt(c)
     m = law.mu / J
     normal = (law.lam * log(J) - law.mu) / J
@@ -114,7 +119,7 @@ def _plane_response(law, shape):
 @point_function(energy, NeoHookeanMembrane)
 def _energy(law, F):
     area = F[0] * F[3] - F[1] * F[2]
-    c = _free_stretch_squared(law, area, FREE_THICKNESS)
+    c = _thickness_squared(law, area)
     ln_J = log(area * sqrt(c))
     I1 = F[0] * F[0] + F[1] * F[1] + F[2] * F[2] + F[3] * F[3] + c
     return 0.5 * law.mu * (I1 - 3.0) - law.mu * ln_J + 0.5 * law.lam * ln_J * ln_J
@@ -133,12 +138,18 @@ def _largest_strain(law, shape):
 def _plane_wave_speed(law, shape, density):
     F = shape
     area = F[0] * F[3] - F[1] * F[2]
-    c = _free_stretch_squared(law, area, FREE_THICKNESS)
+    c = _thickness_squared(law, area)
     # no stress across leaves μ - λ ln J = μ c; with that the tangent of the Kirchhoff stress, λ I⊗I + 2(μ - λ ln J) 𝕀, becomes
     # one of plane stress, isotropic, E/(1-ν²) at rest
     m = law.mu * c
     stiffness = max(4.0 * m * (law.lam + m) / (law.lam + 2.0 * m), m)
     return sqrt(stiffness / (area * sqrt(c) * density))
+
+
+@pointwise
+def _natural_width_squared(law, stretch):
+    """(width stretch)² = (thickness stretch)² of a strip pulled to a stretch."""
+    return _free_stretch_squared(law, stretch, 1.0)
 
 
 @point_function(unwrinkled, NeoHookeanMembrane)
@@ -152,7 +163,7 @@ def _unwrinkled(law, shape):
     if major <= 1.0:
         return (1.0, 0.0, 0.0, 1.0), 1.0 / area
     stretch = sqrt(major)
-    c = _free_stretch_squared(law, stretch, 1.0)  # of the width, and of the thickness of a strip pulled to a stretch
+    c = _natural_width_squared(law, stretch)
     if area * area >= c * major:
         return shape, 1.0
     width = sqrt(c)

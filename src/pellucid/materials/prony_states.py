@@ -7,8 +7,7 @@ from math import exp, expm1
 from typing import Any, NamedTuple
 
 from pellucid.jit import generic, point_function, pointwise
-from pellucid.materials.decoupled import total_stress
-from pellucid.materials.law import Law
+from pellucid.materials.law import Law, volumetric_stress
 from pellucid.materials.point_state import PointState, point_state
 from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, double_dot, rotate, scale
 
@@ -45,6 +44,14 @@ def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, 
     return new, fade * stored + mean * work, work
 
 
+@pointwise
+def total_stress(law: Any, J: float, isochoric: Symmetric, q: Symmetric) -> Symmetric:
+    """σ [Pa] at a volume ratio J, with the isochoric Kirchhoff stress at rest and overstresses Σ q."""
+    s = scale(1.0 / J, add(isochoric, deviator(q)))
+    mean = volumetric_stress(law.elastic, J)
+    return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
+
+
 STATE = """
 class {name}(NamedTuple):
     stress: Symmetric
@@ -56,8 +63,7 @@ class {name}(NamedTuple):
 
 def relaxed(state, law, F, isochoric, step):
     {steps}
-    stress = total_stress(law.elastic, determinant(F), add(isochoric, deviator({sum_q})))
-    return {name}(stress, F, state.dissipated_energy + {lost}, {all_u}, {all_q})
+    return {name}(total_stress(law, determinant(F), isochoric, {sum_q}), F, state.dissipated_energy + {lost}, {all_u}, {all_q})
 
 
 def overstress(state):
@@ -92,9 +98,7 @@ def _state(n: int) -> Any:
         overstress=_nested([f"state.overstress_{k}" for k in numbers]),
         energy=" + ".join(f"state.overstress_energy_{k}" for k in numbers),
     )
-    names: dict[str, Any] = {
-        given.__name__: given for given in (NamedTuple, add, branch, determinant, deviator, total_stress)
-    } | {
+    names: dict[str, Any] = {given.__name__: given for given in (NamedTuple, add, branch, determinant, total_stress)} | {
         "Symmetric": Symmetric,
         "Tensor": Tensor,
         "__name__": __name__,
