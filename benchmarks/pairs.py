@@ -59,7 +59,9 @@ def _times(tree: Path, request: dict[str, Any], steps: int) -> dict[str, float]:
 
 
 def _run(tree: Path, module: str, request: dict[str, Any]) -> dict[str, Any]:
-    command = [sys.executable, "-m", f"pellucid.bench.{module}", json.dumps(request)]
+    alone = (tree / "src/pellucid/bench/alone.py").exists()  # in older trees each module ran by itself
+    what = ["pellucid.bench.alone", module] if alone else [f"pellucid.bench.{module}"]
+    command = [sys.executable, "-m", *what, json.dumps(request)]
     environment = {**os.environ, "PYTHONPATH": str(tree / "src")}
     done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     answer: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])

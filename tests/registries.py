@@ -11,12 +11,12 @@ from pellucid.users import extensions
 @contextmanager
 def forgotten_afterwards() -> Iterator[None]:
     """What is registered inside, or loaded as an extension, is forgotten at the end."""
-    registries = [(registry, dict(registry._entries)) for registry in Registry.every]
+    registries = [(registry, dict(registry.entries)) for registry in Registry.every]
     loaded, fields = dict(extensions._loaded), dict(FIELDS)
     try:
         yield
     finally:
-        kept = [(entries, registry._entries) for registry, entries in registries]
+        kept = [(entries, registry.entries) for registry, entries in registries]
         for before, now in (*kept, (loaded, extensions._loaded), (fields, FIELDS)):
             now.clear()
             now.update(before)

@@ -71,8 +71,10 @@ def _options(
     """Options before the command."""
 
 
+app.command("list")(cases.list_cases)
 for _module in (cases, meshes, runs, checks, machine):
-    _module.register(app)
+    for _command in _module.COMMANDS:
+        app.command()(_command)
 
 
 def main() -> None:

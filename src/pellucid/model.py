@@ -1,13 +1,18 @@
 """The base of every data model of a case: strict keys, SI numbers, unit strings at the boundary."""
 
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from pellucid.errors import CONTROL
 from pellucid.units import check_si
 
+AtLeastOne = Annotated[int, Field(ge=1)]
+AtLeastTwo = Annotated[int, Field(ge=2)]
+AtLeastThree = Annotated[int, Field(ge=3)]
 Vector = Annotated[tuple[float, float, float], Field(description="three components x, y, z")]
 
 
@@ -38,6 +43,17 @@ class Model(BaseModel):
         if isinstance(extra, dict) and _is_numeric(field.annotation):
             return _to_si(value, str(extra.get("unit", "")))
         return value
+
+
+def check(refuse: Callable[[Any], None]) -> Any:
+    """Make a method of a `Model` that raises where its keys do not go together one that is called for each new model."""
+
+    @wraps(refuse)
+    def unchanged(model: Any) -> Any:
+        refuse(model)
+        return model
+
+    return model_validator(mode="after")(unchanged)
 
 
 def _is_numeric(annotation: Any) -> bool:

@@ -18,7 +18,7 @@ EntryType = TypeVar("EntryType")
 
 
 class Registry(Generic[EntryType]):
-    """Entries by name; a name belongs to the one who took it first."""
+    """`entries` by name; a name belongs to the one who took it first. `register` adds one."""
 
     every: ClassVar["list[Registry[Any]]"] = []
     changes: ClassVar[int] = 0
@@ -26,13 +26,8 @@ class Registry(Generic[EntryType]):
 
     def __init__(self, what: str) -> None:
         self.what = what
-        self._entries: dict[str, EntryType] = {}
+        self.entries: dict[str, EntryType] = {}
         Registry.every.append(self)
-
-    @property
-    def entries(self) -> Mapping[str, EntryType]:
-        """What is registered, by name."""
-        return self._entries
 
     def register(self, name: str, entry: EntryType, source: Any) -> None:
         """Register an entry; `source` is the class or function behind it.
@@ -40,11 +35,11 @@ class Registry(Generic[EntryType]):
         The same source, made anew when its file is read again, takes the place of the old one. Raises ValueError for a name
         that another has.
         """
-        before = self._entries.get(name)
+        before = self.entries.get(name)
         if before is not None and _home(before) != _home(source):
             text = f'the {self.what} "{name}" is taken by {_home(before)}'
             raise ValueError(f"{text}: choose another name for {_home(source)}")
-        self._entries[name] = entry
+        self.entries[name] = entry
         Registry.changes += 1
 
 
@@ -75,13 +70,13 @@ class Family(Registry[type[ModelType]]):
 
     def kinds_of(self, base: type[BaseModel]) -> dict[str, type[ModelType]]:
         """The models that derive from a base, by kind."""
-        return {kind: model for kind, model in self._entries.items() if issubclass(model, base)}
+        return {kind: model for kind, model in self.entries.items() if issubclass(model, base)}
 
     def validated(self, value: Any, base: type[BaseModel] | None = None) -> ModelType:
         """A table as the model of its kind, which derives from `base`."""
         entries = self.kinds_of(base or self.base)
         if isinstance(value, self.base) and isinstance(value, base or self.base):
-            if getattr(value, "kind", None) not in self._entries:
+            if getattr(value, "kind", None) not in self.entries:
                 raise ValueError(f"{type(value).__name__} is not registered: decorate the class with `register`")
             return value
         if not isinstance(value, Mapping):

@@ -2,6 +2,8 @@
 
 import difflib
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from math import degrees
 from tokenize import TokenError
@@ -47,7 +49,7 @@ def to_si(text: str, unit: str) -> float:
 
     Raises UnitError if the text cannot be read, has no unit, or one of another dimension.
     """
-    import pint
+    from pint import DimensionalityError
 
     said = cut(text, LONGEST)
     if '"' in text or "'" in text:
@@ -61,17 +63,11 @@ def to_si(text: str, unit: str) -> float:
     found = _QUANTITY.fullmatch(text) if len(text) <= LONGEST else None
     if found is None:
         raise UnitError(f'cannot read "{said}" as {kind}')
-    try:
+    with _read(f' in "{said}"', f'cannot read "{said}" as {kind}'):
         quantity = _registry().Quantity(float(found["number"]), _registry().Unit(found["unit"]))
-    except pint.UndefinedUnitError as error:
-        names: Any = error.unit_names  # one name or several, whatever its annotation says
-        name = names if isinstance(names, str) else str(names[0])
-        raise UnitError(f'unknown unit "{name}" in "{said}"{_suggestion(name)}') from None
-    except (*_PINT_RAISES, pint.PintError):
-        raise UnitError(f'cannot read "{said}" as {kind}') from None
     try:
         return float(quantity.to(unit or "dimensionless").magnitude)
-    except pint.DimensionalityError:
+    except DimensionalityError:
         raise UnitError(
             f'"{said}" has the dimension {quantity.dimensionality}; wanted is {_wanted(unit)}, such as {_example(unit)}'
         ) from None
@@ -88,21 +84,27 @@ def check_si(unit: str) -> None:
         raise UnitError(f'the unit must be a text, such as "kg/m^3", and not {unit!r}')
     if not unit or _COHERENT.fullmatch(unit):
         return
-    import pint
-
-    try:
-        known = _registry().Unit(unit)
-        factor = _registry().Quantity(1.0, known).to_base_units()
-    except pint.UndefinedUnitError as error:
-        names: Any = error.unit_names
-        name = names if isinstance(names, str) else str(names[0])
-        raise UnitError(f'unknown unit "{name}"{_suggestion(name)}') from None
-    except (*_PINT_RAISES, pint.PintError):
-        raise UnitError(f'cannot read "{unit}" as a unit, such as "kg/m^3"') from None
+    with _read("", f'cannot read "{unit}" as a unit, such as "kg/m^3"'):
+        factor = _registry().Quantity(1.0, _registry().Unit(unit)).to_base_units()
     if abs(factor.magnitude - 1.0) > 1e-12:
         raise UnitError(
             f'"{unit}" is no SI unit without a prefix, such as "kg/m^3"; declare one, and a case may still say "1 {unit}"'
         )
+
+
+@contextmanager
+def _read(place: str, unreadable: str) -> Iterator[None]:
+    """Raise UnitError for what pint cannot read; place: where an unknown unit stands."""
+    from pint import PintError, UndefinedUnitError
+
+    try:
+        yield
+    except UndefinedUnitError as error:
+        names: Any = error.unit_names  # one name or several, whatever its annotation says
+        name = names if isinstance(names, str) else str(names[0])
+        raise UnitError(f'unknown unit "{name}"{place}{_suggestion(name)}') from None
+    except (*_PINT_RAISES, PintError):
+        raise UnitError(unreadable) from None
 
 
 def _is_number(text: str) -> bool:

@@ -27,8 +27,8 @@ def jumps(left, right, gamma):
     """Relative residuals of every condition that the solution must satisfy."""
     a, b = GasState(*left, gamma), GasState(*right, gamma)
     s = solve(a, b)
-    star = GasState(s.right_density, s.velocity, s.pressure, gamma)
-    shock = s.right_speeds[0]
+    star = GasState(s.right_wave.density, s.velocity, s.pressure, gamma)
+    shock = s.right_wave.head
 
     def fluxes(g):
         w = g.velocity - shock
@@ -36,7 +36,7 @@ def jumps(left, right, gamma):
 
     ahead, behind = fluxes(b), fluxes(star)
     found = dict(zip(("mass", "momentum", "enthalpy"), np.abs(behind / ahead - 1.0), strict=True))
-    inside = s.sample(np.linspace(*s.left_speeds, 101))
+    inside = s.sample(np.linspace(*s.left_wave[:2], 101))
     entropy = inside["pressure"] / inside["density"] ** gamma
     invariant = inside["velocity"] + 2.0 * np.sqrt(gamma * inside["pressure"] / inside["density"]) / (gamma - 1.0)
     found["fan entropy"] = np.ptp(entropy) / entropy[0]

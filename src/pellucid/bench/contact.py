@@ -1,13 +1,11 @@
 """What contact costs: a block of points that presses on a sheet of membrane elements, beside each of the two alone."""
 
-import json
-import sys
 import time
 from typing import Any
 
 import numpy as np
 
-from pellucid.bench.problem import CELL, POINTS_PER_CELL, SOLID
+from pellucid.bench.problem import CELL, POINTS_PER_CELL, SOLID, grid, problem, sheet
 from pellucid.case import Case
 from pellucid.simulation.simulation import Simulation
 
@@ -24,21 +22,10 @@ def contact_case(points: int, which: tuple[str, ...]) -> Case:
     edge, low = cells * CELL, 0.5 * CELL
     along = 2 * cells + 1
     bodies: dict[str, dict[str, Any]] = {
-        "sheet": {
-            "kind": "membrane-elements",
-            "surface": {
-                "rectangle": {
-                    "corner": [low, low, 0.0],
-                    "first_edge": [edge, 0.0, 0.0],
-                    "second_edge": [0.0, edge, 0.0],
-                    "points": [along, along],
-                }
-            },
-            "thickness": 0.1 * CELL,
-            "material": {"kind": "linear-membrane", **SOLID},
-        },
+        "sheet": sheet("membrane-elements", [low, low, 0.0], edge, along),
         "block": {
             "kind": "material-points",
+            "name": "block",
             "shape": {"box": {"lower": [low, low, 0.0], "upper": [low + edge, low + edge, DEEP * CELL]}},
             "points_per_cell": POINTS_PER_CELL,
             "material": {"kind": "neo-hookean", **SOLID},
@@ -46,21 +33,8 @@ def contact_case(points: int, which: tuple[str, ...]) -> Case:
         },
     }
     wall = edge + CELL
-    return Case.model_validate(
-        {
-            "schema": 1,
-            "title": "Benchmark: contact",
-            "grid": {
-                "lower": [0.0, 0.0, -CLEAR * CELL],
-                "upper": [wall, wall, (DEEP + CLEAR) * CELL],
-                "cell": CELL,
-                "functions": "trilinear",
-            },
-            "time": {"end": 1.0},
-            "energy": {"warn": 1e9, "stop": 1e9},
-            "body": [{"name": name, "field": name, **bodies[name]} for name in which],
-        }
-    )
+    room = grid([0.0, 0.0, -CLEAR * CELL], [wall, wall, (DEEP + CLEAR) * CELL])
+    return problem("contact", [{"field": name, **bodies[name]} for name in which], grid=room)
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
@@ -74,15 +48,11 @@ def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
             if number >= WARM_UP_STEPS:
                 taken[what].append(time.perf_counter() - start)
     seconds = {what: float(np.percentile(steps_taken, QUARTER)) for what, steps_taken in taken.items()}
-    sheet, block = simulations["together"].bodies
+    elements, block = simulations["together"].bodies
     return {
-        "elements": len(sheet.cells().quadrilaterals),
+        "elements": len(elements.cells().quadrilaterals),
         "points": block.n_points,
         "steps": steps,
         "seconds_per_step": seconds,
         "ratio": seconds["together"] / (seconds["sheet"] + seconds["block"]),
     }
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(measure(**json.loads(sys.argv[1]))) + "\n")

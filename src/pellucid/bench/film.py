@@ -1,12 +1,11 @@
 """What a step of a film in space costs: an ellipsoid that resists bending and goes to a smaller volume at a given area."""
 
-import json
-import sys
 import time
 from collections.abc import Callable
 from typing import Any, cast
 
 from pellucid.bench.machine import peak_bytes
+from pellucid.bench.problem import problem
 from pellucid.bodies.fluid_film.body import FluidFilm
 from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
 from pellucid.case import Case
@@ -38,16 +37,7 @@ def film_case(points: int) -> Case:
         "area": "kept",
         "drag": {"normal": 0.1, "tangential": 0.1},
     }
-    return Case.model_validate(
-        {
-            "schema": 1,
-            "title": "Benchmark: film",
-            "time": {"end": 1.0},
-            "energy": {"warn": 1e9, "stop": 1e9},
-            "body": [film],
-            "output": {"history": CLOCK_STEP},
-        }
-    )
+    return problem("film", [film], output={"history": CLOCK_STEP})
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
@@ -104,7 +94,3 @@ def _timed(verb: Callable[..., Any], part: str, seconds: dict[str, float], count
         return result
 
     return timed
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(measure(**json.loads(sys.argv[1]))) + "\n")

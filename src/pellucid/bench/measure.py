@@ -1,7 +1,5 @@
-"""One measurement in a process of its own, so that its peak memory is its own."""
+"""The steps of the benchmark problem, and the memory that it takes."""
 
-import json
-import sys
 import time
 from typing import Any
 
@@ -54,7 +52,3 @@ def _advance(simulation: Simulation, steps: int) -> tuple[float, float]:
     for _ in range(steps):
         simulation.step()
     return time.perf_counter() - start, time.process_time() - processor_start
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(measure(**json.loads(sys.argv[1]))) + "\n")

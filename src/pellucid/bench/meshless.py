@@ -1,7 +1,5 @@
 """What the forces of a meshless solid cost: a strained cube, with the volume ratio of its points and averaged."""
 
-import json
-import sys
 import time
 from typing import Any
 
@@ -94,7 +92,3 @@ def _moved(solid: Solid) -> int:
     once = _size(solid.gradients) + solid.turns.nbytes + solid.deformation.nbytes
     averages = _size(solid.corners) if len(solid.block_volume) else 0
     return (2 if averages else 1) * (once + averages) + solid.weights.nbytes
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(measure(**json.loads(sys.argv[1]))) + "\n")

@@ -1,7 +1,5 @@
-"""Each pass over points alone, in a process of its own: its time and the memory that it moves at least."""
+"""Each pass over points alone: its time and the memory that it moves at least."""
 
-import json
-import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +15,9 @@ ROUNDS = 7
 SECONDS = 0.05  # of a round, about
 
 
-def passes(body: str, points: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip") -> dict[str, Any]:
+def measure(
+    body: str, points: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip"
+) -> dict[str, Any]:
     """Measure the passes of the benchmark problem; the fastest of `ROUNDS` rounds counts. Keys as in `bench`."""
     simulation = Simulation(case_of(points, body, functions, transfer), threads=threads)
     for _ in range(WARM_UP_STEPS):
@@ -44,7 +44,3 @@ def _seconds(run: Callable[[], None], times: int) -> float:
     for _ in range(times):
         run()
     return (time.perf_counter() - start) / times
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(passes(**json.loads(sys.argv[1]))) + "\n")

@@ -1,6 +1,8 @@
 """The problems that are measured: a closed box full of points, eight a cell, through which a sine wave runs; a free sheet."""
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from pellucid.case import Case
@@ -33,71 +35,48 @@ def case_of(points: int, body: str, functions: str = "trilinear", transfer: str 
     return sheet_case(body, points) if body in MEMBRANES else bench_case(body, points, functions, transfer=transfer)
 
 
+def problem(name: str, bodies: list[dict[str, Any]], time: Mapping[str, Any] = MappingProxyType({}), **more: Any) -> Case:
+    """The case of these bodies; time: further fields of `[time]`; more: further tables.
+
+    Speed is measured: of small waves in a hot gas little energy moves, and its relative error is large.
+    """
+    limits = {"time": {"end": 1.0, **time}, "energy": {"warn": 1e9, "stop": 1e9}}
+    return Case.model_validate({"schema": 1, "title": f"Benchmark: {name}", **limits, "body": bodies, **more})
+
+
+def grid(lower: list[float], upper: list[float], functions: str = "trilinear") -> dict[str, Any]:
+    """The grid between these corners [m]."""
+    return {"lower": lower, "upper": upper, "cell": CELL, "functions": functions}
+
+
+def sheet(kind: str, corner: list[float], edge: float, along: int) -> dict[str, Any]:
+    """A square sheet from a corner [m] on, with so many points along an edge [m]."""
+    edges = {"first_edge": [edge, 0.0, 0.0], "second_edge": [0.0, edge, 0.0]}
+    surface = {"rectangle": {"corner": corner, **edges, "points": [along, along]}}
+    law = {"kind": "linear-membrane", **SOLID}
+    return {"kind": kind, "name": "sheet", "surface": surface, "thickness": 0.1 * CELL, "material": law}
+
+
 def bench_case(body: str, points: int, functions: str = "trilinear", **time: Any) -> Case:
     """A cube of about `points` points of the material called `body`; `time` holds further fields of `[time]`."""
     cells = max(2, round((points / POINTS_PER_CELL) ** (1 / 3)))
     edge = cells * CELL
-    corner = [edge, edge, edge]
-    return Case.model_validate(
-        {
-            "schema": 1,
-            "title": f"Benchmark: {body}",
-            "grid": {"lower": [0.0, 0.0, 0.0], "upper": corner, "cell": CELL, "functions": functions},
-            "time": {"end": 1.0, **time},
-            "energy": {
-                "warn": 1e9,
-                "stop": 1e9,
-            },  # speed is measured here; of small waves in a hot gas little energy moves, and its relative error is large
-            "body": [
-                {
-                    "kind": "material-points",
-                    "name": "block",
-                    "shape": {"box": {"lower": [0.0, 0.0, 0.0], "upper": corner}},
-                    "points_per_cell": POINTS_PER_CELL,
-                    "material": MATERIALS[body],
-                    "velocity_wave": {
-                        "amplitude": [SPEED[body], 0.0, 0.0],
-                        "wave_vector": [math.tau / edge, 0.0, 0.0],
-                    },
-                }
-            ],
-            "support": [{"where": f"{axis}-{end}", "fix": "normal"} for axis in "xyz" for end in ("lower", "upper")],
-        }
-    )
+    lower, upper = [0.0, 0.0, 0.0], [edge, edge, edge]
+    block = {
+        "kind": "material-points",
+        "name": "block",
+        "shape": {"box": {"lower": lower, "upper": upper}},
+        "points_per_cell": POINTS_PER_CELL,
+        "material": MATERIALS[body],
+        "velocity_wave": {"amplitude": [SPEED[body], 0.0, 0.0], "wave_vector": [math.tau / edge, 0.0, 0.0]},
+    }
+    walls = [{"where": f"{axis}-{end}", "fix": "normal"} for axis in "xyz" for end in ("lower", "upper")]
+    return problem(body, [block], time, grid=grid(lower, upper, functions), support=walls)
 
 
 def sheet_case(kind: str, points: int) -> Case:
     """A square sheet of about `points` membrane points or nodes of elements, half a cell apart, that moves freely."""
     along = max(3, round(points**0.5))
-    edge = 0.5 * (along - 1) * CELL
     corner, high = [2.0 * CELL, 2.0 * CELL, 0.0], (math.ceil((along - 1) / 2) + 4) * CELL
-    rectangle = {
-        "corner": corner,
-        "first_edge": [edge, 0.0, 0.0],
-        "second_edge": [0.0, edge, 0.0],
-        "points": [along, along],
-    }
-    return Case.model_validate(
-        {
-            "schema": 1,
-            "title": f"Benchmark: {kind}",
-            "grid": {
-                "lower": [0.0, 0.0, -4.0 * CELL],
-                "upper": [high, high, 4.0 * CELL],
-                "cell": CELL,
-                "functions": "trilinear",
-            },
-            "time": {"end": 1.0},
-            "energy": {"warn": 1e9, "stop": 1e9},
-            "body": [
-                {
-                    "kind": kind,
-                    "name": "sheet",
-                    "surface": {"rectangle": rectangle},
-                    "thickness": 0.1 * CELL,
-                    "material": {"kind": "linear-membrane", **SOLID},
-                    "velocity": [0.0, 0.0, 0.1],
-                }
-            ],
-        }
-    )
+    moving = {**sheet(kind, corner, 0.5 * (along - 1) * CELL, along), "velocity": [0.0, 0.0, 0.1]}
+    return problem(kind, [moving], grid=grid([0.0, 0.0, -4.0 * CELL], [high, high, 4.0 * CELL]))

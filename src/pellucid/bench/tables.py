@@ -1,5 +1,6 @@
 """The benchmark's result as tables for the terminal."""
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
@@ -23,90 +24,97 @@ def table(result: dict[str, Any]) -> RenderableType:
     return Group(*shown)
 
 
-def _bodies(rows: list[dict[str, Any]]) -> Table:
-    parts = list(dict.fromkeys(part for row in rows for part in row["parts"]))
-    shown = Table(title="a step, everything included, and the shares of its parts")
-    shown.add_column("body")
-    for heading in ("points", "M point-steps/s", "ms/step", "cores", "bytes/point", *parts):
+WHAT = ("body", "functions", "transfer")
+
+
+def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    """Rows below headings: words stand left, numbers right."""
+    shown = Table(title=title)
+    for heading in left:
+        shown.add_column(heading)
+    for heading in right:
         shown.add_column(heading, justify="right")
     for row in rows:
-        shown.add_row(
+        shown.add_row(*row)
+    return shown
+
+
+def _names(rows: list[dict[str, Any]], key: str) -> list[str]:
+    """The names of the parts or passes of all rows, each once."""
+    return list(dict.fromkeys(name for row in rows for name in row[key]))
+
+
+def _rate(row: dict[str, Any]) -> str:
+    return f"{row['point_steps_per_second'] / 1e6:.1f}"
+
+
+def _bodies(rows: list[dict[str, Any]]) -> Table:
+    parts = _names(rows, "parts")
+    headings = ("points", "M point-steps/s", "ms/step", "cores", "bytes/point", *parts)
+    cells = [
+        (
             row["body"],
             f"{row['points']:,}",
-            f"{row['point_steps_per_second'] / 1e6:.1f}",
+            _rate(row),
             f"{row['seconds_per_step'] * 1e3:.2f}",
             f"{row['cores']:.1f}",
             f"{row['bytes_per_point']:.0f}",
             *(f"{row['parts'][part]:.0%}" if part in row["parts"] else "" for part in parts),
         )
-    return shown
+        for row in rows
+    ]
+    return _table("a step, everything included, and the shares of its parts", ("body",), headings, cells)
 
 
 def _variants(rows: list[dict[str, Any]]) -> Table:
-    shown = Table(title="the same with other functions and transfers, and of a sheet of membrane")
-    for heading in ("body", "functions", "transfer"):
-        shown.add_column(heading)
-    for heading in ("points", "M point-steps/s", "ns/point"):
-        shown.add_column(heading, justify="right")
-    for row in rows:
-        shown.add_row(
-            *(row[key] for key in ("body", "functions", "transfer")),
-            f"{row['points']:,}",
-            f"{row['point_steps_per_second'] / 1e6:.1f}",
-            f"{1e9 / row['point_steps_per_second']:.0f}",
-        )
-    return shown
+    title = "the same with other functions and transfers, and of a sheet of membrane"
+    cells = [
+        (*(row[key] for key in WHAT), f"{row['points']:,}", _rate(row), f"{1e9 / row['point_steps_per_second']:.0f}")
+        for row in rows
+    ]
+    return _table(title, WHAT, ("points", "M point-steps/s", "ns/point"), cells)
 
 
 def _passes(rows: list[dict[str, Any]], triad: float) -> Table:
-    names = list(dict.fromkeys(name for row in rows for name in row["passes"]))
-    shown = Table(
-        title="passes over points alone: ns/point, and the rate at which they move points' arrays by that of the triad"
-    )
-    for heading in ("body", "functions", "transfer"):
-        shown.add_column(heading)
-    for heading in names:
-        shown.add_column(heading, justify="right")
+    names = _names(rows, "passes")
+    cells = []
     for row in rows:
         found = [row["passes"].get(name) for name in names]
-        cells = [f"{1e9 * one['seconds_per_point']:.1f}, {one['bytes_per_second'] / triad:.0%}" if one else "" for one in found]
-        shown.add_row(*(row[key] for key in ("body", "functions", "transfer")), *cells)
-    return shown
+        of = [f"{1e9 * one['seconds_per_point']:.1f}, {one['bytes_per_second'] / triad:.0%}" if one else "" for one in found]
+        cells.append([*(row[key] for key in WHAT), *of])
+    title = "passes over points alone: ns/point, and the rate at which they move points' arrays by that of the triad"
+    return _table(title, WHAT, names, cells)
 
 
 def _threads(rows: list[dict[str, Any]]) -> Table:
     alone = {row["points"]: row["seconds_per_step"] for row in rows if row["threads"] == 1}
-    shown = Table(title="the ideal gas with some numbers of threads")
-    for heading in ("points", "threads", "cores", "M point-steps/s", "times one thread"):
-        shown.add_column(heading, justify="right")
-    for row in rows:
-        shown.add_row(
+    headings = ("points", "threads", "cores", "M point-steps/s", "times one thread")
+    cells = [
+        (
             f"{row['points']:,}",
             str(row["threads"]),
             f"{row['cores']:.1f}",
-            f"{row['point_steps_per_second'] / 1e6:.1f}",
+            _rate(row),
             f"{alone[row['points']] / row['seconds_per_step']:.2f}",
         )
-    return shown
+        for row in rows
+    ]
+    return _table("the ideal gas with some numbers of threads", (), headings, cells)
 
 
 def _contact(row: dict[str, Any]) -> Table:
-    shown = Table(title="a step of a block that presses on a sheet of elements, beside those of the two alone")
-    for heading in ("elements", "points", "sheet, ms", "block, ms", "together, ms", "ratio"):
-        shown.add_column(heading, justify="right")
+    title = "a step of a block that presses on a sheet of elements, beside those of the two alone"
+    headings = ("elements", "points", "sheet, ms", "block, ms", "together, ms", "ratio")
     ms = [f"{1e3 * row['seconds_per_step'][what]:.2f}" for what in ("sheet", "block", "together")]
-    shown.add_row(f"{row['elements']:,}", f"{row['points']:,}", *ms, f"{row['ratio']:.2f}")
-    return shown
+    return _table(title, (), headings, [(f"{row['elements']:,}", f"{row['points']:,}", *ms, f"{row['ratio']:.2f}")])
 
 
 def _solid(row: dict[str, Any]) -> Table:
     title = f"forces of a meshless solid: {row['points']:,} quadrature points, {row['nodes']:,} nodes, built in"
-    shown = Table(title=f"{title} {row['build_seconds']:.1f} s with {row['build_bytes'] / 2**20:.0f} MiB")
-    shown.add_column("volume ratio")
-    for heading in ("nodes/point", "M point updates/s", "ms/update", "bytes/point", "GB/s at least"):
-        shown.add_column(heading, justify="right")
-    for form, measured in row["forms"].items():
-        shown.add_row(
+    title = f"{title} {row['build_seconds']:.1f} s with {row['build_bytes'] / 2**20:.0f} MiB"
+    headings = ("nodes/point", "M point updates/s", "ms/update", "bytes/point", "GB/s at least")
+    cells = [
+        (
             form,
             f"{row['nodes_per_point']:.0f}",
             f"{measured['point_updates_per_second'] / 1e6:.1f}",
@@ -114,39 +122,35 @@ def _solid(row: dict[str, Any]) -> Table:
             f"{row['bytes_per_point']:.0f}",
             f"{measured['moved_bytes_per_second'] / 1e9:.1f}",
         )
-    return shown
+        for form, measured in row["forms"].items()
+    ]
+    return _table(title, ("volume ratio",), headings, cells)
 
 
 def _films(rows: list[dict[str, Any]]) -> Table:
-    parts = list(dict.fromkeys(part for row in rows for part in row["parts"]))
-    shown = Table(title="a step of its own of a film in space that bends, and the shares of its parts")
-    for heading in ("nodes", "ms/step", "processor ms/step", "steps/factor", "KiB/node", "built in, s", *parts):
-        shown.add_column(heading, justify="right")
-    for row in rows:
-        factors = row["factors_per_step"]
-        shown.add_row(
+    parts = _names(rows, "parts")
+    title = "a step of its own of a film in space that bends, and the shares of its parts"
+    headings = ("nodes", "ms/step", "processor ms/step", "steps/factor", "KiB/node", "built in, s", *parts)
+    cells = [
+        (
             f"{row['points']:,}",
             f"{1e3 * row['seconds_per_step']:.0f}",
             f"{1e3 * row['processor_seconds_per_step']:.0f}",
-            f"{1.0 / factors:.0f}" if factors else "",
+            f"{1.0 / row['factors_per_step']:.0f}" if row["factors_per_step"] else "",
             f"{row['bytes_per_point'] / 1024:.1f}",
             f"{row['build_seconds']:.1f}",
             *(f"{row['parts'][part]:.0%}" for part in parts),
         )
-    return shown
+        for row in rows
+    ]
+    return _table(title, (), headings, cells)
 
 
 def _peers(rows: list[dict[str, Any]]) -> Table:
-    shown = Table(title="the same step in other programs (benchmarks/peers)")
-    shown.add_column("peer")
-    shown.add_column("law")
-    for heading in ("threads", "M point-steps/s", "pellucid is faster by"):
-        shown.add_column(heading, justify="right")
+    cells = []
     for row in rows:
-        if "missing" in row:
-            shown.add_row(row["peer"], row["law"], "", "not run", row["missing"])
-            continue
-        ratio = f"{row['ratio']:.1f} times" if "ratio" in row else ""
-        rate = f"{row['point_steps_per_second'] / 1e6:.1f}"
-        shown.add_row(row["peer"], row["law"], str(row["threads"]), rate, ratio)
-    return shown
+        faster = f"{row['ratio']:.1f} times" if "ratio" in row else ""
+        found = ("", "not run", row["missing"]) if "missing" in row else (str(row["threads"]), _rate(row), faster)
+        cells.append((row["peer"], row["law"], *found))
+    headings = ("threads", "M point-steps/s", "pellucid is faster by")
+    return _table("the same step in other programs (benchmarks/peers)", ("peer", "law"), headings, cells)

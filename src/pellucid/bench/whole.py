@@ -73,21 +73,21 @@ def bench(
         "numba": numba.__version__,
         "pellucid": pellucid.__version__,
     }
+    largest = max(points or POINTS)
     bodies = [_measured({"body": body}, n, steps or _steps(n), threads) for body in MATERIALS for n in points or POINTS]
-    size = min(max(points or POINTS), VARIANT_POINTS)
+    size = min(largest, VARIANT_POINTS)
     variants = [_measured(variant, size, steps or _steps(size), threads) for variant in VARIANTS]
-    size = min(max(points or POINTS), CONTACT_POINTS)
-    contact = _in_a_process("contact", {"points": size, "steps": steps or CONTACT_STEPS, "threads": threads})
-    size = min(max(points or POINTS), SOLID_POINTS)
-    solid = _in_a_process("meshless", {"points": size, "steps": steps or SOLID_STEPS, "threads": threads})
+    pressed = {"points": min(largest, CONTACT_POINTS), "steps": steps or CONTACT_STEPS, "threads": threads}
+    contact = _in_a_process("contact", pressed)
+    strained = {"points": min(largest, SOLID_POINTS), "steps": steps or SOLID_STEPS, "threads": threads}
+    solid = _in_a_process("meshless", strained)
     films = [
         _in_a_process("film", {"points": n, "steps": steps or FILM_STEPS, "threads": threads})
         for n in FILM_NODES
-        if n <= max(points or POINTS) or n == FILM_NODES[0]
+        if n <= largest or n == FILM_NODES[0]
     ]
-    size = min(max(points or POINTS), VARIANT_POINTS)
     passes = [_in_a_process("passes", {**what, "points": size, "threads": threads}) for what in PASSES]
-    sizes = [n for n in THREADS_POINTS if n <= max(points or POINTS)]
+    sizes = [n for n in THREADS_POINTS if n <= largest]
     gas = {"body": "ideal-gas"}
     by_threads = [_measured(gas, n, steps or _steps(n), number) for n in sizes for number in numbers_up_to(threads)]
     result: dict[str, Any] = {"machine": machine, "bodies": bodies, "variants": variants, "passes": passes}
@@ -108,7 +108,7 @@ def _measured(what: dict[str, str], points: int, steps: int, threads: int) -> di
 
 
 def _in_a_process(module: str, request: dict[str, Any]) -> dict[str, Any]:
-    command = [sys.executable, "-m", f"pellucid.bench.{module}", json.dumps(request)]
+    command = [sys.executable, "-m", "pellucid.bench.alone", module, json.dumps(request)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         reason = done.stderr.strip().splitlines()[-1:] or ["it may be too large for this machine's memory"]

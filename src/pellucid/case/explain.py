@@ -179,7 +179,7 @@ def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> F
 def _list_remedy(path: Path, field: dict[str, Any], schema: Schema) -> str:
     """What to write where a table stands for a list."""
     if "prefixItems" in field:
-        return f"write `{path[-1]} = [{', '.join('xyz'[: _size(field)])}]`, with a number for each"
+        return f"write `{path[-1]} = [{', '.join('xyz'[: len(field['prefixItems'])])}]`, with a number for each"
     if len(path) == 1 and schema.is_list_of_tables(field):
         return f"write `[[{path[0]}]]`, with two brackets, above each of them"
     return "write it in [ ]"
@@ -200,10 +200,6 @@ def _lengths(field: dict[str, Any], schema: Schema) -> str:
         else:
             words.append(f"at least {least} and at most {most} items")
     return " or ".join(words) or "another number of items"
-
-
-def _size(field: dict[str, Any]) -> int:
-    return len(field.get("prefixItems", ())) or 3
 
 
 def _meaning(field: dict[str, Any], with_unit: bool = True) -> str:

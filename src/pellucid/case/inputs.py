@@ -24,7 +24,7 @@ def users_kinds(case: Case) -> dict[str, str]:
     found = {}
     for probe in case.probe:
         if probe.reduce not in OWN_REDUCTIONS:
-            found[probe.reduce] = file_of(REDUCTIONS.entries[probe.reduce].function)
+            found[probe.reduce] = file_of(REDUCTIONS.entries[probe.reduce])
         if probe.quantity in QUANTITIES.entries:
             found[probe.quantity] = file_of(QUANTITIES.entries[probe.quantity].function)
     found |= {str(part.kind): file_of(type(part)) for part in _tables(case) if hasattr(part, "kind")}

@@ -5,12 +5,11 @@ from collections.abc import Callable, Iterator
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.energy import FIXED_COLUMNS
 from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
-from pellucid.model import Vector, name_parameter, parameter
+from pellucid.model import Vector, check, name_parameter, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Part, Parts
@@ -23,10 +22,8 @@ Fetch = Callable[[str], np.ndarray]
 """A field of a body by its name; one order of the points for all fields: for users' functions that of the points' numbers."""
 
 
-class Reduction(NamedTuple):
-    """A function that makes one number of the values of all points, shape (n,)."""
-
-    function: Callable[[np.ndarray], Any]
+ReductionFunction = Callable[[np.ndarray], Any]  # makes one number of the values of all points, shape (n,)
+QuantityFunction = Callable[[Fetch], np.ndarray]
 
 
 class Quantity(NamedTuple):
@@ -36,14 +33,11 @@ class Quantity(NamedTuple):
     field: Field
 
 
-REDUCTIONS: Registry[Reduction] = Registry("reduction")
+REDUCTIONS: Registry[ReductionFunction] = Registry("reduction")
 QUANTITIES: Registry[Quantity] = Registry("quantity")
 NAME = r"[A-Za-z][A-Za-z0-9_-]*"
 REACTIONS = ("reaction", "torque")  # of a condition
 PLACED = ("count", "nearest", "point")  # what needs a key of its own beside the values
-
-ReductionFunction = Callable[[np.ndarray], Any]
-QuantityFunction = Callable[[Fetch], np.ndarray]
 
 
 def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
@@ -55,7 +49,7 @@ def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
         raise ValueError(f'the reduction "{name}" is taken by pellucid itself: choose another name')
 
     def add(function: ReductionFunction) -> ReductionFunction:
-        REDUCTIONS.register(name, Reduction(function), function)
+        REDUCTIONS.register(name, function, function)
         return function
 
     return add
@@ -143,8 +137,8 @@ class Probe(Part):
         None,
     )
 
-    @model_validator(mode="after")
-    def _is_complete(self) -> "Probe":
+    @check
+    def _is_complete(self) -> None:
         if (self.reduce in ("nearest", "point")) != (self.at is not None):
             raise ValueError('`at = [x, y, z]` belongs to `reduce = "nearest"` or "point": give both or neither')
         if (self.quantity in REACTIONS) != (self.condition is not None):
@@ -157,7 +151,6 @@ class Probe(Part):
             raise ValueError(
                 "`carried` needs a `component`, x, y or z; the change is the same with and without it: leave it out"
             )
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body, field, component or condition that is not there."""
@@ -208,20 +201,21 @@ class Probe(Part):
         own = QUANTITIES.entries.get(self.quantity)
         if own is None:
             return fetch(self.quantity)
-        n, what = len(fetch("id")), f'the quantity "{self.quantity}" of body {self.body}'
-        with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), own.function):
-            found = own.function(fetch)
-        try:
-            return as_array(found, (n,) if own.field.components == 1 else (n, own.field.components), own.function)
-        except WrongArray as error:
-            raise RunStopped(f"{what} {error}") from None
+        n, components = len(fetch("id")), own.field.components
+        shape = (n,) if components == 1 else (n, components)
+        return _checked(f'the quantity "{self.quantity}" of body {self.body}', own.function, fetch, shape)
 
     def reduced(self, values: np.ndarray) -> float:
         """The number that the registered reduction makes of the values of all points, shape (n,). Raises RunStopped."""
-        function, what = REDUCTIONS.entries[self.reduce].function, f'the reduction "{self.reduce}" of the probe {self.name}'
-        with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), function):
-            found = function(values)
-        try:
-            return float(as_array(found, (), function))
-        except WrongArray as error:
-            raise RunStopped(f"{what} {error}") from None
+        what = f'the reduction "{self.reduce}" of the probe {self.name}'
+        return float(_checked(what, REDUCTIONS.entries[self.reduce], values, ()))
+
+
+def _checked(what: str, function: Callable[[Any], Any], given: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """What a function makes of what it is given, an array of this shape. Raises RunStopped; what: how a message calls it."""
+    with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), function):
+        found = function(given)
+    try:
+        return as_array(found, shape, function)
+    except WrongArray as error:
+        raise RunStopped(f"{what} {error}") from None

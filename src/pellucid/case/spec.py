@@ -29,7 +29,7 @@ from pellucid.conditions.wall import Wall
 from pellucid.errors import UsageError
 from pellucid.findings import Disagreement, Finding, Path
 from pellucid.grid.model import GridCase
-from pellucid.model import InputFile, Model, Vector, parameter
+from pellucid.model import InputFile, Model, Vector, check, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Part, Parts
@@ -193,12 +193,11 @@ class Case(Model):
             raise Disagreement(found)
         return data
 
-    @model_validator(mode="after")
-    def _parts_fit_together(self) -> "Case":
+    @check
+    def _parts_fit_together(self) -> None:
         found = parts_of(self).findings()
         if found:
             raise Disagreement(found)
-        return self
 
     @property
     def grid(self) -> GridCase:

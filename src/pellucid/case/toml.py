@@ -3,7 +3,6 @@
 import re
 import tomllib
 from bisect import bisect_right
-from collections.abc import Iterator
 from typing import Any
 
 from pellucid.findings import Path
@@ -31,15 +30,11 @@ def parsed(text: str) -> dict[str, Any]:
 def _is_deeper(data: Any) -> bool:
     level = [data]
     for _ in range(DEEPEST):
-        level = [inner for item in level for inner in _within(item)]
+        lists = [item.values() if isinstance(item, dict) else item for item in level if isinstance(item, (dict, list))]
+        level = [inner for one in lists for inner in one]
         if not level:
             return False
     return True
-
-
-def _within(item: Any) -> Iterator[Any]:
-    if isinstance(item, (dict, list)):
-        yield from item.values() if isinstance(item, dict) else item
 
 
 _BLANK = re.compile(r"(?:\s|#[^\n]*)*")

@@ -1,1 +1,1 @@
-"""The commands of `pellucid`, grouped by what they deal with; each module registers its own."""
+"""The commands of `pellucid`, grouped by what they deal with."""

@@ -9,14 +9,6 @@ from pellucid.commands.arguments import CaseArgument, Quick, Settings, read_case
 from pellucid.commands.table import print_table
 
 
-def register(app: typer.Typer) -> None:
-    """Add these commands."""
-    app.command("list")(list_cases)
-    app.command()(show)
-    app.command()(validate)
-    app.command()(schema)
-
-
 def list_cases() -> None:
     """List the gallery: id, title, source, and wall-clock time of the quick and the full run on two cores."""
     import tomllib
@@ -85,3 +77,6 @@ def schema(
     if case is not None:
         load(case)
     typer.echo(json.dumps(json_schema(), indent=2))
+
+
+COMMANDS = (show, validate, schema)

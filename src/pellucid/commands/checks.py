@@ -10,12 +10,6 @@ from pellucid.commands.table import number, print_metrics, print_table
 from pellucid.errors import RunStopped, UsageError
 
 
-def register(app: typer.Typer) -> None:
-    """Add these commands."""
-    app.command()(verify)
-    app.command()(converge)
-
-
 def verify(
     cases: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Gallery ids (default: all).")] = None,
     full: Annotated[bool, typer.Option("--full", help="Run the full cases, not their quick variants.")] = False,
@@ -75,3 +69,6 @@ def converge(
     if out:
         write_study(steps, key, metric, out)
         typer.echo(f"written: {out / 'convergence.csv'}, {out / 'convergence.png'}")
+
+
+COMMANDS = (verify, converge)

@@ -10,13 +10,6 @@ from pellucid.errors import UsageError
 from pellucid.jit import cache_folder
 
 
-def register(app: typer.Typer) -> None:
-    """Add these commands."""
-    app.command()(bench)
-    app.command()(doctor)
-    app.command()(warm)
-
-
 def bench(
     json_: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     points: Annotated[
@@ -79,3 +72,6 @@ def warm(
     if troubles:
         raise UsageError("\n".join(troubles))
     typer.echo(f"the kernels are in {cache_folder()}")
+
+
+COMMANDS = (bench, doctor, warm)

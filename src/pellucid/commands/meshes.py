@@ -12,11 +12,6 @@ if TYPE_CHECKING:
     from pellucid.geometry.mesh_survey import Survey
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command()(mesh)
-
-
 def mesh(
     file: Annotated[str, typer.Argument(metavar="FILE", help="STL, OBJ, PLY, Gmsh, VTK, Abaqus, Nastran or another file.")],
     repair: Annotated[bool, typer.Option("--repair", help="Mend what can be mended, and say what was done.")] = False,
@@ -32,6 +27,7 @@ def mesh(
     picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE.png", help="Draw the mesh.")] = None,
 ) -> None:
     """Tell what is in a file of a mesh, and whether a case can use it; mend, write or draw it. Status 2 if it has faults."""
+    from pellucid.findings import Refusal
     from pellucid.geometry.mesh_survey import survey
     from pellucid.units import UnitError, to_si
 
@@ -46,31 +42,20 @@ def mesh(
             _check_place(written, file)
     if picture is not None and picture.suffix.lower() != ".png":
         raise UsageError(f"--picture {picture}: a picture is a PNG file\n    let its name end in .png")
-    with _refusals():
+    try:
         found = survey(file, repair, close_holes, metres)
         print_table(("what", file), found.rows)
         _tell(found, repair)
         if out is not None:
             _write(found, out)
             typer.echo(f"written: {out}")
+    except Refusal as error:
+        raise UsageError(f"{error.reason.text}\n    {error.reason.remedy}") from None
     if picture is not None:
         _draw(found, metres, picture, Path(file).name)
         typer.echo(f"written: {picture}")
     if found.faults:
         raise typer.Exit(2)
-
-
-class _refusals:
-    """Turns what a mesh cannot be into an error of the command line."""
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, _kind: object, error: object, _trace: object) -> None:
-        from pellucid.findings import Refusal
-
-        if isinstance(error, Refusal):
-            raise UsageError(f"{error.reason.text}\n    {error.reason.remedy}") from None
 
 
 def _check_place(path: Path, file: str) -> None:
@@ -113,3 +98,6 @@ def _draw(found: "Survey", metres: float, picture: Path, name: str) -> None:
     figure = mesh_picture(found.mesh, metres, name if metres != 1.0 else f"{name}, its unit taken for a metre")
     with replacing(picture) as draft:
         figure.savefig(draft, format="png")
+
+
+COMMANDS = (mesh,)

@@ -33,13 +33,6 @@ if TYPE_CHECKING:
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
 
 
-def register(app: typer.Typer) -> None:
-    """Add these commands."""
-    app.command()(run)
-    app.command()(resume)
-    app.command()(report)
-
-
 def run(
     case: CaseArgument,
     quick: Quick = False,
@@ -192,3 +185,6 @@ def conclude(finished: "Run", folder: Path) -> None:
     )
     print_metrics({"metric": list(finished.metrics)}, list(finished.metrics.values()))
     typer.echo(f"results in {folder}")
+
+
+COMMANDS = (run, resume, report)

@@ -38,17 +38,10 @@ def number(value: float | None) -> str:
 
 def print_metrics(names: Mapping[str, Sequence[str]], metrics: Sequence["Metric"]) -> None:
     """Print metrics against their references, behind columns of `names`; nothing where there are none."""
+    columns = ("value", "reference", "error", "tolerance")
     rows = [
-        (
-            *labels,
-            number(metric.value),
-            number(metric.reference),
-            number(metric.error),
-            number(metric.tolerance),
-            verdict,
-        )
+        (*labels, *(number(getattr(metric, column)) for column in columns), "pass" if metric.passed else "falls short")
         for *labels, metric in zip(*names.values(), metrics, strict=True)
-        for verdict in ("pass" if metric.passed else "falls short",)
     ]
     if rows:
-        print_table((*names, "value", "reference", "error", "tolerance", ""), rows)
+        print_table((*names, *columns, ""), rows)

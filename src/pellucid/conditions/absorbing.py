@@ -4,6 +4,7 @@ Source: Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. 95, 859.
 """
 
 from collections.abc import Iterator, Sequence
+from typing import ClassVar
 
 import numpy as np
 from pydantic import field_validator
@@ -27,14 +28,13 @@ SAMPLES = 4000  # of the integral of a boundary function, which is piecewise qua
 class Absorbing(Condition):
     """Faces of the grid with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves along the normal leave."""
 
+    # what leaves through the faces, which the momentum equation of the nodes counts
+    losses: ClassVar[Sequence[Channel]] = (ABSORBED_ENERGY,)
+
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: str = parameter("", "body whose waves leave: the speeds are those of its material at the start")
 
     _one_or_several = field_validator("where", mode="before")(one_or_several)
-
-    def channels(self) -> Sequence[Channel]:
-        """What leaves through the faces, which the momentum equation of the nodes counts."""
-        return (ABSORBED_ENERGY,)
 
     @classmethod
     def activate(cls, conditions: Sequence["Absorbing"], assembly: Assembly) -> Sequence[ActiveCondition]:

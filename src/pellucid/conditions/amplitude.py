@@ -5,10 +5,9 @@ from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.conditions.signals.time_table import read_rows
-from pellucid.model import InputFile, Model, parameter
+from pellucid.model import InputFile, Model, check, parameter
 from pellucid.smooth_step import risen
 
 
@@ -21,8 +20,8 @@ class Amplitude(Model):
         "", "instead of these, a CSV file with the columns time [s] and share; a row of names may stand first", None
     )
 
-    @model_validator(mode="after")
-    def _is_a_function(self) -> "Amplitude":
+    @check
+    def _is_a_function(self) -> None:
         if (self.path is None) == (self.times is None) or (self.times is None) != (self.shares is None):
             raise ValueError("give either `times` and `shares`, such as { times = [0, 1], shares = [0, 1] }, or `path`")
         if self.times is not None and self.shares is not None and len(self.times) != len(self.shares):
@@ -30,7 +29,6 @@ class Amplitude(Model):
         if self.times is not None and (late := [(a, b) for a, b in pairwise(self.times) if not a < b]):
             raise ValueError(f"time {late[0][1]:g} s does not come after {late[0][0]:g} s; put them in order, each once")
         self._rows  # noqa: B018 (a file is read at once, so that an error in it is one of the case)
-        return self
 
     @cached_property
     def _rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -60,12 +58,11 @@ class ChangesInTime(Model):
     rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
     amplitude: Amplitude | None = parameter("", "instead of a rise, the share that acts as a function of time", None)
 
-    @model_validator(mode="after")
-    def _rises_once(self) -> "ChangesInTime":
+    @check
+    def _rises_once(self) -> None:
         rise, amplitude = self._change()
         if amplitude is not None and rise > 0.0:
             raise ValueError("`rise` and `amplitude` both say how it changes in time; leave one out")
-        return self
 
     def _change(self) -> tuple[float, Amplitude | None]:
         """Its rise [s] and its amplitude, without keys that are the kind's own."""

@@ -100,13 +100,9 @@ def constrain_nodes(
     for number, support in enumerate(supports):
         inside = nodes_of(support, grid, Selectable(position)) if support.body is None else np.zeros(len(position), bool)
         if not inside.any() and support.body is None and number not in elsewhere:
-            raise CaseError(
-                Problem(
-                    "constrains no node of the grid: the box lies between nodes or beyond the grid",
-                    f"support.{number}.where",
-                    remedy=f"make the box at least one cell ({grid.lattice.cell:g} m) wide",
-                )
-            )
+            text = "constrains no node of the grid: the box lies between nodes or beyond the grid"
+            wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
+            raise CaseError(Problem(text, f"support.{number}.where", remedy=wider))
         for axis in np.flatnonzero(support.axes() if number not in gone else ()):
             constrained[index[inside], axis] = number + 1
     for axis in np.flatnonzero(grid.thin):

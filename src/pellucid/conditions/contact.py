@@ -2,11 +2,9 @@
 
 from collections.abc import Iterator
 
-from pydantic import model_validator
-
 from pellucid.conditions.sliding import Sliding
 from pellucid.findings import Finding, Path
-from pellucid.model import parameter
+from pellucid.model import check, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
@@ -16,11 +14,10 @@ class Contact(Sliding):
 
     between: tuple[str, str] = parameter("", "names of two bodies; the contact is that of their whole velocity fields")
 
-    @model_validator(mode="after")
-    def _two_bodies(self) -> "Contact":
+    @check
+    def _two_bodies(self) -> None:
         if self.between[0] == self.between[1]:
             raise ValueError(f"contact of {self.between[0]} with itself is not supported; name two bodies of different fields")
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Bodies that are not there or move together, and contacts that are there twice, by velocity fields or by name."""

@@ -1,6 +1,7 @@
 """Damping: what the keys `damping` and `damping_until` of a body stand for."""
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 
@@ -15,13 +16,11 @@ from pellucid.parts.condition import Condition
 class Damping(Condition):
     """A drag on a body in proportion to mass and velocity."""
 
+    losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # what it takes
+
     body: str = parameter("", "name of the body")
     rate: float = parameter("1/s", "rate at which the velocity of a free body fades", gt=0)
     until: float | None = parameter("s", "time at which the drag ends; without it never", None)
-
-    def channels(self) -> Sequence[Channel]:
-        """What it takes."""
-        return (DAMPING_HEAT,)
 
     @classmethod
     def activate(cls, conditions: Sequence["Damping"], assembly: Assembly) -> Sequence[ActiveCondition]:

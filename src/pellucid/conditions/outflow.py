@@ -1,6 +1,7 @@
 """Outflow: faces of the grid through which material points leave the computation."""
 
 from collections.abc import Iterator, Sequence
+from typing import ClassVar
 
 from pydantic import field_validator
 
@@ -20,16 +21,14 @@ from pellucid.parts.part import Parts
 class Outflow(Condition):
     """Faces of the grid through which material points leave: a point that crosses one ends, and the run goes on."""
 
+    losses: ClassVar[Sequence[Channel]] = (OUTFLOW_ENERGY,)  # what the points take along
+
     faces: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: tuple[str, ...] = parameter(
         "", "bodies whose points may leave; without it all bodies of material points that nothing leads", ()
     )
 
     _one_or_several = field_validator("faces", "body", mode="before")(one_or_several)
-
-    def channels(self) -> Sequence[Channel]:
-        """What the points take along."""
-        return (OUTFLOW_ENERGY,)
 
     @classmethod
     def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[ActiveCondition]:

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import ClassVar
 
-from pydantic import model_validator
-
 from pellucid.conditions.led_turns import Rotations, turn_problems
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.along_axes import AlongAxes
@@ -13,7 +11,7 @@ from pellucid.conditions.support import Axis
 from pellucid.energy import IMPACT_HEAT, MOTION_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where, faults
-from pellucid.model import name_parameter, parameter
+from pellucid.model import check, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
@@ -39,6 +37,8 @@ class Motion(Condition):
     A body with `rigid = true` follows displacements of its centre of mass and rotations about it; what is left out is free.
     """
 
+    # its work, and what points lose that take its velocity at once
+    losses: ClassVar[Sequence[Channel]] = (MOTION_WORK, IMPACT_HEAT)
     unique_name: ClassVar[bool] = True
     name: str = name_parameter("name of the motion, for probes of its reaction")
     body: str = parameter("", "name of the body")
@@ -50,8 +50,8 @@ class Motion(Condition):
     )
     rotation: Rotations = parameter("", "rotation of a rigid body about its centre of mass", Rotations())
 
-    @model_validator(mode="after")
-    def _prescribes_each_axis_once(self) -> "Motion":
+    @check
+    def _prescribes_each_axis_once(self) -> None:
         moved = [axis for axis in WAYS if getattr(self.displacement, axis) is not None]
         if both := sorted(set(moved) & set(self.hold)):
             raise ValueError(f"{both[0]} stands in both `hold` and `displacement`: leave it out of one")
@@ -65,7 +65,6 @@ class Motion(Condition):
                 'this motion prescribes no direction: give `hold = ["x", ...]` or a `displacement`, for example '
                 '{ y = { kind = "sine", amplitude = 1e-5, period = 1e-4 } }'
             )
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or cannot follow a prescribed motion."""
@@ -90,10 +89,6 @@ class Motion(Condition):
         for axis, turn in self.rotation.turns().items():
             if why := displacement_fault(turn, f"motion {self.name} about {axis}"):
                 yield Finding((*path[:-1], "rotation", axis), why)
-
-    def channels(self) -> Sequence[Channel]:
-        """Its work, and what points lose that take its velocity at once."""
-        return MOTION_WORK, IMPACT_HEAT
 
     @classmethod
     def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[ActiveCondition]:

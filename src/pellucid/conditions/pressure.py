@@ -5,12 +5,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.film_tractions import ActiveSurfaceLoad
+from pellucid.conditions.film_tractions import surface_load
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import parameter
-from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import TakesPressure, TakesTractions
@@ -55,11 +55,15 @@ class Pressure(ChangesInTime, Condition):
 
     def active(self, assembly: Assembly, number: int) -> ActiveCondition:
         """What acts in a run; number: its place among the pressures of the case."""
-        if not assembly.bodies[self.body].body.is_surface:
-            return ActiveFacePressure(self, assembly, number)
-        if isinstance(assembly.bodies[self.body].body, TakesTractions):
-            return ActiveSurfaceLoad(self.traction, self.body, self.load_channel(), assembly, f"pressure.{number}")
-        return ActivePressure(self, assembly)
+        member, channel = assembly.bodies[self.body], self.load_channel()
+        if not member.body.is_surface:
+            faces = LoadedFaces(member, self.where or "boundary", ("pressure", number, "where"))
+            add = assembly.forces_on(self.body, channel)
+            return AtEachStep(lambda time: add(faces.pressure(self.at(time))))
+        if isinstance(member.body, TakesTractions):
+            return surface_load(self.traction, self.body, channel, assembly, f"pressure.{number}")
+        membrane, column = member.offers(TakesPressure), assembly.load_column(self.body, channel)
+        return AtEachStep(lambda time: membrane.add_pressure(self.at(time), column))
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
@@ -68,28 +72,3 @@ class Pressure(ChangesInTime, Condition):
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
         return self.at(time) * points.normal
-
-
-class ActivePressure(ActiveCondition):
-    """A pressure on a membrane that is built."""
-
-    def __init__(self, pressure: Pressure, assembly: Assembly) -> None:
-        self._body, self._pressure = assembly.bodies[pressure.body].offers(TakesPressure), pressure
-        self._column = assembly.load_column(pressure.body, pressure.load_channel())
-
-    def begin(self, time: float, dt: float) -> None:
-        """Its forces over the step."""
-        self._body.add_pressure(self._pressure.at(time), self._column)
-
-
-class ActiveFacePressure(ActiveCondition):
-    """A pressure on faces of a solid that is built."""
-
-    def __init__(self, pressure: Pressure, assembly: Assembly, number: int) -> None:
-        member, where = assembly.bodies[pressure.body], pressure.where or "boundary"
-        self._faces, self._pressure = LoadedFaces(member, where, ("pressure", number, "where")), pressure
-        self._add = assembly.forces_on(pressure.body, pressure.load_channel())
-
-    def begin(self, time: float, dt: float) -> None:
-        """Its forces over the step."""
-        self._add(self._faces.pressure(self._pressure.at(time)))

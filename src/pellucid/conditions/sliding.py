@@ -1,12 +1,12 @@
 """How bodies slide on what they touch, as the user describes it."""
 
 from collections.abc import Iterator
-from typing import Literal, Self
+from typing import Literal
 
-from pydantic import field_validator, model_validator
+from pydantic import field_validator
 
 from pellucid.findings import Finding, Path, Refusal
-from pellucid.model import name_parameter, parameter
+from pellucid.model import check, name_parameter, parameter
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -29,11 +29,10 @@ class Sliding(Condition):
             raise Refusal(f'"{kind}" is no kind of contact', 'use kind = "coulomb", with `friction` for its coefficient')
         return kind
 
-    @model_validator(mode="after")
-    def _friction_belongs_to_coulomb(self) -> Self:
+    @check
+    def _friction_belongs_to_coulomb(self) -> None:
         if (self.kind == "coulomb") != (self.friction is not None):
             raise ValueError('`friction` belongs to `kind = "coulomb"`: give both or neither')
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A name that another condition has: a probe of that name could not tell which is meant."""

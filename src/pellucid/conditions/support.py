@@ -5,14 +5,14 @@ from math import inf
 from typing import Literal, Self
 
 import numpy as np
-from pydantic import field_validator, model_validator
+from pydantic import field_validator
 
 from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.grid.model import GridCase
-from pellucid.model import Vector, name_parameter, parameter
+from pellucid.model import Vector, check, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, is_alone
@@ -61,11 +61,10 @@ class Support(Condition):
             raise ValueError('fix names no direction; list some of "x", "y", "z", or leave the support out')
         return fix
 
-    @model_validator(mode="after")
-    def _normal_needs_a_face(self) -> "Support":
+    @check
+    def _normal_needs_a_face(self) -> None:
         if self.fix == "normal" and self.face() is None:
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
-        return self
 
     def _wall_keys(self) -> list[str]:
         """Which keys say how it yields as a wall."""

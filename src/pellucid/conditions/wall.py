@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 from pydantic import field_validator
@@ -21,6 +22,8 @@ ON_A_FACE = 1e-9  # of a cell, by which a plane on a face of the grid may lie ou
 
 class Wall(Sliding):
     """A plane that bodies cannot pass, rigid and without a body of its own. It is as wide as the grid."""
+
+    losses: ClassVar[Sequence[Channel]] = (CONTACT_WORK,)  # what bodies lose on it
 
     point: Vector = parameter("m", "a point of the plane at time 0")
     normal: Vector = parameter("", "normal of the plane, of any length, to the side where bodies are")
@@ -45,10 +48,6 @@ class Wall(Sliding):
     def touching(self, bodies: Sequence[BodyModel]) -> list[BodyModel]:
         """The bodies that touch it: those that it names, or all that can."""
         return [body for body in bodies if body.name in self.bodies or not (self.bodies or body.why_no_wall())]
-
-    def channels(self) -> Sequence[Channel]:
-        """What bodies lose on it."""
-        return (CONTACT_WORK,)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A plane that does not fit the grid, and bodies that cannot touch it."""

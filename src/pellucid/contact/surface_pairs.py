@@ -15,7 +15,7 @@ under what presses them: see `pellucid.contact.dead_stop` and `pellucid.contact.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described, Plane, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
+from pellucid.contact.touch import Touch
 
 NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
 
@@ -84,7 +85,7 @@ class HalfPair:
         proximity.exchange(self._about, self._found, at, -force, forces[1], True)
 
 
-class SurfacePair:
+class SurfacePair(Touch):
     """Two surfaces that touch.
 
     friction, courant, swing, cell: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0; thickness:
@@ -102,19 +103,13 @@ class SurfacePair:
         name: str | None = None,
         cell: float = np.inf,
     ) -> None:
-        self.surfaces: Sequence[ContactSurface] = surfaces
+        super().__init__(surfaces, OverlapLaw(surfaces, friction, courant, swing, cell), name)
         one, other = surfaces
-        self.name, self.law = name, OverlapLaw(surfaces, friction, courant, swing, cell)
         fine = [1.0 / float(np.median(surface.reach)) ** 2 for surface in surfaces]
         self._halves = []
         for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
             meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness)
             self._halves.append(HalfPair(first, second, meeting, share / sum(fine)))
-        self.impulse = np.zeros(3)
-        """On the first surface over this step [N s]."""
-
-    def begin(self, time: float, passing: float) -> None:
-        """Both are bodies, which move by themselves."""
 
     def find(self, described: dict[int, Described]) -> bool:
         """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
@@ -135,10 +130,6 @@ class SurfacePair:
         for (half, overlap), force in zip(touching, found, strict=True):
             half.apply(overlap.listed, force, (forces[id(half.one)], forces[id(half.other)]))
             self.impulse += (1.0 if half.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
-
-    def external_work(self) -> float:
-        """None: both are bodies."""
-        return 0.0
 
 
 def _deepest(surface: ContactSurface) -> float:
@@ -163,31 +154,6 @@ def _bins(one: Described, other: Described, reach: float) -> Bins | None:
     shape = int(counts[0]), int(counts[1]), int(counts[2])
     proximity.count_boxes(other.place, lower, size, shape, np.empty(len(other.place), np.int64), first, order)
     return Bins(lower, size, shape, first, order)
-
-
-class Touch(Protocol):
-    """A body that touches another, or a wall."""
-
-    name: str | None
-    surfaces: Sequence[ContactSurface]
-    law: OverlapLaw
-    impulse: np.ndarray
-    """On the first surface over this step [N s]."""
-
-    def begin(self, time: float, passing: float) -> None:
-        """Before the overlaps of a step that begins at `time` [s], over which the time of the loads grows by `passing` [s]."""
-
-    def find(self, described: dict[int, Described]) -> bool:
-        """Find the overlap; whether there is one. described: the points of surfaces, by identity."""
-
-    def way(self) -> np.ndarray:
-        """The unit vector along which the overlap found pushes, (3,), either way."""
-
-    def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
-        """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
-
-    def external_work(self) -> float:
-        """What is done from outside over this step, by a wall that moves [J]."""
 
 
 class SurfacePairs:

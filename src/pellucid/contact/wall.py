@@ -1,12 +1,11 @@
 """Planes without a body that surfaces touch."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.images import Described
 from pellucid.contact.overlap import Overlap, OverlapLaw
+from pellucid.contact.touch import Touch
 
 
 class WallPlane:
@@ -31,7 +30,7 @@ class WallPlane:
         return np.asarray(np.sum(place * self.normal, axis=1) - self.level)
 
 
-class WallContact:
+class WallContact(Touch):
     """A surface that touches a plane. friction, courant, swing: see `OverlapLaw`."""
 
     def __init__(
@@ -44,13 +43,9 @@ class WallContact:
         name: str | None = None,
         cell: float = np.inf,
     ) -> None:
-        self.surfaces: Sequence[ContactSurface] = (surface,)
-        self.plane, self.name = plane, name
-        self.law = OverlapLaw(self.surfaces, friction, courant, swing, cell)
+        super().__init__((surface,), OverlapLaw((surface,), friction, courant, swing, cell), name)
+        self.plane, self._work = plane, 0.0
         self._overlap: Overlap | None = None
-        self._work = 0.0
-        self.impulse = np.zeros(3)
-        """On the surface over this step [N s]."""
 
     def begin(self, time: float, passing: float) -> None:
         """Move the plane to where it is."""

@@ -1,11 +1,10 @@
 """What is at stake in a run at its start: the energy that its bodies could set free."""
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
-from pellucid.energy.budget import Totals
+from pellucid.energy.budget import Balanced
 
 ROUNDING_SHARE = 1e-8
 """Of internal energy. Most of that of a fluid moves nothing; what it gives to others is judged as energy that moved. But where
@@ -18,17 +17,7 @@ moduli, such as tr b - 3 - 2 ln J, and half a unit in the last place of these is
 stores. That is 1 % of what this strain would store, m c²/2 times its square."""
 
 
-class Stores(Protocol):
-    """What is read of a body: its totals, what it stores, and `mass` [kg], (n,), and `position` [m], (n, 3), of its points."""
-
-    totals: Totals
-
-    @property
-    def energy_kind(self) -> str: ...
-    def stored_field(self, name: str) -> np.ndarray: ...
-
-
-def energy_at_stake(bodies: Sequence[Stores], gravity: tuple[float, float, float], wave_speeds: Sequence[float]) -> float:
+def energy_at_stake(bodies: Sequence[Balanced], gravity: tuple[float, float, float], wave_speeds: Sequence[float]) -> float:
     """Strain energy, potential energy above the lowest point of all bodies, and what covers the rounding of stored energy [J].
 
     wave_speeds: of pressure waves in each body [m/s], 0 where none cross it.

@@ -46,7 +46,8 @@ class Totals:
 
 
 class Balanced(Protocol):
-    """What the balance reads of a body: its totals, its mass [kg], and whether it stores "internal" or "strain" energy."""
+    """What the balance reads of a body: its totals, its mass [kg], whether it stores "internal" or "strain" energy; and `mass`
+    [kg], (n,), and `position` [m], (n, 3), of its points."""
 
     totals: Totals
 
@@ -55,6 +56,7 @@ class Balanced(Protocol):
 
     @property
     def energy_kind(self) -> str: ...
+    def stored_field(self, name: str) -> np.ndarray: ...
 
 
 class EnergyBudget:

@@ -1,5 +1,7 @@
 """Curves of a run beside exact ones, and metrics of numbers that have an exact value."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from pellucid.references.annotations import Array
@@ -31,6 +33,25 @@ def energy_metric(run: Run, tolerance: float) -> Metric:
     """The relative error of the energy balance at the end."""
     error = abs(float(run.summary["conservation"]["energy"]))
     return vanishing(error, tolerance, "relative error of the energy balance at the end")
+
+
+def beside_elements(
+    panels: Sequence[Axes], run: Run, name: str, times: Array, known: Mapping[str, Array], colour: str, scale: float = 1.0
+) -> None:
+    """Above, a column of the history over curves of finite elements, the known ones by their names and in black; below, how far
+    it is from the first of these where the run has been.
+
+    scale: of lengths and times in the picture.
+    """
+    (above, below), now, found, exact = panels, run.history["time"], run.history[name], next(iter(known.values()))
+    for (label, values), line in zip(known.items(), ("-", ":"), strict=True):
+        above.plot(scale * times, scale * values, color="black", linewidth=1, linestyle=line, label=label)
+    length = "mm" if scale == 1e3 else "m"
+    above.plot(scale * now, scale * found, color=colour, label=f"cell {scale * run.case.grid.cell:g} {length}")
+    above.legend()
+    reached = times <= now[-1] * (1.0 + 1e-9)
+    apart = (np.interp(times, now, found) - exact)[reached]
+    below.plot(scale * times[reached], 100.0 * apart / np.abs(exact - exact[0]).max(), color=colour)
 
 
 def beside(axes: Axes, time: Array, found: Array, exact: Array, name: str, colour: str) -> None:

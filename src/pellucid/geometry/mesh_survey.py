@@ -1,7 +1,7 @@
 """What a file of a mesh holds: counts, size, shape of the elements, whether it is closed, and what is wrong with it."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
@@ -39,7 +39,7 @@ class Survey:
     mesh: Mesh | SimplexMesh
     rows: list[tuple[str, str]]
     notes: list[str]
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[Fault]
 
 
 def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
@@ -47,22 +47,20 @@ def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
     contents = read_file(path, "a mesh", ANY)
     raw, contents = contents, first_order(contents)
     rows = [("format", contents.format), ("elements", _elements(raw)), *_sets(contents)]
+    found: Mesh | SimplexMesh
     if any(block.kind in SOLID and len(block.nodes) for block in contents.blocks):
-        solid, notes = solid_of(path, contents, repair)
-        in_metres = SimplexMesh(metres * solid.nodes, solid.cells, solid.sets)
-        faults = list(solid_faults(in_metres))
-        found = Survey(solid, rows, notes, faults)
+        found, notes = solid_of(path, contents, repair)
+        in_metres = SimplexMesh(metres * found.nodes, found.cells, found.sets)
         nodes, corners = in_metres.nodes, [in_metres.cells]
-        about = _about_solid(in_metres)
+        about, faults = _about_solid(in_metres), list(solid_faults(in_metres))
     else:
-        surface = surface_of(path, contents.points, contents.blocks)
-        surface, notes = mended(path, surface, close_holes) if repair else (surface, [])
-        scaled = surface._replace(vertices=metres * surface.vertices)
+        found = surface_of(path, contents.points, contents.blocks)
+        found, notes = mended(path, found, close_holes) if repair else (found, [])
+        scaled = found._replace(vertices=metres * found.vertices)
         nodes, corners = scaled.vertices, [scaled.quads, scaled.triangles]
         about, faults = _about_surface(scaled)
-        found = Survey(surface, rows, notes, faults)
     rows += [("nodes", _nodes(len(contents.points), len(nodes))), *_size(path, nodes, metres), *_edges(nodes, corners), *about]
-    return Survey(found.mesh, rows, [*contents.notes, *found.notes], found.faults)
+    return Survey(found, rows, [*contents.notes, *notes], faults)
 
 
 def _elements(contents: Contents) -> str:

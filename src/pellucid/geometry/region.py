@@ -18,7 +18,7 @@ from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.geometry.shapes.solids import Box
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 from pellucid.units import in_degrees
 
 REACH = 1e-9  # of the extent of a body, by which a node may lie beyond a box and still count: rounding must not decide
@@ -78,13 +78,12 @@ class Region(Shape):
 
     _in_degrees = field_validator("within", mode="before")(in_degrees)
 
-    @model_validator(mode="after")
-    def _normal_has_a_direction(self) -> "Region":
+    @check
+    def _normal_has_a_direction(self) -> None:
         if self.within is not None and self.normal is None:
             raise ValueError("`within` belongs to `normal`: give both, or leave it out")
         if self.normal is not None and not any(self.normal):
             raise ValueError("`normal` has no length: give a direction, such as [0, 0, 1]")
-        return self
 
     @property
     def needs_mesh(self) -> bool:

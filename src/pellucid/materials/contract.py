@@ -2,15 +2,14 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.materials.law import SQUEEZED, ZERO_GRADIENT, Law, diffusivity, signal_speed
 from pellucid.materials.point_state import PointState
 from pellucid.materials.trial import RATE_FORM, Operation, try_material
-from pellucid.model import Model, parameter
+from pellucid.model import Model, check, parameter
 from pellucid.registry import Family
 from pellucid.state import FIELDS
 from pellucid.tensors import Symmetric
@@ -82,10 +81,9 @@ class PointMaterial(BodyMaterial):
         """What must be registered for its law, and for the laws that this is made of."""
         return {law: RATE_FORM}
 
-    @model_validator(mode="after")
-    def _law_is_whole(self) -> Self:
+    @check
+    def _law_is_whole(self) -> None:
         try_material(self)
-        return self
 
     @property
     def energy_field(self) -> str:

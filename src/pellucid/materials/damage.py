@@ -11,12 +11,11 @@ from math import exp
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.jit import generic, point_function, pointwise
 from pellucid.materials.law import Law
 from pellucid.materials.membrane import Shape, largest_strain
-from pellucid.model import Model, parameter
+from pellucid.model import Model, check, parameter
 
 
 class Undamaged(NamedTuple):
@@ -57,14 +56,11 @@ class DamageCase(Model):
         gt=0,
     )
 
-    @model_validator(mode="after")
-    def _fails_after_it_yields(self) -> "DamageCase":
+    @check
+    def _fails_after_it_yields(self) -> None:
         if self.failure_strain <= self.elastic_limit:
-            raise ValueError(
-                f"failure_strain = {self.failure_strain:g} is not above elastic_limit = {self.elastic_limit:g}; damage lies "
-                f"between the two strains"
-            )
-        return self
+            text = f"failure_strain = {self.failure_strain:g} is not above elastic_limit = {self.elastic_limit:g}"
+            raise ValueError(f"{text}; damage lies between the two strains")
 
     def law(self) -> Elastodamage:
         """The law as kernels take it."""

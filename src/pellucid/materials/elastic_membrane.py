@@ -3,9 +3,6 @@
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from math import sqrt
-from typing import Self
-
-from pydantic import model_validator
 
 from pellucid.materials.damage import DamageCase, Elastodamage, Undamaged
 from pellucid.materials.elastic import ElasticMaterial
@@ -13,7 +10,7 @@ from pellucid.materials.law import Law
 from pellucid.materials.membrane_material import MembraneMaterial
 from pellucid.materials.trial import MEMBRANE, Operation, try_membrane
 from pellucid.materials.wrinkling import TensionField, unwrinkled
-from pellucid.model import parameter
+from pellucid.model import check, parameter
 
 
 class ElasticMembraneMaterial(ElasticMaterial, MembraneMaterial):
@@ -22,13 +19,12 @@ class ElasticMembraneMaterial(ElasticMaterial, MembraneMaterial):
     damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
     wrinkling: bool = parameter("", "whether it wrinkles rather than bear compression (tension field)", False)
 
-    @model_validator(mode="after")
-    def _wrinkles_or_tears(self) -> "ElasticMembraneMaterial":
+    @check
+    def _wrinkles_or_tears(self) -> None:
         if self.wrinkling and self.damage:
             raise ValueError(
                 "wrinkling = true and damage do not go together: there is no law of damage for wrinkles; leave out one of them"
             )
-        return self
 
     @abstractmethod
     def elastic_law(self) -> Law:
@@ -42,10 +38,9 @@ class ElasticMembraneMaterial(ElasticMaterial, MembraneMaterial):
         """What must be registered for its elastic law."""
         return {law: (*MEMBRANE, unwrinkled) if self.wrinkling else tuple(MEMBRANE)}
 
-    @model_validator(mode="after")
-    def _law_is_whole(self) -> Self:
+    @check
+    def _law_is_whole(self) -> None:
         try_membrane(self)
-        return self
 
     def wave_speeds(self) -> tuple[float, float]:
         """Speeds of pressure and shear waves in the plane at the start [m/s]: the thickness is free to change."""

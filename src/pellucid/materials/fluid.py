@@ -5,7 +5,6 @@ from math import sqrt
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.jit import point_function
 from pellucid.materials.artificial_viscosity import (
@@ -31,7 +30,7 @@ from pellucid.materials.law import (
 )
 from pellucid.materials.point_state import point_state
 from pellucid.materials.trial import Operation
-from pellucid.model import parameter
+from pellucid.model import check, parameter
 from pellucid.tensors import Symmetric, double_dot, symmetric_part
 
 
@@ -70,36 +69,27 @@ class FluidMaterial(PointMaterial):
         "", "how the energy equation is solved", "conservative"
     )
 
-    @model_validator(mode="after")
-    def _pressure_is_possible(self) -> "FluidMaterial":
+    @check
+    def _pressure_is_possible(self) -> None:
         eos, energy = self.law().eos, self.initial_state().internal_energy
         found = pressure(eos, self.density, energy)
         # rounding of the terms that cancel in a stiff liquid
         if abs(found - self.pressure) > 1e-9 * (abs(self.pressure) + abs(pressure_line(eos, self.density)[0])):
-            raise ValueError(
-                f"the pressure is {self.pressure:g} Pa, but this equation of state has {found:g} Pa at the initial density and "
-                f"no energy that changes it; use pressure = {found:g}"
-            )
-        return self
+            text = f"the pressure is {self.pressure:g} Pa, but this equation of state has {found:g} Pa at the initial density"
+            raise ValueError(f"{text} and no energy that changes it; use pressure = {found:g}")
 
-    @model_validator(mode="after")
-    def _artificial_work_is_kept(self) -> "FluidMaterial":
+    @check
+    def _artificial_work_is_kept(self) -> None:
         if self.keeps_heat and not self.artificial_viscosity.work:
-            raise ValueError(
-                "artificial_viscosity.work = false leaves work out that the conservative energy update keeps; "
-                'add energy_update = "closed"'
-            )
-        return self
+            text = "artificial_viscosity.work = false leaves work out that the conservative energy update keeps"
+            raise ValueError(f'{text}; add energy_update = "closed"')
 
-    @model_validator(mode="after")
-    def _viscosity_takes_energy(self) -> "FluidMaterial":
+    @check
+    def _viscosity_takes_energy(self) -> None:
         least = -2.0 / 3.0 * self.viscosity
         if self.second_viscosity is not None and self.second_viscosity < least * (1.0 + 1e-12):
-            raise ValueError(
-                f"second_viscosity = {self.second_viscosity:g} Pa*s is below -2/3 viscosity = {least:g} Pa*s: expansion would "
-                f"give energy; leave it out for Stokes' value"
-            )
-        return self
+            text = f"second_viscosity = {self.second_viscosity:g} Pa*s is below -2/3 viscosity = {least:g} Pa*s"
+            raise ValueError(f"{text}: expansion would give energy; leave it out for Stokes' value")
 
     @property
     def keeps_heat(self) -> bool:

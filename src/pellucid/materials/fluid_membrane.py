@@ -6,10 +6,9 @@ The material in it keeps its volume, so that its thickness is 1/A of that at the
 """
 
 from math import sqrt
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.jit import point_function
 from pellucid.materials.membrane import (
@@ -20,7 +19,7 @@ from pellucid.materials.membrane import (
     stretched,
 )
 from pellucid.materials.membrane_material import MembraneMaterial
-from pellucid.model import parameter
+from pellucid.model import check, parameter
 
 
 class FluidMembrane(NamedTuple):
@@ -43,11 +42,10 @@ class FluidMembraneMaterial(MembraneMaterial):
     viscosity: float = parameter("Pa*s", "shear viscosity μ of the surface over the thickness", 0.0, ge=0)
     dilatational_viscosity: float = parameter("Pa*s", "second viscosity λ of the surface over the thickness", 0.0, ge=0)
 
-    @model_validator(mode="after")
-    def _bears_something(self) -> Self:
+    @check
+    def _bears_something(self) -> None:
         if max(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity) == 0.0:
             raise ValueError("a fluid membrane without tension, stiffness and viscosity bears nothing: give one of them")
-        return self
 
     def law(self) -> FluidMembrane:
         """The law as kernels take it."""

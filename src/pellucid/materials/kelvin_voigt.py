@@ -22,7 +22,7 @@ from pellucid.materials.law import (
     wave_speed,
 )
 from pellucid.materials.point_state import point_state
-from pellucid.materials.viscoelastic import ELASTIC, ViscoelasticMaterial
+from pellucid.materials.viscoelastic import ELASTIC, ViscoelasticMaterial, lost_so_far
 from pellucid.model import parameter
 from pellucid.registry import OneOf
 from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, add, deformed, deviator, double_dot, scale, symmetric_part
@@ -93,6 +93,4 @@ def _stored_energy(law, state, density):
     return energy(law.elastic, state.deformation_gradient) / law.rho0
 
 
-@point_function(dissipated_energy, KelvinVoigt)
-def _dissipated_energy(law, state, density):
-    return state.dissipated_energy
+point_function(dissipated_energy, KelvinVoigt)(lost_so_far)

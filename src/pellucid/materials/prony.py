@@ -27,7 +27,7 @@ from pellucid.materials.hyperelastic import HyperelasticMaterial, finite_strain
 from pellucid.materials.law import Law, dissipated_energy, energy, signal_speed, stored_energy, update
 from pellucid.materials.point_state import PointState
 from pellucid.materials.prony_states import MOST, STATES, branch_energy, overstress, relaxed
-from pellucid.materials.viscoelastic import ELASTIC, ViscoelasticMaterial
+from pellucid.materials.viscoelastic import ELASTIC, ViscoelasticMaterial, lost_so_far
 from pellucid.model import Model, parameter
 from pellucid.registry import OneOf
 from pellucid.tensors import (
@@ -127,6 +127,4 @@ def _stored_energy(law, state, density):
     return energy(law.elastic, state.deformation_gradient) / law.rho0 + branch_energy(state)
 
 
-@point_function(dissipated_energy, Prony)
-def _dissipated_energy(law, state, density):
-    return state.dissipated_energy
+point_function(dissipated_energy, Prony)(lost_so_far)

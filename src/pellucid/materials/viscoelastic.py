@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, Self
+from typing import Any
 
 from pydantic import model_validator
 
@@ -10,6 +10,7 @@ from pellucid.materials.contract import PointMaterial
 from pellucid.materials.hyperelastic import HyperelasticMaterial
 from pellucid.materials.law import Law
 from pellucid.materials.trial import Operation
+from pellucid.model import check
 
 ELASTIC = "the hyperelastic solid that bears the load at rest; it takes the density of the whole, which may be left out here"
 
@@ -33,10 +34,14 @@ class ViscoelasticMaterial(PointMaterial):
             return {**data, "elastic": {"density": data["density"], **elastic}}
         return data
 
-    @model_validator(mode="after")
-    def _densities_agree(self) -> Self:
+    @check
+    def _densities_agree(self) -> None:
         inside = self.hyperelastic().density
         if inside != self.density:
             text = f"elastic.density = {inside:g} kg/m^3 is not density = {self.density:g} kg/m^3"
             raise ValueError(f"{text}: leave it out in `elastic`")
-        return self
+
+
+def lost_so_far(law, state, density):
+    """`dissipated_energy` of a law whose points keep what they lost."""
+    return state.dissipated_energy

@@ -1,5 +1,7 @@
 """The interface of a condition in a run."""
 
+from collections.abc import Callable
+
 from pellucid.energy import StepWork
 
 
@@ -25,3 +27,14 @@ class ActiveCondition:
     def work(self) -> StepWork | None:
         """Its work and impulses over the step; None where nodes or bodies count them."""
         return None
+
+
+class AtEachStep(ActiveCondition):
+    """What a function of the time [s] does at the beginning of each step."""
+
+    def __init__(self, act: Callable[[float], object]) -> None:
+        self._act = act
+
+    def begin(self, time: float, dt: float) -> None:
+        """Do it."""
+        self._act(time)

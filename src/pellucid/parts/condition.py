@@ -1,7 +1,7 @@
 """The interface of the model of a condition."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from pellucid.energy import Channel
 from pellucid.parts.active_condition import ActiveCondition
@@ -14,13 +14,15 @@ if TYPE_CHECKING:
 class Condition(Part):
     """An external action on bodies or nodes, or between bodies. A new one is a subclass, and a key of the case."""
 
+    losses: ClassVar[Sequence[Channel]] = ()  # the channels of its other work and losses, where its keys do not change these
+
     def load_channel(self) -> str | None:
         """The name of the channel of its external forces, if it has such: a column of the history, ending in `_work`."""
         return None
 
     def channels(self) -> Sequence[Channel]:
         """The channels of its other work and losses."""
-        return ()
+        return self.losses
 
     @classmethod
     def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:

@@ -2,6 +2,7 @@
 
 import csv
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,12 +35,11 @@ def same_problem(case: Case, other: Case) -> bool:
     """
     if len(case.body) != len(other.body) or case.gravity != other.gravity:
         return False
+
+    def stated(body: Any) -> tuple[Any, ...]:
+        return body.kind.partition("-")[0], body.field, body.material, body.velocity, getattr(body, "thickness", None)
+
     return all(
-        one.kind.partition("-")[0] == two.kind.partition("-")[0]
-        and one.field == two.field
-        and one.material == two.material
-        and one.velocity == two.velocity
-        and getattr(one, "thickness", None) == getattr(two, "thickness", None)
-        and np.allclose(one.bounds(), two.bounds(), rtol=0.0, atol=1e-9)
+        stated(one) == stated(two) and np.allclose(one.bounds(), two.bounds(), rtol=0.0, atol=1e-9)
         for one, two in zip(case.body, other.body, strict=True)
     )

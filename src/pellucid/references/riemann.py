@@ -8,6 +8,7 @@ have its own gamma.
 
 from dataclasses import dataclass, replace
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,55 +40,33 @@ class GasState:
         """Speed of sound [m/s]."""
         return sqrt(self.gamma * self.pressure / self.density)
 
-    @property
-    def internal_energy(self) -> float:
-        """Internal energy per mass [J/kg]."""
-        return self.pressure / ((self.gamma - 1.0) * self.density)
-
     def mirrored(self) -> "GasState":
         """The same gas seen in a mirror: the sign of its velocity changes."""
         return replace(self, velocity=-self.velocity)
 
 
-@dataclass(frozen=True)
-class Wave:
-    """The wave that runs into a left state: `head` and `tail` speeds [m/s] (equal for a shock), density behind it."""
+class Wave(NamedTuple):
+    """A wave that runs into a state: speeds of head and tail [m/s], equal for a shock, and the density behind it [kg/m^3]."""
 
     head: float
     tail: float
     density: float
 
+    def mirrored(self) -> "Wave":
+        """The same wave seen in a mirror."""
+        return Wave(-self.head, -self.tail, self.density)
+
 
 @dataclass(frozen=True)
 class RiemannSolution:
-    """Exact solution: the given states and the star region. The right wave is kept as seen in a mirror."""
+    """Exact solution: the given states, the star region, and the waves in the gases on both sides of it."""
 
     left: GasState
     right: GasState
     pressure: float
     velocity: float
     left_wave: Wave
-    mirrored_right_wave: Wave
-
-    @property
-    def left_speeds(self) -> tuple[float, float]:
-        """Head and tail of the wave in the left gas [m/s]; both the shock's speed if it is a shock."""
-        return self.left_wave.head, self.left_wave.tail
-
-    @property
-    def right_speeds(self) -> tuple[float, float]:
-        """Head and tail of the wave in the right gas [m/s]; both the shock's speed if it is a shock."""
-        return -self.mirrored_right_wave.head, -self.mirrored_right_wave.tail
-
-    @property
-    def left_density(self) -> float:
-        """Density of the left gas in the star region [kg/m^3]."""
-        return self.left_wave.density
-
-    @property
-    def right_density(self) -> float:
-        """Density of the right gas in the star region [kg/m^3]."""
-        return self.mirrored_right_wave.density
+    right_wave: Wave
 
     def sample(self, speed: ArrayLike) -> dict[str, NDArray[np.float64]]:
         """Fields at x/t = `speed` [m/s], any shape.
@@ -96,7 +75,7 @@ class RiemannSolution:
         """
         xi = np.asarray(speed, dtype=float)
         from_left = _one_side(self.left, self.left_wave, self.pressure, self.velocity, xi)
-        from_right = _one_side(self.right.mirrored(), self.mirrored_right_wave, self.pressure, -self.velocity, -xi)
+        from_right = _one_side(self.right.mirrored(), self.right_wave.mirrored(), self.pressure, -self.velocity, -xi)
         in_left_gas = xi < self.velocity
         density, pressure = (np.where(in_left_gas, a, b) for a, b in zip(from_left[::2], from_right[::2], strict=True))
         velocity = np.where(in_left_gas, from_left[1], -from_right[1])
@@ -116,7 +95,8 @@ def solve(left: GasState, right: GasState) -> RiemannSolution:
         raise VacuumError(f"a vacuum opens: the states part at {parting:g} m/s, which is not less than {reach:g} m/s")
     pressure = _star_pressure(left, right)
     velocity = left.velocity - _velocity_change(left, pressure)[0]
-    return RiemannSolution(left, right, pressure, velocity, _wave(left, pressure), _wave(right.mirrored(), pressure))
+    right_wave = _wave(right.mirrored(), pressure).mirrored()
+    return RiemannSolution(left, right, pressure, velocity, _wave(left, pressure), right_wave)
 
 
 def _star_pressure(left: GasState, right: GasState) -> float:

@@ -38,10 +38,10 @@ class Tube:
     def fronts(self, time: float) -> dict[str, float]:
         """Where the fan on the left begins and ends, the contact, and the shock on the right [m]."""
         speeds = {
-            "fan head": self.solution.left_speeds[0],
-            "fan tail": self.solution.left_speeds[1],
+            "fan head": self.solution.left_wave.head,
+            "fan tail": self.solution.left_wave.tail,
             "contact": self.solution.velocity,
-            "shock": self.solution.right_speeds[0],
+            "shock": self.solution.right_wave.head,
         }
         return {name: self.diaphragm + speed * time for name, speed in speeds.items()}
 

@@ -101,9 +101,5 @@ def sphere_mode_rate(degree: int, rigidity: float, viscosity: float, dilatationa
     (linear theory). Errors are of the order of the amplitude over R.
     """
     L = degree * (degree + 1)
-    return (
-        rigidity
-        * L
-        * ((2.0 * viscosity + dilatational) * L - 2.0 * viscosity)
-        / (4.0 * viscosity * (viscosity + dilatational) * radius**4)
-    )
+    drag = 4.0 * viscosity * (viscosity + dilatational) * radius**4
+    return rigidity * L * ((2.0 * viscosity + dilatational) * L - 2.0 * viscosity) / drag

@@ -30,7 +30,7 @@ def forget() -> None:
     """Be another process, which has not loaded the extension."""
     for registry in Registry.every:
         for name in ("push", "shear", "glide", "middle", "speed"):
-            registry._entries.pop(name, None)
+            registry.entries.pop(name, None)
     extensions._loaded.clear()
     Registry.changes += 1
 

@@ -47,7 +47,8 @@ def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
     """For each node the faces that bound its k-th ring, but for those on the boundary of the mesh, and the size of the ring."""
     faces, owners = mesh.faces
     inner = np.flatnonzero(owners[:, 1] >= 0)
-    sides = _incidence(owners[inner].T.ravel(), np.tile(inner, 2), (len(mesh.cells), len(faces)))
+    ones = np.ones(2 * len(inner), np.int32), (owners[inner].T.ravel(), np.tile(inner, 2))
+    sides = sparse.csr_array(ones, shape=(len(mesh.cells), len(faces)))
     first, items, sizes = [np.zeros(1, np.int64)], [], []
     for start in range(0, len(mesh.nodes), BLOCK):
         nodes = slice(start, start + BLOCK)
@@ -70,10 +71,6 @@ def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces
     keys = np.unique(np.concatenate([known, nodes * f + faces]))
     distances = distances._replace(first=np.searchsorted(keys, np.arange(n + 1) * f), faces=keys % f)
     return evaluator._replace(functions=evaluator.functions._replace(distances=distances))
-
-
-def _incidence(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sparse.csr_array:
-    return sparse.csr_array((np.ones(len(rows), np.int32), (rows, columns)), shape=shape)
 
 
 def nodes_in_reach(mesh: SimplexMesh, reach: np.ndarray) -> Lists:

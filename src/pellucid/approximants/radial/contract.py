@@ -2,12 +2,11 @@
 
 from abc import abstractmethod
 from math import ceil, comb
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
-from pellucid.model import Model, parameter
+from pellucid.model import Model, check, parameter
 
 NODES_PER_POLYNOMIAL = 1.4
 NO_SHAPE = 0.0
@@ -49,14 +48,11 @@ class RadialModel(Model):
         """Shape parameter times the radius of a stencil, before it is raised."""
         return NO_SHAPE
 
-    @model_validator(mode="after")
-    def _has_an_interpolant(self) -> Self:
+    @check
+    def _has_an_interpolant(self) -> None:
         if self.degree < self.least_degree:
-            raise ValueError(
-                f"`degree` = {self.degree} is too low: with polynomials of a degree below {self.least_degree} some stencils "
-                f"have no interpolant of this function; use {self.least_degree} or more"
-            )
-        return self
+            few = f"with polynomials of a degree below {self.least_degree} some stencils have no interpolant of this function"
+            raise ValueError(f"`degree` = {self.degree} is too low: {few}; use {self.least_degree} or more")
 
     def n_polynomials(self, dimension: int) -> int:
         """How many polynomials of its degree there are in so many dimensions."""
@@ -86,3 +82,8 @@ class ShapedModel(RadialModel):
     def initial_shape(self) -> float:
         """What the user gives."""
         return self.shape
+
+    @property
+    def derivatives(self) -> int:
+        """Smooth: what is asked for at most."""
+        return 2

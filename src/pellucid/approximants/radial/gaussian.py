@@ -22,8 +22,3 @@ class GaussianModel(ShapedModel):
     def least_degree(self) -> int:
         """It is positive definite and needs none."""
         return -1
-
-    @property
-    def derivatives(self) -> int:
-        """Smooth: what is asked for at most."""
-        return 2

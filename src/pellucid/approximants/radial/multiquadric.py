@@ -22,8 +22,3 @@ class MultiquadricModel(ShapedModel):
     def least_degree(self) -> int:
         """It is conditionally definite of order 1."""
         return 0
-
-    @property
-    def derivatives(self) -> int:
-        """Smooth: what is asked for at most."""
-        return 2

@@ -8,7 +8,7 @@ from pellucid.conditions.amplitude import ChangesInTime
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Path
 from pellucid.model import Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 
 
@@ -20,17 +20,6 @@ class BodyForce(ChangesInTime, LoadModel):
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its forces."""
-        return ActiveBodyForce(self, assembly)
-
-
-class ActiveBodyForce(ActiveCondition):
-    """An acceleration of a body that is built, on its points as they are stored."""
-
-    def __init__(self, load: BodyForce, assembly: Assembly) -> None:
-        self._body, self._load = assembly.bodies[load.body].body, load
-        self._add = assembly.forces_on(load.body, load.channel)
-
-    def begin(self, time: float, dt: float) -> None:
-        """Its forces over the step."""
-        acceleration = self._load.share(time) * np.array(self._load.acceleration)
-        self._add(self._body.arrays["mass"][:, None] * acceleration)
+        body, add = assembly.bodies[self.body].body, assembly.forces_on(self.body, self.channel)
+        acceleration = np.array(self.acceleration)
+        return AtEachStep(lambda time: add(body.arrays["mass"][:, None] * (self.share(time) * acceleration)))

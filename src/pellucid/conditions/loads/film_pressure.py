@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.film_tractions import ActiveSurfaceLoad
+from pellucid.conditions.film_tractions import surface_load
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.support import Axis
 from pellucid.findings import Finding, Path
@@ -59,7 +59,7 @@ class FilmPressure(ChangesInTime, LoadModel):
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """What acts in a run."""
         label = f"{'.'.join(map(str, path))} of kind {self.kind}"
-        return ActiveSurfaceLoad(self.traction, self.body, self.channel, assembly, label)
+        return surface_load(self.traction, self.body, self.channel, assembly, label)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""

@@ -11,7 +11,7 @@ from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
 
@@ -30,20 +30,7 @@ class PointLoad(ChangesInTime, LoadModel):
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its forces."""
-        return ActivePointLoad(self, assembly, path)
-
-
-class ActivePointLoad(ActiveCondition):
-    """A force on points of a body that is built."""
-
-    def __init__(self, load: PointLoad, assembly: Assembly, path: Path) -> None:
-        member = assembly.bodies[load.body]
-        self._body, self._load = member.body, load
-        chosen = chosen_points(load.where, member, path)
-        self._share = np.where(chosen, 1.0 / chosen.sum(), 0.0)[:, None]  # of the points by their `id`: sorting moves them
-        self._add = assembly.forces_on(load.body, load.channel)
-
-    def begin(self, time: float, dt: float) -> None:
-        """Its forces over the step."""
-        force = self._load.share(time) * np.array(self._load.force)
-        self._add(self._share[self._body.arrays["id"]] * force)
+        member, force = assembly.bodies[self.body], np.array(self.force)
+        chosen, add = chosen_points(self.where, member, path), assembly.forces_on(self.body, self.channel)
+        share = np.where(chosen, 1.0 / chosen.sum(), 0.0)[:, None]  # of the points by their `id`: sorting moves them
+        return AtEachStep(lambda time: add(share[member.body.arrays["id"]] * (self.share(time) * force)))

@@ -4,19 +4,16 @@ from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
+from pellucid.conditions.loads.rigid_load import NONE, RigidLoad, rigid_of, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Refusal
-from pellucid.model import Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition
+from pellucid.model import Vector, check, parameter
+from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
-
-NONE = (0.0, 0.0, 0.0)
 
 
 class RigidForce(ChangesInTime, RigidLoad):
@@ -26,11 +23,10 @@ class RigidForce(ChangesInTime, RigidLoad):
     force: Vector = parameter("N", "force at the centre of mass", NONE)
     torque: Vector = parameter("N*m", "torque", NONE)
 
-    @model_validator(mode="after")
-    def _is_something(self) -> "RigidForce":
+    @check
+    def _is_something(self) -> None:
         if not any((*self.force, *self.torque)):
             raise Refusal("this load is nothing", "give a `force`, a `torque`, or both")
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not rigid, directions in which nothing moves."""
@@ -39,17 +35,6 @@ class RigidForce(ChangesInTime, RigidLoad):
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its force and torque."""
-        return ActiveRigidForce(self, assembly)
-
-
-class ActiveRigidForce(ActiveCondition):
-    """A force and a torque on a rigid body that is built."""
-
-    def __init__(self, load: RigidForce, assembly: Assembly) -> None:
-        self._on, self._load = OnRigidBody(load, assembly), load
-        self._column = assembly.layout.column(Channel(load.channel))
-
-    def begin(self, time: float, dt: float) -> None:
-        """Its share over the step."""
-        share = self._load.share(time)
-        self._on.rigid.add_load(Push(share * np.array([*self._load.force, *self._load.torque]), self._column))
+        body, column = assembly.bodies[self.body].body, assembly.layout.column(Channel(self.channel))
+        push = np.array([*self.force, *self.torque])
+        return AtEachStep(lambda time: rigid_of(body).add_load(Push(self.share(time) * push, column)))

@@ -8,12 +8,15 @@ from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Vector
+from pellucid.parts.annotations import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
 if TYPE_CHECKING:
     from pellucid.conditions.rigid.body import RigidBody
-    from pellucid.parts.assembly import Assembly
+
+
+NONE = (0.0, 0.0, 0.0)
 
 
 class RigidLoad(LoadModel):
@@ -38,17 +41,10 @@ def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Pat
     yield from plane_turn_problems(axes, (*path, keys[1]), parts)
 
 
-class OnRigidBody:
-    """The rigid body of a load in a run; what makes it rigid acts after the loads, and is found when these begin."""
+def rigid_of(body: Body) -> "RigidBody":
+    """A rigid body as a whole; what makes it rigid acts after the loads, and is found when these begin."""
+    from pellucid.conditions.rigid.body import RigidBody
 
-    def __init__(self, load: RigidLoad, assembly: "Assembly") -> None:
-        self._body = assembly.bodies[load.body].body
-
-    @property
-    def rigid(self) -> "RigidBody":
-        """The body, as a whole."""
-        from pellucid.conditions.rigid.body import RigidBody
-
-        if not isinstance(self._body.constraint, RigidBody):
-            raise ValueError(f"body {self._body.name} is not rigid")
-        return self._body.constraint
+    if not isinstance(body.constraint, RigidBody):
+        raise ValueError(f"body {body.name} is not rigid")
+    return body.constraint

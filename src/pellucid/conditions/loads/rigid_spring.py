@@ -5,10 +5,9 @@ from math import sqrt
 from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.conditions.led_turns import Rotations
-from pellucid.conditions.loads.rigid_load import OnRigidBody, RigidLoad, thin_problems
+from pellucid.conditions.loads.rigid_load import NONE, RigidLoad, rigid_of, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.along_axes import AlongAxes
@@ -16,12 +15,10 @@ from pellucid.conditions.signals.checked import checked_displacement, displaceme
 from pellucid.energy import DAMPING_HEAT, Channel
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
-
-NONE = (0.0, 0.0, 0.0)
 
 
 class AnchorPath(AlongAxes):
@@ -34,6 +31,8 @@ class RigidSpring(RigidLoad):
     Force and torque are -k (u - a) - c (u' - a'), of the displacement of the centre of mass and of the angle about each axis.
     """
 
+    losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # what its dampers take
+
     channel: ClassVar[str] = "spring_work"
     kind: Literal["rigid-spring"] = "rigid-spring"
     stiffness: Vector = parameter("N/m", "stiffness along the axes", NONE)
@@ -43,14 +42,13 @@ class RigidSpring(RigidLoad):
     anchor: AnchorPath = parameter("", "displacement of the anchor as a function of time", AnchorPath())
     anchor_rotation: Rotations = parameter("", "rotation of the anchor as a function of time", Rotations())
 
-    @model_validator(mode="after")
-    def _draws(self) -> "RigidSpring":
+    @check
+    def _draws(self) -> None:
         for key in ("stiffness", "turning_stiffness", "damping", "turning_damping"):
             if min(getattr(self, key)) < 0.0:
                 raise Refusal(f"{key} has {min(getattr(self, key)):g}, and cannot be negative", "use 0 or more")
         if not any((*self.stiffness, *self.turning_stiffness, *self.damping, *self.turning_damping)):
             raise Refusal("this spring is nothing", "give a `stiffness`, a `turning_stiffness`, or a damping")
-        return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not rigid, directions in which nothing moves, anchors that fail at the start."""
@@ -61,10 +59,6 @@ class RigidSpring(RigidLoad):
             key, axis = ("anchor", "anchor_rotation")[number // 3], AXES[number % 3]
             if signal is not None and (why := displacement_fault(signal, f"{key} {axis}")):
                 yield Finding((*path, key, axis), why)
-
-    def channels(self) -> Sequence[Channel]:
-        """What its dampers take."""
-        return (DAMPING_HEAT,)
 
     def signals(self) -> list[Signal | None]:
         """Of the anchor along and about the axes."""
@@ -98,7 +92,7 @@ class ActiveRigidSpring(ActiveCondition):
     """Springs on a rigid body that is built."""
 
     def __init__(self, load: RigidSpring, assembly: Assembly) -> None:
-        self._on = OnRigidBody(load, assembly)
+        self._body = assembly.bodies[load.body].body
         self._stiffness = np.array([*load.stiffness, *load.turning_stiffness])
         self._damping = np.array([*load.damping, *load.turning_damping])
         self._anchors = load.anchors()
@@ -107,7 +101,7 @@ class ActiveRigidSpring(ActiveCondition):
 
     def begin(self, time: float, dt: float) -> None:
         """What it does over the step, by where the body is as that begins."""
-        rigid = self._on.rigid
+        rigid = rigid_of(self._body)
         moved, rates = rigid.moved(), rigid.rates()
         start = np.array([anchor(time) for anchor in self._anchors])
         carried = np.zeros(6)

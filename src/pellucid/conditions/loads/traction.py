@@ -1,6 +1,7 @@
 """A force on unit area of faces."""
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -11,7 +12,7 @@ from pellucid.conditions.loads.contract import LoadModel
 from pellucid.findings import Finding, Path
 from pellucid.geometry.region import Where
 from pellucid.model import Vector, parameter
-from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.part import Parts
 
@@ -30,20 +31,6 @@ class Traction(ChangesInTime, LoadModel):
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         """Its forces at the nodes."""
-        return ActiveTraction(self, assembly, path)
-
-
-class ActiveTraction(ActiveCondition):
-    """A traction on a body that is built."""
-
-    def __init__(self, traction: Traction, assembly: Assembly, path: Path) -> None:
-        self._traction = traction
-        self._faces = LoadedFaces(assembly.bodies[traction.body], traction.where, (*path, "where"))
-        self._add = assembly.forces_on(traction.body, traction.channel)
-        self._forces = np.zeros((0, 3))
-
-    def begin(self, time: float, dt: float) -> None:
-        """Its forces over the step."""
-        if not len(self._forces):
-            self._forces = self._faces.traction(np.array(self._traction.traction))
-        self._add(self._traction.share(time) * self._forces)
+        faces = LoadedFaces(assembly.bodies[self.body], self.where, (*path, "where"))
+        add, forces = assembly.forces_on(self.body, self.channel), cache(lambda: faces.traction(np.array(self.traction)))
+        return AtEachStep(lambda time: add(self.share(time) * forces()))

@@ -1,6 +1,7 @@
 """Rigid bodies: what the key `rigid` of a body stands for."""
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.prescribed_motion import Motion
@@ -14,13 +15,12 @@ from pellucid.parts.condition import Condition
 class Rigid(Condition):
     """A body that moves as a rigid one."""
 
+    # the energy that points lose as they take the velocity of the rigid body
+    losses: ClassVar[Sequence[Channel]] = (IMPACT_HEAT,)
+
     body: str = parameter("", "name of the body")
     motions: tuple[Motion, ...] = parameter("", "what leads it", ())
     springs: tuple[RigidSpring, ...] = parameter("", "on what it swings", ())
-
-    def channels(self) -> Sequence[Channel]:
-        """The energy that points lose as they take the velocity of the rigid body."""
-        return (IMPACT_HEAT,)
 
     @classmethod
     def activate(cls, conditions: Sequence["Rigid"], assembly: Assembly) -> Sequence[ActiveCondition]:

@@ -4,12 +4,10 @@ import csv
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from math import isfinite
-from typing import Self
 
 import numpy as np
-from pydantic import model_validator
 
-from pellucid.model import Model
+from pellucid.model import Model, check
 from pellucid.system.input_files import file_bytes
 
 
@@ -32,10 +30,8 @@ def read_rows(path: str, quantity: str) -> np.ndarray:
             raise ValueError(f"{place} has other cells than two numbers; every row has time [s], {quantity}")
         row = float(cells[0]), float(cells[1])
         if rows and row[0] <= rows[-1][0]:
-            raise ValueError(
-                f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s; put the rows in the order of "
-                f"time, each time once"
-            )
+            text = f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s"
+            raise ValueError(f"{text}; put the rows in the order of time, each time once")
         rows.append(row)
     if len(rows) < 2:
         raise ValueError(f"the table {path} has {len(rows)} rows of numbers; it needs at least two")
@@ -85,10 +81,9 @@ class OverTime(Model):
     def rows(self) -> np.ndarray:
         """Time [s] and the quantity, shape (rows, 2). Raises ValueError naming the file's line."""
 
-    @model_validator(mode="after")
-    def _read_it(self) -> Self:
+    @check
+    def _read_it(self) -> None:
         self.rows()
-        return self
 
     def function(self) -> Callable[[float], float]:
         """The quantity as a function of time [s]."""

@@ -14,7 +14,7 @@ from pellucid.gallery.exact_curves import compared, energy_metric, vanishing
 from pellucid.references.indentation import Layer, at_contact, force
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 Array = np.ndarray
 
@@ -70,14 +70,10 @@ def metrics(run: Run) -> dict[str, Metric]:
     beneath = (begun[:, 2] > begun[:, 2].max() * (1.0 - 1e-9)) & (np.hypot(now[:, 0], now[:, 1]) < BENEATH * exact.radius)
     gap = float(np.mean(np.linalg.norm(from_middle[beneath], axis=1)) - exact.radius)
     momentum = float(run.summary["conservation"]["momentum"])
+    off = "mean distance of the face from the ball beneath it; tolerated is what the ball rises within a cell"
     return {
         "force": compared(float(found), known, FORCE * (cell / FINE) ** 2, "N", "exact, on a linear elastic layer"),
-        "gap": vanishing(
-            gap,
-            0.5 * cell**2 * exact.radius,
-            "mean distance of the face from the ball beneath it; tolerated is what the ball rises within a cell",
-            "m",
-        ),
+        "gap": vanishing(gap, 0.5 * cell**2 * exact.radius, off, "m"),
         "energy": energy_metric(run, ENERGY),
         "momentum": vanishing(momentum, MOMENTUM, "error of the momentum relative to all impulses from outside"),
     }
@@ -108,12 +104,10 @@ def _curve(run: Run, exact: Pressed) -> Figure:
     pairs = [at_contact(exact.layer, exact.radius, float(contact)) for contact in np.linspace(1e-3, 1.0, 60) * widest]
     levels, forces = np.array([(0.0, 0.0), *pairs]).T
     known = np.interp(depth, levels, forces)
-    figure = new_figure(7.0, 3.6)
-    axes = figure.subplots()
+    figure, axes = new_panels(width=7.0, height=3.6)
     axes.plot(1e3 * time, 1e3 * known, color="black", linewidth=1, label="layer, exact")
     axes.plot(1e3 * time, 1e3 * _force(run), "--", color=COLOURS[1], label="contact on the grid")
-    label(axes, "time", "force on the ball", "ms", "mN")
-    axes.legend()
+    label(axes, "time", "force on the ball", "ms", "mN", legend=True)
     return figure
 
 
@@ -121,14 +115,12 @@ def _face(run: Run, exact: Pressed) -> Figure:
     begun, now = _tissue(run)
     end = float(run.history["time"][-1])
     beside = begun[:, 1] < 1e-9
-    figure = new_figure(7.0, 4.0)
-    axes = figure.subplots()
+    figure, axes = new_panels(width=7.0, height=4.0)
     axes.plot(1e3 * now[beside, 0], 1e3 * now[beside, 2], ".", markersize=4, color=COLOURS[0], label="tissue")
     angle = np.linspace(0.0, 0.25 * np.pi, 200)
     x, z = exact.radius * np.sin(angle), exact.middle(run, end) - exact.radius * np.cos(angle)
     axes.plot(1e3 * x, 1e3 * z, color=COLOURS[1], label="ball")
-    axes.set_aspect("equal")
-    axes.set_xlim(0.0, 700.0 * exact.radius)
+    axes.set(aspect="equal", xlim=(0.0, 700.0 * exact.radius))
     axes.set_ylim(1e3 * (exact.layer.thickness - 0.4 * exact.radius), 1e3 * (exact.layer.thickness + 0.2 * exact.radius))
     label(axes, "x", "z", "mm", "mm")
     axes.legend(loc="lower right")

@@ -7,7 +7,7 @@ from pellucid.references.annotations import Array
 from pellucid.references.blast import MEASURE, Blast
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 DISPLACED = 2.0  # cells: a front is caught within some cells, an error of first order
 ENERGY = 1e-12  # of its scale: rounding
@@ -32,7 +32,6 @@ def metrics(run: Run) -> dict[str, Metric]:
     times, found = fronts(run, blast)
     exact = blast.radius(times)
     errors = np.abs(found / exact - 1.0)
-    allowed = DISPLACED * cell / exact
     later = times >= 0.5 * times[-1]
     worst = int(np.argmax(np.where(later, errors, 0.0)))
     edges = rings(run)
@@ -42,20 +41,18 @@ def metrics(run: Run) -> dict[str, Metric]:
     volumes = np.diff(edges**blast.dimensions)
     scale = np.sum(wanted * volumes)
     error, tolerance = (float(np.sum(np.abs(other - wanted) * volumes) / scale) for other in (density, displaced))
+
+    def at(frame: int, text: str) -> Metric:
+        allowed = DISPLACED * cell / exact[frame]
+        return Metric(float(found[frame]), float(exact[frame]), float(errors[frame]), float(allowed), "m", text)
+
     text = "where the pressure of rings of one cell passes half of that behind the exact shock"
+    farthest = "the same in that frame of the later half of the time in which it is farthest off"
+    rings_off = "relative L1 error of the density of rings; the exact one, displaced by two cells"
     return {
-        "radius": Metric(float(found[-1]), float(exact[-1]), float(errors[-1]), float(allowed[-1]), "m", f"{text}, at the end"),
-        "worst_radius": Metric(
-            float(found[worst]),
-            float(exact[worst]),
-            float(errors[worst]),
-            float(allowed[worst]),
-            "m",
-            "the same in that frame of the later half of the time in which it is farthest off",
-        ),
-        "density_l1": vanishing(
-            error, tolerance, "relative L1 error of the density of rings; the exact one, displaced by two cells"
-        ),
+        "radius": at(-1, f"{text}, at the end"),
+        "worst_radius": at(worst, farthest),
+        "density_l1": vanishing(error, tolerance, rings_off),
         "energy": worst_balance(run, ENERGY),
     }
 
@@ -110,8 +107,7 @@ def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
 def figures(run: Run) -> dict[str, Figure]:
     """Radius and energies against time, and density over the radius."""
     blast = Blast.of(run.case)
-    figure = new_figure(10.0, 3.6)
-    fronts_axes, profile, energies = figure.subplots(1, 3)
+    figure, (fronts_axes, profile, energies) = new_panels(1, 3, width=10.0, height=3.6)
     times, found = fronts(run, blast)
     line = np.linspace(0.0, times[-1], 200)
     fronts_axes.plot(line, blast.radius(line), color="black", linewidth=1, label="exact")
@@ -121,8 +117,7 @@ def figures(run: Run) -> dict[str, Figure]:
         fronts_axes.plot(line[off > 0.0], off[off > 0.0], color="grey", linestyle=":", linewidth=1, label=name)
     ahead = float(found[-1] / blast.radius(times[-1:])[0] - 1.0)
     fronts_axes.set_title(f"at the end {100.0 * abs(ahead):.1f} % {'ahead' if ahead > 0.0 else 'behind'}")
-    label(fronts_axes, "time", "radius of the shock", "s", "m")
-    fronts_axes.legend()
+    label(fronts_axes, "time", "radius of the shock", "s", "m", legend=True)
     edges = rings(run)
     radii = np.linspace(edges[0], edges[-1], 2000)[1:]
     profile.plot(radii, blast.at(radii, times[-1])["density"], color="black", linewidth=1, label="exact")
@@ -134,6 +129,5 @@ def figures(run: Run) -> dict[str, Figure]:
     for values, text in ((kinetic, "kinetic"), (internal, "internal"), (kinetic + internal, "together")):
         energies.plot(run.history["time"], values, label=text)
     energies.set_ylim(0.0, None)
-    label(energies, "time", "energy", "s", "J")
-    energies.legend()
+    label(energies, "time", "energy", "s", "J", legend=True)
     return {"blast": figure}

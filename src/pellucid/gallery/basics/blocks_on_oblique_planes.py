@@ -6,7 +6,7 @@ from pellucid.gallery.exact_curves import beside, column, compared, energy_metri
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"blocks_on_oblique_planes": "Speeds down the slope, ways seen from above, and how far they are off the exact line."}
 
@@ -49,8 +49,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """Speeds, ways from above, and what is aside."""
     time = column(run, "time")
-    figure = new_figure(height=3.4)
-    speed, above, aside = figure.subplots(1, 3)
+    figure, (speed, above, aside) = new_panels(1, 3, height=3.4)
     for colour, (block, name) in zip(COLOURS, BLOCKS.items(), strict=False):
         way = vectors(run, block)
         beside(speed, time, vectors(run, block, "v") @ DOWN, PULL * time, name, colour)
@@ -58,9 +57,7 @@ def figures(run: Run) -> dict[str, Figure]:
         beside(above, way[:, 0], way[:, 1], np.interp(way[:, 0], line * DOWN[0], line * DOWN[1]), name, colour)
         aside.plot(time, 1e3 * (way @ ASIDE), color=colour, label=name)
     aside.axhline(0.0, color="#bbb", linewidth=1.0)
-    speed.legend()
-    aside.legend()
-    label(speed, "time", "speed down the slope", "s", "m/s")
+    label(speed, "time", "speed down the slope", "s", "m/s", legend=True)
     label(above, "way along x", "way along y", "m", "m")
-    label(aside, "time", "off the steepest descent", "s", "mm")
+    label(aside, "time", "off the steepest descent", "s", "mm", legend=True)
     return {"blocks_on_oblique_planes": figure}

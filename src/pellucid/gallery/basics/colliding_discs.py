@@ -6,7 +6,7 @@ from pellucid.gallery.exact_curves import energy_metric, vanishing, worst_balanc
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import label, new_figure
+from pellucid.results.pictures.style import label, new_figure, new_panels
 
 # Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
 CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
@@ -92,21 +92,18 @@ def figures(run: Run) -> dict[str, Figure]:
             points = run.fields(name, float(frames[index]))
             x, y = np.asarray(points["position"])[:, :2].T
             dots = axes.scatter(x, y, c=np.asarray(points["pressure"]), s=1, cmap="coolwarm", vmin=-100.0, vmax=100.0)
-        axes.set_aspect("equal")
-        axes.set_xlim(run.case.grid.lower[0], run.case.grid.upper[0])
+        axes.set(aspect="equal", xlim=(run.case.grid.lower[0], run.case.grid.upper[0]))
         axes.set_ylim(run.case.grid.lower[1], run.case.grid.upper[1])
         axes.set_title(f"t = {frames[index]:.2f} s", fontsize=9)
     discs.colorbar(dots, ax=discs.axes, label="pressure [Pa]", shrink=0.7)
 
     times, lower, upper = _mean_velocities(run)
     direction = lower[0] / np.linalg.norm(lower[0])
-    speeds = new_figure(7.0, 4.0)
-    axes = speeds.subplots()
+    speeds, axes = new_panels(width=7.0, height=4.0)
     axes.plot(times, lower @ direction, label="lower disc")
     axes.plot(times, upper @ direction, label="upper disc")
     if _as_published(run):
         for value in (-RESTITUTION, RESTITUTION):
             axes.axhline(value * float(np.linalg.norm(lower[0])), color="black", linewidth=0.8, linestyle=":")
-    label(axes, "time", "mean velocity along the line of centres", "s", "m/s")
-    axes.legend()
+    label(axes, "time", "mean velocity along the line of centres", "s", "m/s", legend=True)
     return {"discs": discs, "velocities": speeds}

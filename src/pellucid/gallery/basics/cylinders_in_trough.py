@@ -7,7 +7,7 @@ from pellucid.gallery.exact_curves import beside, column, energy_metric, vanishi
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"cylinders_in_trough": "How far the cylinders have swung, how far off the exact place they are, and their energy."}
 
@@ -67,8 +67,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """Angles, what is missing of them, energies."""
     time = column(run, "time")
-    figure = new_figure(height=3.4)
-    swing, off, energy = figure.subplots(1, 3)
+    figure, (swing, off, energy) = new_panels(1, 3, height=3.4)
     for colour, name in zip(COLOURS, INERTIA, strict=False):
         found, wanted = np.degrees(angle(run, name)), np.degrees(exact(run, name))
         beside(swing, time, found, wanted, name, colour)
@@ -76,8 +75,7 @@ def figures(run: Run) -> dict[str, Figure]:
         energy.plot(time, 100.0 * energy_change(run, name), color=colour, label=name)
     for axes in (off, energy):
         axes.axhline(0.0, color="#bbb", linewidth=1.0)
-    swing.legend()
-    label(swing, "time", "angle", "s", "°")
+    label(swing, "time", "angle", "s", "°", legend=True)
     label(off, "time", "angle found - exact", "s", "°")
     label(energy, "time", "change of energy", "s", "%")
     return {"cylinders_in_trough": figure}

@@ -9,7 +9,7 @@ from pellucid.gallery.exact_curves import vanishing
 from pellucid.references.dam_break import Column, martin_moyce
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
 
 # The experimenters could not see when the flow began; all their series for this shape pass Z = 1.44 at T = 1.19 to 1.22.
 # So the front is compared in time that counts from that passage; the difference of the starts is a metric of its own.
@@ -93,8 +93,7 @@ def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray
 def figures(run: Run) -> dict[str, Figure]:
     """Front and height against the experiment, and the water at six instants."""
     column = Column.of(run.case)
-    curves = new_figure(10.0, 4.0)
-    left, right = curves.subplots(1, 2)
+    curves, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     times = run.history["time"]
     scaled, front = column.front_time(times), run.history["front"] / column.width
     left.plot(scaled, front, label="pellucid")
@@ -126,7 +125,6 @@ def _water(run: Run) -> Figure:
         dots = axes.scatter(x, y, c=speed, s=1, cmap="viridis", vmin=0.0, vmax=1.8)
         axes.set_aspect("equal")
         axes.set_title(f"t = {time:.3f} s", fontsize=9)
-        axes.set_xlim(run.case.grid.lower[0], run.case.grid.upper[0])
-        axes.set_ylim(run.case.grid.lower[1], 0.13)
+        axes.set(xlim=(run.case.grid.lower[0], run.case.grid.upper[0]), ylim=(run.case.grid.lower[1], 0.13))
     figure.colorbar(dots, ax=figure.axes, label="speed [m/s]", shrink=0.8)
     return figure

@@ -11,7 +11,7 @@ from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, panels
 
 Array = np.ndarray
 
@@ -37,21 +37,13 @@ def metrics(run: Run) -> dict[str, Metric]:
     given = -float(np.asarray(run.history["force"]) @ np.diff(run.history["time"], prepend=0.0))
     begun, ended = (_momentum(run, float(run.times("water")[frame])) for frame in (0, -1))
     gained, momentum, mass = ended - begun, float(kept["momentum"]), float(kept["mass"])
+    above = "least height of the water above the face in any frame, in cells"
+    got = "momentum along z that the water got; the reference is the sum of the forces of contact"
+    unexplained = "momentum that no impulse explains, over the largest sum of mass times speed"
     return {
-        "clearance": Metric(
-            cells, 0.0, max(0.0, -cells), LEAK, "", "least height of the water above the face in any frame, in cells"
-        ),
-        "impulse": Metric(
-            gained,
-            given,
-            abs(gained - given) / abs(begun),
-            ROUNDING,
-            "N*s",
-            "momentum along z that the water got; the reference is the sum of the forces of contact",
-        ),
-        "momentum": vanishing(
-            momentum, ROUNDING, "momentum that no impulse explains, over the largest sum of mass times speed"
-        ),
+        "clearance": Metric(cells, 0.0, max(0.0, -cells), LEAK, "", above),
+        "impulse": Metric(gained, given, abs(gained - given) / abs(begun), ROUNDING, "N*s", got),
+        "momentum": vanishing(momentum, ROUNDING, unexplained),
         "mass": vanishing(mass, ROUNDING, "relative change of the mass"),
         "energy": worst_balance(run, ENERGY, "largest error of the energy balance, over the largest energy that moved"),
     }
@@ -81,16 +73,14 @@ def figures(run: Run) -> dict[str, Figure]:
 
 def _sections(run: Run) -> Figure:
     chosen = recorded(run.times("water"), SECTIONS)
-    figure = new_figure(height=2.3 * -(-len(chosen) // 2))
-    figure.set_layout_engine("compressed")
-    subplots = figure.subplots(-(-len(chosen) // 2), 2, sharex=True, sharey=True, squeeze=False)
+    figure, subplots = panels(len(chosen), 2, height=2.3 * -(-len(chosen) // 2), layout="compressed", sharex=True, sharey=True)
     near = 0.26e3 * run.case.grid.cell  # beyond the first layer of points, nearer than the second
-    for axes, time in zip(subplots.flat, chosen, strict=False):
+    for axes, time in zip(subplots, chosen, strict=True):
         for name, colour in (("water", COLOURS[0]), ("tissue", COLOURS[1])):
             begun, now = (1e3 * run.fields(name, instant)["position"] for instant in (0.0, float(time)))
             shown = begun[:, 1] < begun[:, 1].min() + near
             x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
             axes.plot(x, z, ".", markersize=1.5, color=colour, label=name)
         finish_panel(axes, f"t = {1e3 * float(time):.0f} ms", "x", "z", "mm")
-    subplots[0, 0].legend(markerscale=5, loc="upper right")
+    subplots[0].legend(markerscale=5, loc="upper right")
     return figure

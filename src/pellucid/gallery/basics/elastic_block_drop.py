@@ -8,7 +8,7 @@ from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"bounce": "Velocity of the centre of mass, and the force on the floor."}
 
@@ -78,16 +78,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     # the reference is linear in the strain v/c; the nodes on the floor, half a spacing of the mass, stop at once
     strain, stopped = exact.speed / exact.wave_speed, 0.5 * exact.spacing / exact.length
     half = 0.5 * exact.duration
+    text = "velocity at the end: the front comes back widened, and its tail stays in the block as vibration"
     return {
         "force": compared(force, exact.force, strain + stopped, "N", "mean over the middle of the touch"),
         "turn": compared(turn, half, strain + stopped, "s", "from the touch until the block stands still"),
-        "rebound": compared(
-            rebound,
-            exact.speed,
-            2.0 * exact.front,
-            "m/s",
-            "velocity at the end: the front comes back widened, and its tail stays in the block as vibration",
-        ),
+        "rebound": compared(rebound, exact.speed, 2.0 * exact.front, "m/s", text),
         "energy": energy_metric(run, 0.02),
     }
 
@@ -96,14 +91,12 @@ def figures(run: Run) -> dict[str, Figure]:
     """Velocity of the centre of mass, and the force on the floor."""
     exact, history = Impact.of(run), run.history
     time = np.asarray(history["time"], dtype=float)
-    figure = new_figure(10.0, 3.6)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=10.0, height=3.6)
     left.plot(time, exact.velocity(time), color="black", linewidth=1, label="exact")
     left.plot(time, history["velocity_z"], "--", color=COLOURS[1], label="nodes")
-    label(left, "time", "velocity of the centre of mass", "s", "m/s")
+    label(left, "time", "velocity of the centre of mass", "s", "m/s", legend=True)
     inside = (time > exact.touch) & (time <= exact.touch + exact.duration)
     right.plot(time, np.where(inside, exact.force, 0.0), color="black", linewidth=1)
     right.plot(time, history["force"], color=COLOURS[1], linewidth=0.8)
     label(right, "time", "force on the floor", "s", "N")
-    left.legend()
     return {"bounce": figure}

@@ -7,7 +7,7 @@ from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references.elastic_wave import StandingWave, period_of
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"wave": "Velocity and displacement along the bar at the end, and the velocity of the antinode against time."}
 
@@ -42,8 +42,7 @@ def figures(run: Run) -> dict[str, Figure]:
     wave = StandingWave.of(run.case)
     x, displacement, velocity, time = _state(run)
     order = np.argsort(x)
-    figure = new_figure(10.0, 3.4)
-    along, across, swing = figure.subplots(1, 3)
+    figure, (along, across, swing) = new_panels(1, 3, width=10.0, height=3.4, title=f"{run.case.title}, t = {time:.4g} s")
     for axes, name, unit, found, exact in (
         (along, "velocity", "m/s", velocity, wave.velocity(x, time)),
         (across, "displacement", "m", displacement, wave.displacement(x, time)),
@@ -56,7 +55,6 @@ def figures(run: Run) -> dict[str, Figure]:
     swing.plot(times, run.history["antinode"], "--", color=COLOURS[1])
     label(swing, "time", "velocity at x = 0.25 m", "s", "m/s")
     along.legend()
-    figure.suptitle(f"{run.case.title}, t = {time:.4g} s")
     return {"wave": figure}
 
 

@@ -7,7 +7,7 @@ from pellucid.gallery.exact_curves import beside, column, compared
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"gliding_discs": "Speed on the plate, the way over the hill, and the energy of both; grey, the exact ones."}
 
@@ -75,8 +75,7 @@ def bead(run: Run, time: Array) -> Array:
 def figures(run: Run) -> dict[str, Figure]:
     """Speed, way, energies."""
     time, exact = column(run, "time"), bead(run, column(run, "time"))
-    figure = new_figure(height=3.4)
-    speed, way, energy = figure.subplots(1, 3)
+    figure, (speed, way, energy) = new_panels(1, 3, height=3.4)
     beside(speed, time, column(run, "flat_vx"), np.full(len(time), 2.0), "on the plate", COLOURS[0])
     speed.set_ylim(1.9, 2.1)
     label(speed, "time", "speed", "s", "m/s")
@@ -90,6 +89,5 @@ def figures(run: Run) -> dict[str, Figure]:
         share = energy_of(run, name, level)
         beside(energy, time, 100.0 * (share / share[0] - 1.0), np.zeros(len(time)), what, COLOURS[colour])
     energy.set_ylim(-1.0, 1.0)
-    energy.legend()
-    label(energy, "time", "change of energy", "s", "%")
+    label(energy, "time", "change of energy", "s", "%", legend=True)
     return {"gliding_discs": figure}

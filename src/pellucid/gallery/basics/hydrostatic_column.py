@@ -7,7 +7,7 @@ from pellucid.references.annotations import Array
 from pellucid.references.heavy_column import HeavyColumn
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 SLOW = 1e-3  # m/s; the column swings at up to 1.1 m/s if it is let go
 # Compressed, the points are no lattice of the cells any more: what sums over points lack of integrals does not fall with the
@@ -35,15 +35,9 @@ def metrics(run: Run) -> dict[str, Metric]:
     scale = float(np.abs(column.stress(np.zeros(1))).max())
     worst = float(np.sqrt(np.mean((stress - column.stress(rest)) ** 2))) / scale
     fastest = float(np.max(run.history["fastest"]))
+    text = "of the uppermost points; the error is the largest of any point, over the largest displacement"
     return {
-        "displacement": Metric(
-            float(place[top] - rest[top]),
-            float(exact[top]),
-            apart,
-            PLACE,
-            "m",
-            "of the uppermost points; the error is the largest of any point, over the largest displacement",
-        ),
+        "displacement": Metric(float(place[top] - rest[top]), float(exact[top]), apart, PLACE, "m", text),
         "stress": vanishing(worst, STRESS, "rms error of the stress of the points, over that on the ground"),
         "fastest": vanishing(fastest, SLOW, "speed of the fastest point in any row of the history", "m/s"),
         "energy": worst_balance(run, LEDGER),
@@ -69,8 +63,7 @@ def points(run: Run) -> tuple[Array, Array, Array]:
 def figures(run: Run) -> dict[str, Figure]:
     """Displacement and stress over the height, speed against time."""
     column = HeavyColumn.of(run.case)
-    figure = new_figure(10.0, 3.6)
-    displacement, stress, speed = figure.subplots(1, 3)
+    figure, (displacement, stress, speed) = new_panels(1, 3, width=10.0, height=3.6)
     rest, place, found = points(run)
     line = np.linspace(0.0, column.height, 200)
     for axes, values, exact in (
@@ -86,6 +79,5 @@ def figures(run: Run) -> dict[str, Figure]:
     speed.plot(run.history["time"], run.history["fastest"])
     speed.axhline(SLOW, color="grey", linestyle=":", label="allowed")
     speed.set_yscale("log", nonpositive="mask")
-    speed.legend()
-    label(speed, "time", "speed of the fastest point", "s", "m/s")
+    label(speed, "time", "speed of the fastest point", "s", "m/s", legend=True)
     return {"column": figure}

@@ -5,7 +5,7 @@ import numpy as np
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"rolling_ball": "How far the ball is, and how fast."}
 
@@ -31,8 +31,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """Way and speed."""
     time, pull = column(run, "time"), SHARE * float(run.case.gravity[0])
-    figure = new_figure(height=3.2)
-    way, speed = figure.subplots(1, 2)
+    figure, (way, speed) = new_panels(1, 2, height=3.2)
     beside(way, time, column(run, "ball_x"), 0.5 * pull * time**2, "ball", COLOURS[0])
     beside(speed, time, column(run, "ball_vx"), pull * time, "ball", COLOURS[0])
     label(way, "time", "way along the slope", "s", "m")

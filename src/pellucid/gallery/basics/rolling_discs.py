@@ -3,7 +3,7 @@
 from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"rolling_discs": "How far the discs are, and how much that differs from the exact ways."}
 
@@ -36,14 +36,12 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """Ways, and what is missing of them."""
     time, along = column(run, "time"), float(run.case.gravity[0])
-    figure = new_figure(height=3.4)
-    way, missing = figure.subplots(1, 2)
+    figure, (way, missing) = new_panels(1, 2, height=3.4)
     for colour, (name, share) in zip(COLOURS, SHARES.items(), strict=False):
         exact = 0.5 * share * along * time**2
         beside(way, time, column(run, f"{name}_x"), exact, NAMES[name], colour)
         missing.plot(time, 1e3 * (column(run, f"{name}_x") - exact), color=colour, label=NAMES[name])
     missing.axhline(0.0, color="#bbb", linewidth=1.0)
-    way.legend()
-    label(way, "time", "way along the slope", "s", "m")
+    label(way, "time", "way along the slope", "s", "m", legend=True)
     label(missing, "time", "way found - exact", "s", "mm")
     return {"rolling_discs": figure}

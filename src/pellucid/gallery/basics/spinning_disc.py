@@ -7,7 +7,7 @@ from pellucid.references.annotations import Array
 from pellucid.references.spinning_disc import SpinningDisc
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"spinning_disc": "Mean stress against time, and the stresses over the radius, averaged over the frames."}
 
@@ -87,8 +87,7 @@ def figures(run: Run) -> dict[str, Figure]:
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times, pull = _mean_pull(run)
     shown = times <= min(times[-1], 10.0 * 2.0 * np.pi / disc.breathing[2][0])
-    figure = new_figure(10.0, 4.0)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     left.plot(times[shown], disc.mean_stress(times[shown]), color="black", linewidth=1, label="exact")
     left.plot(times[shown], pull[shown], "--", color=COLOURS[1], label="points")
     left.axhline(disc.static_mean_stress, color="grey", linewidth=0.8, linestyle=":")
@@ -102,8 +101,7 @@ def figures(run: Run) -> dict[str, Figure]:
     for values, exact, colour, name in zip((radial, hoop), disc.stresses(r), COLOURS[:2], ("radial", "hoop"), strict=True):
         right.plot(r, exact, color="black", linewidth=1)
         right.plot(middles, np.histogram(radius, edges, weights=values)[0] / count, "o", color=colour, label=name)
-    label(right, "radius", "stress, mean over the frames", "m", "Pa")
+    label(right, "radius", "stress, mean over the frames", "m", "Pa", legend=True)
     left.set_ylim(top=1.25 * float(pull[shown].max()))
     left.legend(loc="upper right", ncols=2)
-    right.legend()
     return {"spinning_disc": figure}

@@ -8,7 +8,7 @@ from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 SLOW = 1e-3  # m/s, of waves that would raise the surface to 2 m/s if they were as high as the water is deep
 PRESSURE_SHARE = 0.01  # of the pressure on the ground; half of it is the compression g H/(2 c²) that ρ₀ g depth leaves out
@@ -77,13 +77,11 @@ def column(run: Run, depth: Array) -> Array:
 def figures(run: Run) -> dict[str, Figure]:
     """Speed against time, pressure over height, and the largest error of the pressure against time."""
     name = run.case.body[0].name
-    figure = new_figure(10.0, 3.6)
-    speed, profile, errors = figure.subplots(1, 3)
+    figure, (speed, profile, errors) = new_panels(1, 3, width=10.0, height=3.6)
     speed.plot(run.history["time"][1:], run.history["fastest"][1:])
     speed.axhline(SLOW, color="grey", linestyle=":", label="allowed")
     speed.set_yscale("log")
-    speed.legend()
-    label(speed, "time", "speed of the fastest point", "s", "m/s")
+    label(speed, "time", "speed of the fastest point", "s", "m/s", legend=True)
     points = run.fields(name)
     position = np.asarray(points["position"])
     height = position[:, 1]
@@ -92,15 +90,12 @@ def figures(run: Run) -> dict[str, Figure]:
     profile.plot(np.asarray(points["pressure"]), height, ".", color=COLOURS[1], markersize=3, label="every point")
     profile.plot(column(run, depth), line, color="black", linewidth=1, label="compressible column")
     profile.plot(simple(run, depth), line, color="grey", linewidth=1, linestyle="--", label="ρ₀ g depth")
-    profile.legend()
-    profile.set_title(f"t = {run.times(name)[-1]:.4g} s")
-    label(profile, "pressure", "height", "Pa", "m")
+    label(profile, "pressure", "height", "Pa", "m", title=f"t = {run.times(name)[-1]:.4g} s", legend=True)
     times = np.asarray(run.times(name), dtype=float)
     references = (("ρ₀ g depth", PRESSURE_SHARE), ("compressible column", COLUMN_SHARE))
     for values, (text, allowed), colour in zip(pressure_errors(run), references, COLOURS, strict=False):
         errors.plot(times[1:], 100.0 * values[1:], color=colour, label=f"beside {text}")
         errors.axhline(100.0 * allowed, color=colour, linestyle=":", label="allowed")
     errors.set_yscale("log")
-    errors.legend()
-    label(errors, "time", "largest error of the pressure", "s", "%")
+    label(errors, "time", "largest error of the pressure", "s", "%", legend=True)
     return {"tank": figure}

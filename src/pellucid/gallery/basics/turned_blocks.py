@@ -7,7 +7,7 @@ from pellucid.gallery.exact_curves import beside, column, compared, energy_metri
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"turned_blocks": "Speeds of what slides, ways of what sticks, and the bodies at the end."}
 
@@ -48,8 +48,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """Speeds of what slides, ways of what sticks, and the bodies at the end."""
     time = column(run, "time")
-    figure = new_figure(height=3.4)
-    speed, slip, place = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.6))
+    figure, (speed, slip, place) = new_panels(1, 3, width_ratios=(1.0, 1.0, 1.6), height=3.4)
     slip.axhline(1e3 * shear_and_compression(run)[0], color="#bbb", linewidth=4.0, label="own shear, mean")
     for colour, side in zip(COLOURS, PLATES, strict=False):
         beside(speed, time, along_and_off(run, f"{side}_slides", "v")[0], PULL * time, side, colour)
@@ -58,9 +57,7 @@ def figures(run: Run) -> dict[str, Figure]:
             x, y = np.asarray(run.fields(f"{side}_{what}")["position"])[:, :2].T
             place.plot(x, y, ".", markersize=1, color=shade)
     place.set_aspect("equal")
-    speed.legend()
-    slip.legend()
-    label(speed, "time", "speed of what slides", "s", "m/s")
-    label(slip, "time", "way of what sticks", "s", "mm")
+    label(speed, "time", "speed of what slides", "s", "m/s", legend=True)
+    label(slip, "time", "way of what sticks", "s", "mm", legend=True)
     label(place, "x", "y", "m", "m")
     return {"turned_blocks": figure}

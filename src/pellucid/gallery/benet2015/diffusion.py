@@ -10,7 +10,7 @@ from pellucid.references.annotations import Array
 from pellucid.references.diffusion import between_zero_ends
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {
     "profiles": "Concentration at the start and at the end (as figure 4.5 of the thesis).",
@@ -86,8 +86,7 @@ def figures(run: Run) -> dict[str, Figure]:
 
 def _profile_figure(run: Run) -> Figure:
     x, found, _, time = _profiles(run)
-    figure = new_figure(7.0, 3.6)
-    axes = figure.subplots()
+    figure, axes = new_panels(width=7.0, height=3.6)
     fine = np.linspace(x[0], x[-1], 400)
     start = np.asarray(run.fields(run.case.body[0].name, 0.0)["concentration"])
     for instant, values, colour in ((0.0, start, COLOURS[0]), (time, found, COLOURS[1])):
@@ -100,8 +99,7 @@ def _profile_figure(run: Run) -> Figure:
 
 def _error_figure(run: Run) -> Figure:
     x, found, exact, _ = _profiles(run)
-    figure = new_figure(7.0, 3.2)
-    axes = figure.subplots()
+    figure, axes = new_panels(width=7.0, height=3.2)
     axes.plot(x, 100.0 * np.abs(found - exact) / np.abs(exact).max(), "o-", color=COLOURS[1], markersize=3.5)
     axes.axhline(100.0 * THESIS, color=COLOURS[0], linestyle="--", linewidth=1.0)
     axes.annotate("largest in the thesis, 41 particles", (x[0], 100.0 * THESIS), color=COLOURS[0], fontsize=8, va="bottom")
@@ -113,14 +111,12 @@ def _window_figure(run: Run) -> Figure:
     """The symbol of windows, and the largest real part of the eigenvalues of -M⁻¹ D K for many widths, ends closed."""
     body, bar = _bar(run)
     x = bar.places()
-    figure = new_figure(9.5, 3.6)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=9.5, height=3.6)
     waves = np.linspace(1e-3, 1.0, 300)  # k h/π
     for width, line in ((0.5, "-"), (1.0, "--"), (1.5, "-.")):
         left.plot(waves, np.sinc(waves * width), line, label=f"w = {width:g} h")
     left.axhline(0.0, color="#889", linewidth=0.8)
-    label(left, "wave number, kh/π", "answer of a window, sin(kw)/(kw)")
-    left.legend()
+    label(left, "wave number, kh/π", "answer of a window, sin(kw)/(kw)", legend=True)
     widths = np.concatenate([np.linspace(0.3, 0.99, 15), np.linspace(1.01, 1.9, 30)])
     growth = [_fastest_growth(x, width, body) for width in widths]
     right.plot(widths, growth, "o-", markersize=3, color=COLOURS[1])

@@ -9,7 +9,7 @@ from pellucid.references.annotations import Array
 from pellucid.references.diffusion import harmonic_decay
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"harmonics": "Left: the amplitude of each harmonic. Right: what it differs from the exact one by."}
 
@@ -66,15 +66,13 @@ def figures(run: Run) -> dict[str, Figure]:
     """Amplitudes of the harmonics."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
-    figure = new_figure(9.5, 3.4)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=9.5, height=3.4)
     fine = np.linspace(0.0, times[-1], 200)
     for (degree, part), colour in zip(amplitudes.items(), COLOURS, strict=False):
         rate = harmonic_decay(degree, radius, body.material.diffusivity)
         left.semilogy(fine, np.exp(-rate * fine), color=colour, linewidth=1.0, label=f"exact, l = {degree}")
         left.semilogy(times, part, "o", color=colour, markersize=4, label=f"nodes, l = {degree}")
         right.semilogy(times[1:], np.abs(part * np.exp(rate * times) - 1.0)[1:], "o-", color=colour, markersize=4)
-    label(left, "time", "amplitude over that at the start", "s")
+    label(left, "time", "amplitude over that at the start", "s", legend=True)
     label(right, "time", "relative difference", "s")
-    left.legend()
     return {"harmonics": figure}

@@ -1,28 +1,20 @@
 """What the cases of growing vesicles share: radius and density against the exact motion."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from pellucid.gallery.benet2015.films import films_of, lipid_of, pressures_of, radius_of
+from pellucid.bodies.fluid_film.model import FluidFilmCase
+from pellucid.gallery.benet2015.films import films_of, lipid_of, motion_of_curves, pressures_of, radius_of
 from pellucid.gallery.exact_curves import compared, worst_balance
 from pellucid.references.vesicles import Growing
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Animation
-from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.bodies.fluid_film.model import FluidFilmCase
-    from pellucid.results.storage.run import Run
+from pellucid.results.pictures.annotations import Figure, Run
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"growth": "Radius, density and speed of the film against time, with the exact ones."}
 METRICS = ("radius", "density", "energy")
 
 
-def exact(run: "Run", film: "FluidFilmCase") -> Growing:
+def exact(run: Run, film: FluidFilmCase) -> Growing:
     """The exact motion of a film of the case."""
     material = lipid_of(film)
     load = next((load for load in pressures_of(run) if load.body == film.name), None)
@@ -34,13 +26,13 @@ def exact(run: "Run", film: "FluidFilmCase") -> Growing:
     )
 
 
-def _columns(run: "Run", film: "FluidFilmCase") -> tuple[str, str, str]:
+def _columns(run: Run, film: FluidFilmCase) -> tuple[str, str, str]:
     """Names of its radius, density and speed in the history; those of the first film have no ending."""
     ending = "" if film is films_of(run)[0] else f"-{film.name}"
     return f"radius{ending}", f"density{ending}", f"radial_velocity{ending}"
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """Errors of the radius and the density of each film at the end, and of the balance of power."""
     allowed = 1e-3  # the steps keep errors of this share of the distance of nodes; that of the curve's geometry is far below
     result = {}
@@ -54,11 +46,10 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return {**result, "energy": worst_balance(run, allowed, text)}
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Radius, density and speed against time with the exact ones."""
     films, times = films_of(run), run.history["time"]
-    figure = new_figure(10.0, 3.2)
-    panels = figure.subplots(1, 3)
+    figure, panels = new_panels(1, 3, width=10.0, height=3.2, title=run.case.title)
     for film, colour in zip(films, COLOURS[1:], strict=False):
         motion = exact(run, film)
         radii = motion.radii(times)
@@ -71,10 +62,7 @@ def figures(run: "Run") -> dict[str, "Figure"]:
     for axes, name, unit in zip(panels, ("radius", "density", "speed of the film"), ("m", "kg/m^2", "m/s"), strict=True):
         label(axes, "time", name, "s", unit)
     panels[-1].legend()
-    figure.suptitle(run.case.title)
     return {"growth": figure}
 
 
-def films(run: "Run") -> dict[str, Animation]:
-    """A curve or a surface of revolution as it grows."""
-    return {"motion": film_of_curves(run)}
+films = motion_of_curves

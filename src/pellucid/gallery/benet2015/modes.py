@@ -1,20 +1,16 @@
 """Small disturbances of round films: the rates at which they die away, against linear theory."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from pellucid.bodies.fluid_film.model import FluidFilmCase
 from pellucid.gallery.benet2015.films import films_of, lipid_of, pressures_of
 from pellucid.references.vesicles import curve_mode_rate, sphere_mode_rate
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.style import COLOURS, label, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from pellucid.bodies.fluid_film.model import FluidFilmCase
-    from pellucid.results.storage.run import Run
+from pellucid.results.pictures.annotations import Figure, Run
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"decay": "Amplitudes over that at the start against time, with the exact rates."}
 
@@ -58,12 +54,12 @@ def _harmonic(places: np.ndarray) -> float:
     return float(abs(wave @ radius) / (wave @ wave) / radius.mean())
 
 
-def _amplitude(run: "Run", film: "FluidFilmCase", time: float) -> float:
+def _amplitude(run: Run, film: FluidFilmCase, time: float) -> float:
     places = run.fields(film.name, time)["position"]
     return _waves(places[:, :2], WAVES[film.name]) if film.shape.span == "plane" else _harmonic(places)
 
 
-def _exact(run: "Run", film: "FluidFilmCase") -> float:
+def _exact(run: Run, film: FluidFilmCase) -> float:
     material = lipid_of(film)
     if film.shape.span == "space":
         viscosities = material.viscosity, material.dilatational_viscosity
@@ -72,7 +68,7 @@ def _exact(run: "Run", film: "FluidFilmCase") -> float:
     return curve_mode_rate(WAVES[film.name], pressure, material.bending_rigidity, film.drag.normal, RADIUS)
 
 
-def decay_of(run: "Run", film: "FluidFilmCase") -> Decay:
+def decay_of(run: Run, film: FluidFilmCase) -> Decay:
     """Of one film: the slope of ln(amplitude) in the frames after the start, in which its tension is that of the load."""
     times = run.times(film.name)
     amplitudes = np.array([_amplitude(run, film, float(time)) for time in times])
@@ -80,7 +76,7 @@ def decay_of(run: "Run", film: "FluidFilmCase") -> Decay:
     return Decay(times, amplitudes, -float(slope), _exact(run, film))
 
 
-def metrics(run: "Run") -> dict[str, Metric]:
+def metrics(run: Run) -> dict[str, Metric]:
     """The rates."""
     result = {}
     for film in films_of(run):
@@ -90,17 +86,14 @@ def metrics(run: "Run") -> dict[str, Metric]:
     return result
 
 
-def figures(run: "Run") -> dict[str, "Figure"]:
+def figures(run: Run) -> dict[str, Figure]:
     """Amplitudes against time."""
-    figure = new_figure(height=3.8)
-    axes = figure.subplots()
+    figure, axes = new_panels(height=3.8, title=run.case.title)
     for film, colour in zip(films_of(run), COLOURS, strict=False):
         of = decay_of(run, film)
         axes.semilogy(of.times, np.exp(-of.exact * of.times), color="black", linewidth=1)
         name = f"{film.name.replace('-', ' ')}: {of.rate:.4f}/s, exact {of.exact:.4f}/s"
         axes.semilogy(of.times, of.amplitudes / of.amplitudes[0], "o", color=colour, markersize=4, label=name)
     axes.plot([], [], color="black", linewidth=1, label="exact")
-    axes.legend()
-    label(axes, "time", "amplitude over that at the start", "s", "")
-    figure.suptitle(run.case.title)
+    label(axes, "time", "amplitude over that at the start", "s", "", legend=True)
     return {"decay": figure}

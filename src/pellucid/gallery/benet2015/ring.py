@@ -2,13 +2,11 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import film_of, lipid_of
+from pellucid.gallery.benet2015.films import film_of, lipid_of, motion_of_curves
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Animation
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {
     "flow": "Along the meridian density and velocity at the end, and how far the film has moved from the waist; its radius."
@@ -62,8 +60,7 @@ def figures(run: Run) -> dict[str, Figure]:
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1)))
     arc -= 0.5 * arc[-1]
     speed = np.sign(arc) * np.einsum("ij,ij->i", velocity, along) / length
-    figure = new_figure(9.5, 5.6)
-    (dense, fast), (moved, waist) = figure.subplots(2, 2)
+    figure, ((dense, fast), (moved, waist)) = new_panels(2, 2, width=9.5, height=5.6)
     dense.plot(arc, fields["areal_density"], ".-", color=COLOURS[0])
     label(dense, "length from the waist", "density", "m", "kg/m^2")
     fast.plot(arc, speed, ".-", color=COLOURS[1])
@@ -76,6 +73,4 @@ def figures(run: Run) -> dict[str, Figure]:
     return {"flow": figure}
 
 
-def films(run: Run) -> dict[str, Animation]:
-    """The film as it is squeezed."""
-    return {"motion": film_of_curves(run)}
+films = motion_of_curves

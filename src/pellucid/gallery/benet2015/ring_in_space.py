@@ -8,7 +8,7 @@ from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.films import Animation
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 CAPTIONS = {"profile": "Profiles at the end, and what the radius of the film in space differs by from that of revolution."}
@@ -58,8 +58,7 @@ def figures(run: Run) -> dict[str, Figure]:
     """Both profiles, and their difference."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
-    figure = new_figure(10.0, 4.0)
-    left, right = figure.subplots(1, 2, width_ratios=(2, 3))
+    figure, (left, right) = new_panels(1, 2, width_ratios=(2, 3), width=10.0, height=4.0, title=run.case.title)
     left.plot(*revolved.T, color="black", linewidth=1, label="of revolution")
     left.plot(*in_space.T, ".", color=COLOURS[1], markersize=3, label="in space")
     left.set_aspect("equal")
@@ -67,7 +66,6 @@ def figures(run: Run) -> dict[str, Figure]:
     label(left, "distance from the axis", "z", "m", "m")
     right.plot(height, 1e3 * off, ".", color=COLOURS[1], markersize=3)
     label(right, "z", "difference of the radii", "m", "mm")
-    figure.suptitle(run.case.title)
     return {"profile": figure}
 
 

@@ -2,14 +2,12 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import film_of, pressures_of, radius_of
+from pellucid.gallery.benet2015.films import film_of, motion_of_curves, pressures_of, radius_of
 from pellucid.gallery.exact_curves import compared, worst_balance
 from pellucid.references.vesicles import Tether, tether
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Animation
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"tether": "Force at the pole against its way, with that of a tube, and the meridian at the end."}
 
@@ -53,23 +51,18 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """Force against way, meridian at the end."""
     tube, thin = _tube(run)
-    figure = new_figure(10.0, 4.2)
-    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    figure, (left, right) = new_panels(1, 2, width_ratios=(3, 2), width=10.0, height=4.2, title=run.case.title)
     speed = run.case.support[0].velocity[2]
     left.plot(speed * run.history["time"][1:], run.history["force"][1:], color=COLOURS[1], label="film")
     left.axhline(tube.force, color="black", linewidth=1, linestyle="--", label="tube with the pressure inside")
     left.axhline(thin.force, color="#889", linewidth=1, linestyle=":", label="2π√(2κσ)")
-    label(left, "way of the pole", "force", "m", "N")
-    left.legend()
+    label(left, "way of the pole", "force", "m", "N", legend=True)
     place = run.fields(film_of(run).name)["position"]
     for sign in (1.0, -1.0):
         right.plot(sign * place[:, 0], place[:, 2], color=COLOURS[0])
     right.set_aspect("equal")
     label(right, "r", "z", "m", "m")
-    figure.suptitle(run.case.title)
     return {"tether": figure}
 
 
-def films(run: Run) -> dict[str, Animation]:
-    """The tube as it is pulled."""
-    return {"motion": film_of_curves(run)}
+films = motion_of_curves

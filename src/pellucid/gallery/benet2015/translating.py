@@ -6,7 +6,7 @@ from pellucid.gallery.benet2015.films import film_of, pressures_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {
     "translation": "Error of the velocity against time, and the tension along the axis of motion at its end and the exact one."
@@ -65,8 +65,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """Error of the velocity against time, and the tension along the axis of motion."""
     axis = _drive(run)[2]
-    figure = new_figure(10.0, 3.4)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=10.0, height=3.4, title=run.case.title)
     exact = _velocity(run)
     left.semilogy(run.history["time"][1:], np.abs(run.history["velocity"][1:] / exact - 1.0), color=COLOURS[1], label="film")
     label(left, "time", "error of the velocity, relative", "s", "")
@@ -75,7 +74,5 @@ def figures(run: Run) -> dict[str, Figure]:
     order = np.argsort(place)
     right.plot(place[order] - place.mean(), expected[order], color="black", linewidth=1, label="exact")
     right.plot(place - place.mean(), tension, "o", color=COLOURS[1], markersize=4, label="film")
-    right.legend()
-    label(right, "place from the middle", "tension", "m", "N/m")
-    figure.suptitle(run.case.title)
+    label(right, "place from the middle", "tension", "m", "N/m", legend=True)
     return {"translation": figure}

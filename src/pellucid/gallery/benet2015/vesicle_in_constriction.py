@@ -10,7 +10,7 @@ from pellucid.geometry.region import Region
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
 
 NAME = "vesicle"
 NEAREST, TOUCH = 1.5, 0.5  # cells: quadratic functions reach so far; walls are nodes, and known to half a cell
@@ -106,8 +106,7 @@ def _passage(run: Run) -> Figure:
         place, film = run.fields("fluid", float(time))["position"], run.fields(NAME, float(time))["position"]
         axes.plot(place[:, 0], place[:, 1], ".", color=COLOURS[4], markersize=1.5, markeredgewidth=0, label="fluid")
         axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1], label="film")
-        axes.set_xlim(-8.5, 8.5)
-        axes.set_ylim(grid.lower[1], grid.upper[1])
+        axes.set(xlim=(-8.5, 8.5), ylim=(grid.lower[1], grid.upper[1]))
         finish_panel(axes, float(time))
     handles, names = axes.get_legend_handles_labels()
     once = dict(zip(names, handles, strict=True))  # of two walls one
@@ -119,8 +118,7 @@ def _shape(run: Run) -> Figure:
     times, shapes = run.times(NAME), shapes_of(run, NAME)
     middle = [run.fields(NAME, float(time))["position"][:, 0].mean() for time in times]
     areas = np.array([enclosed_area(run, NAME, float(time)) for time in times])
-    figure = new_figure(height=3.0)
-    left, centre, right = figure.subplots(1, 3)
+    figure, (left, centre, right) = new_panels(1, 3, height=3.0)
     left.plot(times, middle, color=COLOURS[0])
     label(left, "time", "mean x of its nodes", "s", "m")
     centre.plot(times, [shape.deformation for shape in shapes], color=COLOURS[0])

@@ -12,7 +12,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 CLOSE, CELLS = 0.05, 6.0  # error at so many cells a radius; it falls at second order
@@ -81,18 +81,15 @@ def films(run: Run) -> dict[str, Animation]:
 def _deformation(run: Run) -> Figure:
     times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
     shapes = [of_surface(run.fields("film", float(time))["position"], triangles) for time in times]
-    figure = new_figure(height=3.4)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, height=3.4)
     left.plot(times, [shape.deformation for shape in shapes], "o-", color=COLOURS[0], markersize=3, label="drop")
     left.plot(times, [drop.expected(float(time)) for time in times], "--", color=COLOURS[1], label="small-deformation theory")
     free = deformation(drop.capillary, drop.ratio)
     left.axhline(free, color="0.5", linewidth=1, linestyle=":", label="the same without plates, at rest")
-    label(left, "time", "deformation", "s", "")
-    left.legend()
+    label(left, "time", "deformation", "s", "", legend=True)
     for axis, (name, colour) in enumerate(zip(("shortest", "middle", "longest"), COLOURS, strict=False)):
         right.plot(times, [shape.semi_axes[axis] for shape in shapes], color=colour, label=name)
-    label(right, "time", "semi-axis", "s", "m")
-    right.legend()
+    label(right, "time", "semi-axis", "s", "m", legend=True)
     return figure
 
 

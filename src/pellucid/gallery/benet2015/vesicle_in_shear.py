@@ -2,15 +2,13 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import finish_panel, kept, shapes_of
+from pellucid.gallery.benet2015.films import finish_panel, kept, motion_of_curves, shapes_of
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.finite_elements import read
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
 
 NAME = "vesicle"
 CLOSE, CELLS = 0.03, 4.0  # error at so many cells a radius, at first order
@@ -31,18 +29,12 @@ def metrics(run: Run) -> dict[str, Metric]:
     end, cells = float(times[-1]), 1.0 / run.case.grid.cell
     expected, angle = (float(np.interp(end, reference["time"], reference[key])) for key in ("deformation", "angle"))
     found, turned = shapes[-1].deformation, shapes[-1].inclination
+    off = float(np.radians(abs(turned - angle)))
+    shape = "(L - B)/(L + B) at the end; reference: boundary integrals"
+    axis = "of the longest axis at the end, reference the same; error and tolerance in radians"
     return {
-        "deformation": compared(
-            found, expected, CLOSE * CELLS / cells, "", "(L - B)/(L + B) at the end; reference: boundary integrals"
-        ),
-        "inclination": Metric(
-            turned,
-            angle,
-            float(np.radians(abs(turned - angle))),
-            TURNED * CELLS / cells,
-            "degree",
-            "of the longest axis at the end, reference the same; error and tolerance in radians",
-        ),
+        "deformation": compared(found, expected, CLOSE * CELLS / cells, "", shape),
+        "inclination": Metric(turned, angle, off, TURNED * CELLS / cells, "degree", axis),
         **kept(run, NAME),
     }
 
@@ -54,16 +46,14 @@ def figures(run: Run) -> dict[str, Figure]:
 
 def _shape(run: Run) -> Figure:
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
-    figure = new_figure(height=3.4)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, height=3.4)
     found = [shape.deformation for shape in shapes], [shape.inclination for shape in shapes]
     panels = zip((left, right), found, ("deformation", "angle"), strict=True)
     for axes, values, key in panels:
         axes.plot(times, values, "o-", color=COLOURS[0], markersize=3, label="film on the grid")
         axes.plot(reference["time"], reference[key], "--", color=COLOURS[1], label="boundary integrals")
-    label(left, "time", "deformation", "s", "")
+    label(left, "time", "deformation", "s", "", legend=True)
     label(right, "time", "inclination", "s", "degree")
-    left.legend()
     return figure
 
 
@@ -74,13 +64,10 @@ def _film(run: Run) -> Figure:
         place, film = run.fields("fluid", float(time))["position"], run.fields(NAME, float(time))["position"]
         axes.plot(place[:, 0], place[:, 1], ".", color="0.6", markersize=2.0, markeredgewidth=0, label="fluid")
         axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1], label="film")
-        axes.set_xlim(-1.9, 1.9)
-        axes.set_ylim(-1.9, 1.9)
+        axes.set(xlim=(-1.9, 1.9), ylim=(-1.9, 1.9))
         finish_panel(axes, float(time))
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, markerscale=4.0)
     return figure
 
 
-def films(run: Run) -> dict[str, Animation]:
-    """The film as it turns."""
-    return {"motion": film_of_curves(run)}
+films = motion_of_curves

@@ -2,43 +2,32 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015 import vesicle_shapes
-from pellucid.gallery.benet2015.films import film_of
+from pellucid.gallery.benet2015.films import film_of, motion_of_surface
+from pellucid.gallery.benet2015.vesicle_shapes import metrics
 from pellucid.references.vesicles import SHAPE_ENERGIES
-from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.films import Animation
-from pellucid.results.pictures.style import COLOURS, label, new_figure
-from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
+from pellucid.results.pictures.style import COLOURS, label, new_panels
+
+__all__ = ["CAPTIONS", "METRICS", "figures", "films", "metrics"]
 
 CAPTIONS = {"energy": "Bending energy against time with that of the shape equations, and the profile at the end."}
 
 METRICS = ("prolate-90",)
 
 
-def metrics(run: Run) -> dict[str, Metric]:
-    """Energy at the end."""
-    return vesicle_shapes.metrics(run)
-
-
 def figures(run: Run) -> dict[str, Figure]:
     """Energy against time, distance from the axis against height."""
     film = film_of(run)
-    figure = new_figure(10.0, 4.0)
-    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    figure, (left, right) = new_panels(1, 2, width_ratios=(3, 2), width=10.0, height=4.0, title=run.case.title)
     energies = run.history[f"bending-{film.name}"] / (8.0 * np.pi * film.material.bending_rigidity)
     left.plot(run.history["time"], energies, color=COLOURS[1], label="film")
     left.axhline(SHAPE_ENERGIES["prolate", 0.9], color="black", linewidth=1, linestyle="--", label="shape equations")
-    label(left, "time", "bending energy over 8πκ", "s", "")
-    left.legend()
+    label(left, "time", "bending energy over 8πκ", "s", "", legend=True)
     place = run.fields(film.name)["position"]
     right.plot(np.hypot(place[:, 0], place[:, 1]), place[:, 2], ".", color=COLOURS[0], markersize=2)
     right.set_aspect("equal")
     label(right, "distance from the axis", "z", "m", "m")
-    figure.suptitle(run.case.title)
     return {"energy": figure}
 
 
-def films(run: Run) -> dict[str, Animation]:
-    """The vesicle as it comes to rest."""
-    return {"motion": film_of_surfaces(run, [film_of(run).name])}
+films = motion_of_surface

@@ -4,13 +4,11 @@ from math import pi
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import films_of
+from pellucid.gallery.benet2015.films import films_of, motion_of_curves
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.curves_in_plane import film_of_curves
-from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import new_figure
 
 CAPTIONS = {
@@ -51,8 +49,7 @@ def figures(run: Run) -> dict[str, Figure]:
     figure = new_figure(10.0, 6.0, layout="compressed")
     grid = figure.subplots(len(heights), across, squeeze=False, sharex=True, sharey="row", height_ratios=heights)
     for row, height in zip(grid, heights, strict=True):
-        row[0].set_xlim(-wide, wide)
-        row[0].set_ylim(-height, height)
+        row[0].set(xlim=(-wide, wide), ylim=(-height, height))
     panels = grid.ravel()
     for axes, (name, place) in zip(panels, places.items(), strict=False):
         middle = 0.5 * float(place[:, 2].max() + place[:, 2].min())
@@ -68,6 +65,4 @@ def figures(run: Run) -> dict[str, Figure]:
     return {"shapes": figure}
 
 
-def films(run: Run) -> dict[str, Animation]:
-    """The vesicles as they come to rest."""
-    return {"motion": film_of_curves(run)}
+films = motion_of_curves

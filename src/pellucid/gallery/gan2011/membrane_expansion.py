@@ -6,11 +6,11 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
 from pellucid.case import load
-from pellucid.gallery.exact_curves import vanishing
+from pellucid.gallery.exact_curves import beside_elements, vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, finish_panel, label, new_figure, with_unit
+from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, finish_panel, label, new_figure, new_panels, with_unit
 
 TOLERANCE, CELL = 0.05, 0.01  # of the largest change, at this cell [m]; in proportion to the cell above it
 LEAK = 1e-4  # of the gas's points that may be above the lid: less than one of the quick variant's
@@ -54,26 +54,14 @@ def figures(run: Run) -> dict[str, Figure]:
 
 
 def _curves(run: Run) -> Figure:
-    reference, times = finite_elements.read("membrane_expansion"), run.history["time"]
-    figure = new_figure(height=5.6)
-    grid = figure.subplots(2, 2, sharex=True, height_ratios=(3, 1))
-    for column, (name, text, unit) in enumerate(
-        (("cube_z", "cube's displacement", "m"), ("gas_pressure", "mean pressure", "Pa"))
-    ):
-        above, below = grid[:, column]
-        for gas, line in (("flowing", "-"), ("uniform", ":")):
-            curve = reference[f"{gas}_{name}"]
-            name_of = f"finite elements, {gas} gas"
-            above.plot(reference["time"], curve, color="black", linewidth=1, linestyle=line, label=name_of)
-        above.plot(times, run.history[name], color=COLOURS[column], label=f"cell {run.case.grid.cell:g} m")
-        above.set_title(text)
-        above.set_ylabel(with_unit(text, unit))
-        above.legend()
-        flowing = reference[f"flowing_{name}"]
-        apart = np.interp(reference["time"], times, run.history[name]) - flowing
-        below.plot(reference["time"], 100.0 * apart / np.abs(flowing - flowing[0]).max(), color=COLOURS[column])
-        label(below, "time", "deviation", "s", "%")
-    figure.suptitle(run.case.title)
+    reference = finite_elements.read("membrane_expansion")
+    figure, grid = new_panels(2, 2, sharex=True, height_ratios=(3, 1), height=5.6, title=run.case.title)
+    columns = (("cube_z", "cube's displacement", "m"), ("gas_pressure", "mean pressure", "Pa"))
+    for panels, (name, text, unit), colour in zip(grid.T, columns, COLOURS, strict=False):
+        known = {f"finite elements, {gas} gas": reference[f"{gas}_{name}"] for gas in ("flowing", "uniform")}
+        beside_elements(panels, run, name, reference["time"], known, colour)
+        panels[0].set(title=text, ylabel=with_unit(text, unit))
+        label(panels[1], "time", "deviation", "s", "%")
     return figure
 
 
@@ -83,8 +71,7 @@ def _instants(run: Run) -> list[float]:
 
 
 def _shapes(run: Run) -> Figure:
-    figure = new_figure(height=4.6)
-    panels = figure.subplots(2, 3, sharex=True, sharey=True)
+    figure, panels = new_panels(2, 3, sharex=True, sharey=True, height=4.6, title=f"{run.case.title}, cut through the middle")
     middle = 0.5 * (run.case.body[1].bounds()[0][1] + run.case.body[1].bounds()[1][1])
     for axes, time in zip(panels.flat, _instants(run), strict=True):
         for name, colour, within in (("gas", COLOURS[4], 0.5), ("cube", COLOURS[1], 0.5), ("lid", COLOURS[0], 0.25)):
@@ -93,7 +80,6 @@ def _shapes(run: Run) -> Figure:
             axes.plot(x, z, ".", markersize=2 if name == "lid" else 1, color=colour, label=name)
         finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "z", "m")
     panels[0, 0].legend(markerscale=4, loc="upper left")
-    figure.suptitle(f"{run.case.title}, cut through the middle")
     return figure
 
 
@@ -109,10 +95,7 @@ def _lid(run: Run) -> Figure:
         x, y, z = shape.T
         rise = 1e3 * (z - start)
         axes.plot_trisurf(x, y, rise, triangles=triangles, cmap=SEQUENTIAL, antialiased=False, vmin=0.0, vmax=1e3 * highest)
-        axes.set_zlim(0.0, 1e3 * highest)
-        axes.set_xticks([0.0, 0.1, 0.2])
-        axes.set_yticks([0.0, 0.1, 0.2])
-        axes.set_title(f"t = {1e3 * time:.3g} ms")
+        axes.set(zlim=(0.0, 1e3 * highest), xticks=[0.0, 0.1, 0.2], yticks=[0.0, 0.1, 0.2], title=f"t = {1e3 * time:.3g} ms")
         axes.set_zlabel("rise [mm]")
     figure.suptitle("Rise of the lid; x, y in m")
     return figure

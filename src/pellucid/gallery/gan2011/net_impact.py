@@ -3,11 +3,11 @@
 import numpy as np
 
 from pellucid.case import load
-from pellucid.gallery.exact_curves import compared, vanishing
+from pellucid.gallery.exact_curves import beside_elements, compared, vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure
+from pellucid.results.pictures.style import COLOURS, finish_panel, new_panels
 
 TOLERANCE, CELL = 0.03, 0.02  # of the largest excursion, at this cell [m]; in proportion to the cell above it
 TURNING_TIME = 0.05  # the curve turns flatly: it is within 0.5 % of its lowest point for 7 ms to each side
@@ -48,36 +48,27 @@ def figures(run: Run) -> dict[str, Figure]:
 
 
 def _displacement(run: Run) -> Figure:
-    reference, times = finite_elements.read("net_impact"), run.history["time"]
-    figure = new_figure(height=5.6)
-    grid = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 1))
-    for column, (name, what) in enumerate((("cuboid_z", "cuboid's centre"), ("net_z", "net's middle"))):
-        above, below = grid[:, column]
-        tied = reference[f"tied_{name}"]
-        above.plot(reference["time"], tied, color="black", linewidth=1, label="finite elements, tied")
-        sliding = reference[f"sliding_{name}"]
-        above.plot(reference["time"], sliding, color="black", linewidth=1, linestyle=":", label="finite elements, sliding")
-        above.plot(times, run.history[name], color=COLOURS[column], label=f"cell {run.case.grid.cell:g} m")
-        above.set_title(what)
-        apart = np.interp(reference["time"], times, run.history[name]) - tied
-        below.plot(reference["time"], 100.0 * apart / np.abs(tied).max(), color=COLOURS[column])
-        below.set_xlabel("time [s]")
-        above.legend()
+    reference = finite_elements.read("net_impact")
+    figure, grid = new_panels(2, 2, sharex=True, sharey="row", height_ratios=(3, 1), height=5.6, title=run.case.title)
+    names = {"cuboid_z": "cuboid's centre", "net_z": "net's middle"}
+    for panels, (name, what), colour in zip(grid.T, names.items(), COLOURS, strict=False):
+        known = {f"finite elements, {how}": reference[f"{how}_{name}"] for how in ("tied", "sliding")}
+        beside_elements(panels, run, name, reference["time"], known, colour)
+        panels[0].set_title(what)
+        panels[1].set_xlabel("time [s]")
     grid[0, 0].set_ylabel("displacement along z [m]")
     grid[1, 0].set_ylabel("deviation [%]")
-    figure.suptitle(run.case.title)
     return figure
 
 
 def _shapes(run: Run) -> Figure:
-    figure = new_figure(height=3.2)
+    title = f"{run.case.title}, from the side"
+    figure, panels = new_panels(2, 2, sharex=True, sharey=True, height=3.2, title=title)
     wanted = np.array([0.25, 0.5, 0.75, 1.0]) * run.times("net")[-1]
-    panels = figure.subplots(2, 2, sharex=True, sharey=True)
     for axes, time in zip(panels.flat, wanted, strict=True):
         for name, colour in (("cuboid", COLOURS[1]), ("net", COLOURS[0])):
             x, _, z = np.asarray(run.fields(name, float(time))["position"]).T
             axes.plot(x, z, ".", markersize=1, color=colour, label=name)
         finish_panel(axes, f"t = {time:.3g} s", "x", "z", "m")
     panels[0, 0].legend(markerscale=8, loc="lower left")
-    figure.suptitle(f"{run.case.title}, from the side")
     return figure

@@ -16,7 +16,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Colour, Drawabl
 from pellucid.results.pictures.rendering.points import ball_radii, bricks, lattice_sides
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import rim, section
-from pellucid.results.pictures.style import WIDTH, new_figure, panels, settle
+from pellucid.results.pictures.style import WIDTH, colour_bar, new_figure, panels, settle
 
 INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)
 """Those of the paper's pictures [s]."""
@@ -91,23 +91,11 @@ def oocyte_whole(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
 
 def oocyte_cut(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
     """The lower half at some instants [s], cut along the pipette's path: pressure in the cytoplasm, rim of the zona."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
     shown = recorded(run.times("zona"), times)
     stage = cut_stage(run, COLUMNS, shown)
     figure = _panels(run, shown, stage)
     low, high = stage.limits
-    bar = figure.colorbar(
-        ScalarMappable(Normalize(1e-3 * low, 1e-3 * high), PALETTE),
-        ax=figure.axes,
-        shrink=0.6,
-        aspect=30,
-        pad=0.01,
-        extend="both",
-    )
-    bar.set_label("pressure in the cytoplasm [kPa]")
-    bar.outline.set_visible(False)
+    colour_bar(figure, "pressure in the cytoplasm [kPa]", (1e-3 * low, 1e-3 * high, "both"), PALETTE, shrink=0.6, aspect=30)
     return figure
 
 
@@ -151,8 +139,9 @@ def _panels(run: Run, times: np.ndarray, stage: Stage) -> Figure:
     across, down = min(2, len(times)), -(-len(times) // 2)
     rows, columns = stage.camera.shape
     width = WIDTH / (2.2 if across == 2 else 1.6)  # of a panel [inch]
-    figure = new_figure(WIDTH * min(1.0, 0.35 + 0.35 * across), down * (width * rows / columns + 0.1), layout="compressed")
-    for axes, time in zip(panels(figure, len(times), across), times, strict=True):
+    size = WIDTH * min(1.0, 0.35 + 0.35 * across), down * (width * rows / columns + 0.1)
+    figure, subplots = panels(len(times), across, *size, layout="compressed")
+    for axes, time in zip(subplots, times, strict=True):
         draw_oocyte(axes, run, float(time), stage)
     return figure
 

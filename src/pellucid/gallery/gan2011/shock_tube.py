@@ -54,7 +54,7 @@ def _densest(run: Run, tube: Tube) -> dict[str, Metric]:
         "largest_density": (float(np.nanmax(means)), DENSEST - 1.0, "largest mean density of the driven gas"),
         "densest_point": (float(driven["density"].max()), scatter, "densest single point of the driven gas"),
     }
-    exact = tube.solution.right_density
+    exact = tube.solution.right_wave.density
     return {
         name: Metric(value, exact, max(0.0, value / exact - 1.0), tolerance, "kg/m^3", text)
         for name, (value, tolerance, text) in largest.items()
@@ -64,7 +64,7 @@ def _densest(run: Run, tube: Tube) -> dict[str, Metric]:
 def _star_states(tube: Tube, found: Profile, time: float) -> dict[str, Metric]:
     """Means over the middle halves of the two plateaus beside the contact."""
     fronts, star = tube.fronts(time), tube.solution
-    wanted = {"left": star.left_density, "right": star.right_density}
+    wanted = {"left": star.left_wave.density, "right": star.right_wave.density}
     edges = {"left": (fronts["fan tail"], fronts["contact"]), "right": (fronts["contact"], fronts["shock"])}
     result = {}
     for side, (lower, upper) in edges.items():

@@ -10,7 +10,7 @@ from pellucid.references.inflated_bag import HEIGHT, PAPER_BAG, POISSON_RATIO, S
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_panels, panels
 
 GAS = ("charge", "air")
 CLOSE = 0.25  # cells outside the bag at which a point has leaked
@@ -121,8 +121,7 @@ def _extreme_stresses(run: Run, time: float) -> tuple[float, float]:
 
 
 def _curves(run: Run) -> Figure:
-    figure = new_figure(height=6.0)
-    (volume, lengths), (pressure, energy) = figure.subplots(2, 2, sharex=True)
+    figure, ((volume, lengths), (pressure, energy)) = new_panels(2, 2, sharex=True, height=6.0, title=run.case.title)
     times = run.times("bag")
     skin: Any = next(body for body in run.case.body if body.name == "bag")
     pressures = np.array([gas_pressure(run, float(time)) for time in times])
@@ -134,8 +133,7 @@ def _curves(run: Run) -> Figure:
     volume.plot(1e3 * times, gas, label="gas", linewidth=1.0)
     volume.axhline(least["volume"], color=COLOURS[0], linestyle="--", linewidth=0.8, label="least energy")
     volume.axhline(PAPER_BAG, color="black", linestyle=":", linewidth=0.8, label="bag of paper")
-    volume.set_title("volume")
-    label(volume, "", "volume", "", "m³")
+    label(volume, "", "volume", "", "m³", title="volume", legend=True)
     history = run.history
     ms = 1e3 * history["time"]
     for colour, (name, text) in zip(
@@ -143,28 +141,21 @@ def _curves(run: Run) -> Figure:
     ):
         lengths.plot(ms, history[name], color=colour, label=text)
         lengths.axhline(least[name], color=colour, linestyle="--", linewidth=0.8)
-    lengths.set_title("shape")
-    label(lengths, "", "length", "", "m")
+    label(lengths, "", "length", "", "m", title="shape", legend=True)
     pressure.semilogy(1e3 * times, pressures, color=COLOURS[2], label="all the gas, by volume")
     for name, colour in zip(GAS, COLOURS[:2], strict=True):
         pressure.semilogy(ms, history[f"{name}_pressure"], color=colour, linewidth=0.8, label=f"{name}, by points")
-    pressure.set_title("mean pressure")
-    label(pressure, "time", "pressure", "ms", "Pa")
+    label(pressure, "time", "pressure", "ms", "Pa", title="mean pressure", legend=True)
     for name in ("kinetic_energy", "strain_energy"):
         energy.plot(ms, history[name], label=name.replace("_", " "))
     energy.plot(ms, history["internal_energy"][0] - history["internal_energy"], label="given by the gas")
-    energy.set_title("energy of the eighth")
-    label(energy, "time", "energy", "ms", "J")
-    for axes in (volume, lengths, pressure, energy):
-        axes.legend()
-    figure.suptitle(run.case.title)
+    label(energy, "time", "energy", "ms", "J", title="energy of the eighth", legend=True)
     return figure
 
 
 def _shapes(run: Run) -> Figure:
     reached = recorded(run.times("bag"), INSTANTS)
-    figure = new_figure(height=2.05 * -(-len(reached) // 3) + 0.4)
-    subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
+    figure, subplots = panels(len(reached), 3, height=2.05 * -(-len(reached) // 3) + 0.4, sharex=True, sharey=True)
     sheet, shown = run.fields("bag", 0.0)["position"], {}
     row = np.flatnonzero(sheet[:, 1] < 1e-9)
     row = row[np.argsort(sheet[row, 0])]
@@ -184,8 +175,7 @@ def _shapes(run: Run) -> Figure:
 
 def _wrinkles(run: Run) -> Figure:
     reached = recorded(run.times("bag"), INSTANTS)[-3:]
-    figure = new_figure(height=3.4)
-    subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)
+    figure, subplots = panels(len(reached), len(reached), height=3.4, sharex=True, sharey=True)
     triangles = run.triangles("bag")
     for axes, time in zip(subplots, reached, strict=True):
         position, principal = run.fields("bag", time)["position"], _principal(run, time)

@@ -1,14 +1,15 @@
 """Two curves of a run beside finite elements of our own."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.gallery.exact_curves import vanishing
+from pellucid.gallery.exact_curves import beside_elements, vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, new_figure
+from pellucid.results.pictures.style import COLOURS, new_panels
 
 Array = np.ndarray
 
@@ -34,6 +35,12 @@ class Curve(NamedTuple):
     remark: str
 
 
+def curves_of(table: str, names: Mapping[str, str], known: str, other: str, remark: str) -> tuple[Curve, ...]:
+    """Those of a table: of columns with what they are; known, other: how the table's columns begin, beside the same names."""
+    read = finite_elements.read(table)
+    return tuple(Curve(of, what, read["time"], read[known + of], read[other + of], remark) for of, what in names.items())
+
+
 def tolerance_of(run: Run) -> float:
     """In proportion to the cell."""
     return max(LEAST_TOLERANCE, TOLERANCE * run.case.grid.cell / CELL)
@@ -53,21 +60,12 @@ def deviations(run: Run, curves: tuple[Curve, ...]) -> dict[str, Metric]:
 
 def figure_of(run: Run, curves: tuple[Curve, ...]) -> Figure:
     """The curves above, how far they are from the reference below."""
-    figure = new_figure(height=5.6)
-    panels = figure.subplots(2, len(curves), sharex=True, height_ratios=(3, 1))
-    now = run.history["time"]
-    for (above, below), curve, colour in zip(panels.T, curves, COLOURS, strict=False):
-        ms, reached = 1e3 * curve.times, curve.times <= now[-1] * (1.0 + 1e-9)
-        above.plot(ms, 1e3 * curve.known, color="black", linewidth=1, label="finite elements")
-        above.plot(ms, 1e3 * curve.other, color="black", linewidth=1, linestyle=":", label=f"finite elements, {curve.remark}")
-        above.plot(1e3 * now, 1e3 * run.history[curve.column], color=colour, label=f"cell {1e3 * run.case.grid.cell:g} mm")
-        above.set_title(curve.what)
-        above.legend()
-        apart = np.interp(curve.times, now, run.history[curve.column]) - curve.known
-        scale = np.abs(curve.known - curve.known[0]).max()
-        below.plot(ms[reached], 100.0 * apart[reached] / scale, color=colour)
-        below.set_xlabel("time [ms]")
+    figure, panels = new_panels(2, len(curves), sharex=True, height_ratios=(3, 1), height=5.6, title=run.case.title)
+    for both, curve, colour in zip(panels.T, curves, COLOURS, strict=False):
+        known = {"finite elements": curve.known, f"finite elements, {curve.remark}": curve.other}
+        beside_elements(both, run, curve.column, curve.times, known, colour, 1e3)
+        both[0].set_title(curve.what)
+        both[1].set_xlabel("time [ms]")
     panels[0, 0].set_ylabel("z [mm]")
     panels[1, 0].set_ylabel("deviation [%]")
-    figure.suptitle(run.case.title)
     return figure

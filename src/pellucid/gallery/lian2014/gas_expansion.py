@@ -9,7 +9,7 @@ from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_panels, panels
 
 TOLERANCE = 0.005  # of the radius
 ENERGY = 0.01  # of the energy at the start; the paper loses 5 %
@@ -57,26 +57,22 @@ def loss(run: Run) -> np.ndarray:
 
 def figures(run: Run) -> dict[str, Figure]:
     """Radii and loss of energy against time, and shapes."""
-    radii, energy = new_figure(height=3.2), new_figure(height=2.8)
-    axes, times = radii.subplots(), run.history["time"]
+    (radii, axes), times = new_panels(height=3.2, title=run.case.title), run.history["time"]
     for name, angle, colour in (("radius_0", 0, COLOURS[0]), ("radius_90", 90, COLOURS[1])):
         axes.plot(times, run.history[name], color=colour, label=f"{angle}°")
     axes.axhline(circle(run), color="black", linestyle=":", linewidth=1)
-    label(axes, "time", "radius", "s", "m")
-    axes.legend()
-    below = energy.subplots()
+    label(axes, "time", "radius", "s", "m", legend=True)
+    energy, below = new_panels(height=2.8, title=run.case.title)
     below.plot(times, 100.0 * loss(run), color=COLOURS[2])
     label(below, "time", "loss of energy", "s", "%")
-    for figure in (radii, energy):
-        figure.suptitle(run.case.title)
     return {"radii": radii, "energy": energy, "shapes": _shapes(run)}
 
 
 def _shapes(run: Run) -> Figure:
     reached = recorded(run.times("membrane"), INSTANTS)
-    figure = new_figure(height=3.2)
+    figure, subplots = panels(len(reached), len(reached), height=3.2, sharey=True)
     turn = np.linspace(0.0, 0.5 * pi, 91)
-    for axes, time in zip(panels(figure, len(reached), len(reached), sharey=True), reached, strict=True):
+    for axes, time in zip(subplots, reached, strict=True):
         for name, size in (("gas", 1.5), ("membrane", 3.0)):
             axes.plot(*run.fields(name, time)["position"][:, :2].T, ".", markersize=size, label=name)
         axes.plot(circle(run) * np.cos(turn), circle(run) * np.sin(turn), "k:", linewidth=1)

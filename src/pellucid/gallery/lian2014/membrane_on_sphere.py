@@ -2,7 +2,7 @@
 
 from pellucid.case import load
 from pellucid.gallery.lian2014 import shapes
-from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of
+from pellucid.gallery.lian2014.curves import Curve, curves_of, deviations, figure_of
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
@@ -39,9 +39,5 @@ def films(run: Run) -> dict[str, Animation]:
 
 
 def _curves() -> tuple[Curve, ...]:
-    table = finite_elements.read("membrane_on_sphere")
     names = {"centre_z": "the sheet's middle", "corner_z": "a corner of the sheet"}
-    return tuple(
-        Curve(column, what, table["time"], table[f"relaxed_{column}"], table[f"fine_{column}"], "with compression")
-        for column, what in names.items()
-    )
+    return curves_of("membrane_on_sphere", names, "relaxed_", "fine_", "with compression")

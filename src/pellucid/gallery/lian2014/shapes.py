@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from pellucid.results.pictures import style
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
@@ -28,18 +29,17 @@ def sections(run: Run, body: str, times: Iterable[float], half_width: float, row
     half_width: of x, what is shown [m]; row: height of a row of pictures [inch].
     """
     chosen = recorded(run.times("sheet"), times)
-    figure = new_figure(height=row * -(-len(chosen) // 2) + 0.4)
+    figure, subplots = style.panels(len(chosen), 2, height=row * -(-len(chosen) // 2) + 0.4, sharex=True, sharey=True)
     figure.set_layout_engine("compressed", wspace=0.06)  # or the numbers below neighbours would touch
-    subplots = figure.subplots(-(-len(chosen) // 2), 2, sharex=True, sharey=True, squeeze=False)
     near = 0.26e3 * run.case.grid.cell  # beyond the first, nearer than the second layer of points
-    for axes, time in zip(subplots.flat, chosen, strict=False):
+    for axes, time in zip(subplots, chosen, strict=True):
         for name, colour, size in ((body, COLOURS[1], 2.0), ("sheet", COLOURS[0], 2.5)):
             begun, now = (1e3 * run.fields(name, instant)["position"] for instant in (0.0, float(time)))
             shown = (begun[:, 1] < begun[:, 1].min() + near) & (begun[:, 0] < 1e3 * half_width)
             x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
             axes.plot(x, z, ".", markersize=size, color=colour, label=name)
         finish_panel(axes, f"t = {1e3 * float(time):.2f} ms", "x", "z", "mm")
-    subplots[0, 0].legend(markerscale=5, loc="upper right")
+    subplots[0].legend(markerscale=5, loc="upper right")
     return figure
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from pellucid.case import load
 from pellucid.gallery.exact_curves import compared
 from pellucid.gallery.lian2014 import shapes
-from pellucid.gallery.lian2014.curves import Curve, deviations, figure_of, tolerance_of
+from pellucid.gallery.lian2014.curves import Curve, curves_of, deviations, figure_of, tolerance_of
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
@@ -56,9 +56,5 @@ def _last_speed(times: np.ndarray, z: np.ndarray) -> float:
 
 
 def _curves() -> tuple[Curve, ...]:
-    table = finite_elements.read("sphere_on_membrane")
     names = {"membrane_z": "the sheet's middle", "sphere_top_z": "the sphere's top"}
-    return tuple(
-        Curve(column, what, table["time"], table[column], table[f"coarse_{column}"], "sides of 1 mm")
-        for column, what in names.items()
-    )
+    return curves_of("sphere_on_membrane", names, "", "coarse_", "sides of 1 mm")

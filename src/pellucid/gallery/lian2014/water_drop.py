@@ -14,7 +14,7 @@ from pellucid.gallery.lian2014.shapes import IMAGES, sections
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, new_figure, panels
+from pellucid.results.pictures.style import COLOURS, finish_panel, panels
 
 Array = np.ndarray
 
@@ -89,19 +89,14 @@ def in_largest(run: Run, time: float) -> Array:
 
 def figures(run: Run) -> dict[str, Figure]:
     """Curves against time, the middle cut, and the water from above."""
-    return {"curves": _curves(run), "shapes": sections(run, "drop", SECTIONS, np.inf, 1.3), "pieces": _pieces(run)}
-
-
-def _curves(run: Run) -> Figure:
-    figure = drop_curves(run, {"membrane_z": "sheet's middle", "drop_top_z": "drop's top"}, "sheet")
-    figure.suptitle(run.case.title)
-    return figure
+    names = {"membrane_z": "sheet's middle", "drop_top_z": "drop's top"}
+    curves = drop_curves(run, names, "sheet", title=run.case.title)
+    return {"curves": curves, "shapes": sections(run, "drop", SECTIONS, np.inf, 1.3), "pieces": _pieces(run)}
 
 
 def _pieces(run: Run) -> Figure:
     reached = recorded(run.times("drop"), PLANS)
-    figure = new_figure(height=3.5)
-    subplots = panels(figure, len(reached), len(reached), sharex=True, sharey=True)
+    figure, subplots = panels(len(reached), len(reached), height=3.5, sharex=True, sharey=True)
     for axes, time in zip(subplots, reached, strict=True):
         place, joined = 1e3 * run.fields("drop", time)["position"], in_largest(run, time)
         for shown, colour, what in ((joined, COLOURS[0], "largest piece"), (~joined, COLOURS[1], "broken off")):

@@ -10,7 +10,7 @@ from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_figure, panels
+from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_panels, panels
 
 CLOSE = 0.25
 """Cells within which contact closes a gap."""
@@ -84,8 +84,7 @@ def _half_width(run: Run, time: float) -> float:
 
 
 def _curves(run: Run) -> Figure:
-    figure = new_figure(height=6.5)
-    shape, motion, energy = figure.subplots(3, 1, sharex=True)
+    figure, (shape, motion, energy) = new_panels(3, 1, sharex=True, height=6.5, title=run.case.title)
     for axes, title in zip((shape, motion, energy), ("shape", "motion", "energy"), strict=True):
         axes.set_title(title)
     history = run.history
@@ -104,14 +103,12 @@ def _curves(run: Run) -> Figure:
     shape.legend(loc="upper right", ncols=3)
     motion.legend(loc="lower right")
     energy.legend(loc="center left")
-    figure.suptitle(run.case.title)
     return figure
 
 
 def _shapes(run: Run) -> Figure:
     reached = recorded(run.times("skin"), INSTANTS)
-    figure = new_figure(height=2.3 * -(-len(reached) // 3) + 0.3)
-    subplots = panels(figure, len(reached), 3, sharex=True, sharey=True)
+    figure, subplots = panels(len(reached), 3, height=2.3 * -(-len(reached) // 3) + 0.3, sharex=True, sharey=True)
     near = 0.3 * run.case.grid.cell
     for axes, time in zip(subplots, reached, strict=True):
         for name, size in (("water", 1.5), ("skin", 3.0)):

@@ -3,7 +3,7 @@
 from pellucid.gallery.mountris2019.clamped_cube import METRICS, beside_known, known_at, metrics_at, of_mesh
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import label, new_figure
+from pellucid.results.pictures.style import label, new_panels
 
 __all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]
 
@@ -23,8 +23,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 def figures(run: Run) -> dict[str, Figure]:
     """Reaction and energy against the displacement."""
-    figure = new_figure(10.0, 4.0)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     known = [known_at(run, distance) for distance in KNOWN]
     beside_known(left, run, -run.history["reaction_z"], KNOWN, [-state.reaction for state in known])
     beside_known(right, run, run.history["strain_energy"], KNOWN, [state.energy for state in known])

@@ -10,7 +10,7 @@ from pellucid.references import finite_elements
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 DISTANCE = 0.05
 
@@ -56,8 +56,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 def figures(run: Run) -> dict[str, Figure]:
     """The free sides, and reaction against the distance of the plates."""
-    figure = new_figure(10.0, 4.0)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     heights = np.linspace(0.0, 0.1, 200)
     names = {"face": "middle of a face", "edge": "edge of the cube"}
     for colour, marker, (line, (height, moved)) in zip(COLOURS, "os", _lines(run).items(), strict=False):

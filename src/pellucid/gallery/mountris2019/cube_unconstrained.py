@@ -8,7 +8,7 @@ from pellucid.references.annotations import Array
 from pellucid.references.stretched_block import Stretched, stretched
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {"cube_unconstrained": "Displacements of the nodes against the exact ones, and what they differ by."}
 
@@ -51,15 +51,13 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """Displacements against the exact ones, and the differences."""
     found, exact = _displacements(run)
-    figure = new_figure(10.0, 4.0)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     for axis, name in enumerate("xyz"):
         left.plot(1e3 * exact[:, axis], 1e3 * found[:, axis], "o", markersize=3, color=COLOURS[axis], label=name)
         off = np.maximum(abs(found - exact)[:, axis], 1e-18)
         right.semilogy(1e3 * exact[:, axis], off, "o", markersize=3, color=COLOURS[axis], label=name)
     ends = 1e3 * np.array([exact.min(), exact.max()])
     left.plot(ends, ends, color="black", linewidth=0.8)
-    label(left, "exact displacement", "displacement", "mm", "mm")
+    label(left, "exact displacement", "displacement", "mm", "mm", legend=True)
     label(right, "exact displacement", "difference", "mm", "m")
-    left.legend()
     return {"cube_unconstrained": figure}

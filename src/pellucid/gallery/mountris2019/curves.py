@@ -10,7 +10,7 @@ from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.references.indented import indented
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 EXCESS = (
     0.25  # three times what averaged functions keep of the excess of linear tetrahedra in the cube that is pulled, 0.07 to 0.09
@@ -87,8 +87,7 @@ def displacement(run: Run, axis: int) -> "NDArray[np.float64]":
 def force_and_energy(run: Run, reaction: str, axis: int) -> Figure:
     """Force of the motion along an axis and strain energy at the equilibria, against its displacement."""
     moved = displacement(run, axis)
-    figure = new_figure(10.0, 4.0)
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     left.plot(1e3 * abs(moved), abs(run.history[reaction]), "-o", color=COLOURS[0])
     right.plot(1e3 * abs(moved), 1e3 * run.history["strain_energy"], "-o", color=COLOURS[0])
     label(left, "displacement", "force", "mm", "N")

@@ -76,7 +76,7 @@ def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) ->
     met = np.flatnonzero(np.all((top >= low) & (bottom <= high), axis=1))
     first, last = bin_of(bottom[met]), bin_of(top[met])
     # a triangle and a row of bins: the rays in it are neighbours in the order of the bins
-    which, step = _spread(last[:, 0] - first[:, 0] + 1)
+    which, step = spread(last[:, 0] - first[:, 0] + 1)
     row = (first[which, 0] + step) * n_bins
     begin, end = start[row + first[which, 1]], start[row + last[which, 1] + 1]
     triangle = triangles[met][which]
@@ -85,13 +85,13 @@ def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) ->
     total = np.concatenate([[0], np.cumsum(counts)])
     for lower in range(0, max(int(total[-1]), 1), PAIRS_AT_ONCE):
         part = slice(*np.searchsorted(total, [lower, lower + PAIRS_AT_ONCE]))
-        pair, step = _spread(counts[part])
+        pair, step = spread(counts[part])
         ray = order[begin[part][pair] + step]
         found.append(_meet(ray, rays, vertices, triangle[part][pair]))
     return np.concatenate([ray for ray, _ in found]), np.concatenate([x for _, x in found])
 
 
-def _spread(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def spread(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """For counts (2, 3): which (0, 0, 1, 1, 1) and the step within each (0, 1, 0, 1, 2)."""
     which = np.repeat(np.arange(len(counts)), counts)
     return which, np.arange(len(which)) - (np.cumsum(counts) - counts)[which]

@@ -6,6 +6,7 @@ from pellucid.geometry.checks.solid_checks import flat_cells
 from pellucid.geometry.checks.words import counted, in_file
 from pellucid.geometry.meshes.cells import outer_faces_of_cells
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.meshes.triangulation import first_of_each
 
 
 def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
@@ -39,9 +40,7 @@ def repaired(mesh: SimplexMesh) -> tuple[SimplexMesh, list[str]]:
     cells = mesh.cells
     twice = (np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1)
     cells = kept(cells, ~twice, "tetrahedron with a corner twice", "tetrahedra with a corner twice")
-    first = np.zeros(len(cells), bool)
-    first[np.unique(np.sort(cells, axis=1), axis=0, return_index=True)[1]] = True
-    cells = kept(cells, first, "tetrahedron that is there again", "tetrahedra that are there again")
+    cells = kept(cells, first_of_each(cells), "tetrahedron that is there again", "tetrahedra that are there again")
     outer = np.zeros(len(cells), bool)
     outer[outer_faces_of_cells(cells)[1]] = True  # within the solid one may hold together what lies on both of its sides
     flat = outer & flat_cells(SimplexMesh(mesh.nodes, cells))

@@ -9,7 +9,7 @@ from pellucid.geometry.checks.surface_holes import rims
 from pellucid.geometry.checks.words import REPAIR, Fault, counted
 from pellucid.geometry.meshes.cells import cut_in_two
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
-from pellucid.geometry.meshes.triangulation import directed_edges, pieces
+from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces
 
 FLATTEST = 1e-10  # area over the square of the longest edge; an element below it has no normal worth the name
 STRAIGHTEST = 1e-3  # at a corner, twice the area with its neighbours over that of the whole: a square has 1
@@ -36,7 +36,7 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
     yield from _lone(elements)
     repeated = list(_repeated(elements))
     # what repeated elements crowd is mended with them
-    once = _Elements(Mesh(mesh.vertices, _once(mesh.quads), _once(mesh.triangles))) if repeated else elements
+    once = _Elements(Mesh(mesh.vertices, *(some[first_of_each(some)] for some in mesh[1:]))) if repeated else elements
     for fault in (*_empty(elements), *repeated, *_crowded(once)):
         ambiguous = True
         yield fault
@@ -137,12 +137,6 @@ def _repeated(elements: _Elements) -> Iterator[Fault]:
         one, other = found[0]
         text = f"{elements.count(len(found), 'is', 'are')} there twice, for example numbers {one} and {other}"
         yield text + _place(elements.corner(other)), f"keep each {elements.one} once: {REPAIR}"
-
-
-def _once(corners: np.ndarray) -> np.ndarray:
-    """The elements without those that are there again."""
-    first = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)[1]
-    return corners[np.sort(first)]
 
 
 def _crowded(elements: _Elements) -> Iterator[Fault]:

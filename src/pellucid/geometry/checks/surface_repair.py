@@ -12,6 +12,7 @@ from pellucid.geometry.checks.words import counted, in_file
 from pellucid.geometry.meshes.cells import cut_in_two
 from pellucid.geometry.meshes.coincident import same_place
 from pellucid.geometry.meshes.surface_mesh import Mesh
+from pellucid.geometry.meshes.triangulation import first_of_each
 
 FLATTEST = 1e-6  # area over the square of the longest side: a flatter triangle is taken for a slit
 MOST_TURNED = 170.0  # degrees between the halves of a quadrilateral: beyond, its edges cross
@@ -142,8 +143,7 @@ def _flat_quads(mesh: Mesh) -> Mended:
 def _once(mesh: Mesh) -> Mended:
     kept, gone = [], []
     for corners in (mesh.quads, mesh.triangles):
-        first = np.zeros(len(corners), bool)
-        first[np.unique(np.sort(corners, axis=1), axis=0, return_index=True)[1]] = True
+        first = first_of_each(corners)
         kept.append(corners[first])
         gone.append(corners[~first])
     n = sum(map(len, gone))

@@ -1,14 +1,12 @@
 """Files of meshes in a case: what models of surfaces and of solids say of them, and the state by which a file is known."""
 
 from pathlib import Path
-from typing import Self
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.findings import Refusal
 from pellucid.geometry.files.read import check_there
-from pellucid.model import InputFile, Model, Vector, parameter
+from pellucid.model import InputFile, Model, Vector, check, parameter
 
 FileState = tuple[str, int, int]
 """Path, time of the last change [ns], length [bytes]."""
@@ -23,13 +21,12 @@ class MeshFile(Model):
     offset: Vector = parameter("m", "added to the scaled positions", (0.0, 0.0, 0.0))
     repair: bool = parameter("", "mend what can be mended, and warn of what was done", False)
 
-    @model_validator(mode="after")
-    def _has_one_unit(self) -> Self:
+    @check
+    def _has_one_unit(self) -> None:
         if self.unit is not None and self.scale != 1.0:
             text = f"`unit` and `scale` both say how long the file's unit is: {self.unit} and {self.scale:g} m"
             raise Refusal(text, "keep one of them")
         self.placed(np.zeros((1, 3)))
-        return self
 
     def placed(self, points: np.ndarray) -> np.ndarray:
         """Points of the file in metres, shape (n, 3), moved by `offset`. Raises ValueError where `unit` is no length."""

@@ -84,75 +84,67 @@ class _Words:
     """The values of a text file, one after the other."""
 
     def __init__(self, words: list[str]) -> None:
-        self._words, self._at = words, 0
+        self._words, self.at = words, 0
 
     @property
     def left(self) -> int:
         """An upper bound of the values that are left."""
-        return len(self._words) - self._at
+        return len(self._words) - self.at
 
     def take(self, kind: str, count: int) -> np.ndarray:
         """The next `count` values."""
         if not 0 <= count <= self.left:
             raise Damaged("it ends before its last element, or has a list of less than no values")
-        words = self._words[self._at : self._at + count]
-        self._at += count
+        words = self._words[self.at : self.at + count]
+        self.at += count
         try:
             return np.array(words, float) if kind[0] == "f" else np.array(words, np.int64)
         except (ValueError, OverflowError):
             raise Damaged("something else stands where a number belongs") from None
 
-    def table(self, layout: list[tuple[str, int]], rows: int) -> list[np.ndarray] | None:
-        """Columns of rows that all have so many values of these types, shape (rows, values) each; None without them."""
+    def table(self, layout: list[tuple[str, int]], rows: int) -> tuple[list[np.ndarray], int] | None:
+        """Columns of rows that all have so many values of these types, shape (rows, values) each, and where they end; None
+        without them."""
         widths = [width for _, width in layout]
         if rows * sum(widths) > self.left:
             return None
-        words = np.array(self._words[self._at : self._at + rows * sum(widths)], object).reshape(rows, sum(widths))
+        end = self.at + rows * sum(widths)
+        words = np.array(self._words[self.at : end], object).reshape(rows, sum(widths))
         parts = np.split(words, np.cumsum(widths)[:-1], axis=1)
         try:
-            return [part.astype(float if kind[0] == "f" else np.int64) for part, (kind, _) in zip(parts, layout, strict=True)]
+            kinds = [float if kind[0] == "f" else np.int64 for kind, _ in layout]
+            return [part.astype(kind) for part, kind in zip(parts, kinds, strict=True)], end
         except (ValueError, OverflowError):
             return None  # rows of other lengths, or damaged: row by row it will be known
-
-    def skip(self, layout: list[tuple[str, int]], rows: int) -> None:
-        """Go on behind what `table` gave."""
-        self._at += rows * sum(width for _, width in layout)
 
 
 class _Bytes:
     """The values of a binary file, one after the other."""
 
     def __init__(self, data: bytes, start: int, order: str) -> None:
-        self._data, self._at, self._order = data, start, order
+        self._data, self.at, self._order = data, start, order
 
     @property
     def left(self) -> int:
         """An upper bound of the values that are left."""
-        return len(self._data) - self._at
+        return len(self._data) - self.at
 
     def take(self, kind: str, count: int) -> np.ndarray:
         """The next `count` values."""
         found = np.dtype(self._order + kind)
         if not 0 <= count * found.itemsize <= self.left:
             raise Damaged("it ends before its last element, or has a list of less than no values")
-        values = np.frombuffer(self._data, found, count, self._at)
-        self._at += count * found.itemsize
+        values = np.frombuffer(self._data, found, count, self.at)
+        self.at += count * found.itemsize
         return values
 
-    def _row(self, layout: list[tuple[str, int]]) -> np.dtype:
-        return np.dtype([(f"f{place}", self._order + kind, (width,)) for place, (kind, width) in enumerate(layout)])
-
-    def table(self, layout: list[tuple[str, int]], rows: int) -> list[np.ndarray] | None:
+    def table(self, layout: list[tuple[str, int]], rows: int) -> tuple[list[np.ndarray], int] | None:
         """See `_Words`."""
-        row = self._row(layout)
+        row = np.dtype([(f"f{place}", self._order + kind, (width,)) for place, (kind, width) in enumerate(layout)])
         if rows * row.itemsize > self.left:
             return None
-        table = np.frombuffer(self._data, row, rows, self._at)
-        return [table[f"f{place}"] for place in range(len(layout))]
-
-    def skip(self, layout: list[tuple[str, int]], rows: int) -> None:
-        """See `_Words`."""
-        self._at += rows * self._row(layout).itemsize
+        table = np.frombuffer(self._data, row, rows, self.at)
+        return [table[f"f{place}"] for place in range(len(layout))], self.at + rows * row.itemsize
 
 
 def _columns(source: _Words | _Bytes, element: _Element) -> dict[str, Column]:
@@ -168,16 +160,15 @@ def _columns(source: _Words | _Bytes, element: _Element) -> dict[str, Column]:
         for part in ([(one.length, 1)] if one.length else []) + [(one.type, len(values))]
     ]
     rest = element.rows - 1
-    columns = source.table(layout, rest)
-    if columns is not None:
-        found, at, even = dict[str, Column](), 0, True
+    if (table := source.table(layout, rest)) is not None:
+        (columns, end), found, at, even = table, dict[str, Column](), 0, True
         for one, values in zip(element.properties, first, strict=True):
             even &= not one.length or bool((columns[at] == len(values)).all())
             at += bool(one.length)
             found[one.name] = np.concatenate([values[None], columns[at]])
             at += 1
         if even:
-            source.skip(layout, rest)
+            source.at = end
             return found
     lists: dict[str, list[np.ndarray]] = {one.name: [values] for one, values in zip(element.properties, first, strict=True)}
     for _ in range(rest):

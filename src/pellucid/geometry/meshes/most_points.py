@@ -1,12 +1,9 @@
 """The largest mesh that is made."""
 
 from abc import abstractmethod
-from typing import Self
-
-from pydantic import model_validator
 
 from pellucid.findings import Refusal
-from pellucid.model import Model
+from pellucid.model import Model, check
 
 MOST_POINTS = 2_000_000
 """Vertices or nodes: surfaces are made in about 3 s then, solids of twelve tetrahedra a cube with about 1 GB."""
@@ -22,10 +19,9 @@ def refuse_too_many(points: float) -> None:
 class Countable(Model):
     """A surface or a mesh of a case, whose number of points is known, and limited, before any are made."""
 
-    @model_validator(mode="after")
-    def _can_be_held(self) -> Self:
+    @check
+    def _can_be_held(self) -> None:
         refuse_too_many(self.expected_points())
-        return self
 
     @abstractmethod
     def expected_points(self) -> float:

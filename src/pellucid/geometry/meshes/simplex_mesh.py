@@ -51,8 +51,11 @@ class SimplexMesh:
     @cached_property
     def incidence(self) -> "sparse.csr_array":
         """1 where a cell has a node, shape (n, c)."""
+        from scipy import sparse  # heavy: only where a mesh is worked on, not where a case is read
+
         n, corners = len(self.cells), self.cells.shape[1]
-        return _ones(self.cells.ravel(), np.repeat(np.arange(n), corners), (len(self.nodes), n))
+        ones = np.ones(n * corners, np.int32), (self.cells.ravel(), np.repeat(np.arange(n), corners))
+        return _sorted(sparse.csr_array(ones, shape=(len(self.nodes), n)))
 
     @cached_property
     def neighbours(self) -> "sparse.csr_array":
@@ -94,12 +97,6 @@ def faces_of_cells(cells: np.ndarray) -> np.ndarray:
     ascending order: shape (corners c, corners - 1)."""
     corners = range(cells.shape[1])
     return np.sort(np.concatenate([np.delete(cells, left_out, axis=1) for left_out in corners]), axis=1)
-
-
-def _ones(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> "sparse.csr_array":
-    from scipy import sparse  # heavy: only where a mesh is worked on, not where a case is read
-
-    return _sorted(sparse.csr_array((np.ones(len(rows), np.int32), (rows, columns)), shape=shape))
 
 
 def _sorted(matrix: "sparse.csr_array") -> "sparse.csr_array":

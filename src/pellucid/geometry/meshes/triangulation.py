@@ -22,6 +22,13 @@ def directed_edges(elements: np.ndarray) -> np.ndarray:
     return np.concatenate([np.stack(pair, axis=1) for pair in zip(elements.T, np.roll(elements, -1, axis=1).T, strict=True)])
 
 
+def first_of_each(elements: np.ndarray) -> np.ndarray:
+    """Which of m elements are the first with their corners, in whatever order these are, shape (m,)."""
+    first = np.zeros(len(elements), bool)
+    first[np.unique(np.sort(elements, axis=1), axis=0, return_index=True)[1]] = True
+    return first
+
+
 def two_across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two unit vectors that with the direction of `normal` make a right-handed frame, shape (3,) each."""
     direction = normal / np.linalg.norm(normal)

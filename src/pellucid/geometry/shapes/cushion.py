@@ -3,13 +3,12 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, PositiveFloat
 
 from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
 from pellucid.model import Model, Vector, parameter
 
 STEPS = 4001  # along a side, in which its reach is looked for: good to 1e-7 of the height
-Positive = Annotated[float, Field(gt=0)]
 
 
 def _each_once(axes: tuple[str, ...]) -> tuple[str, ...]:
@@ -26,7 +25,7 @@ class CushionDimensions(Model):
     """Where a cushion is and how large: what its inside and its surface have in common."""
 
     centre_: Vector = parameter("m", "middle of the cushion", alias="centre")
-    sides: tuple[Positive, Positive] = parameter("m", "lengths along x and y")
+    sides: tuple[PositiveFloat, PositiveFloat] = parameter("m", "lengths along x and y")
     height: float = parameter("m", "distance of the sheets in the middle", gt=0)
     halved: Halves = parameter(
         "", "axes along which only the upper half is kept, for a model with planes of symmetry through the centre", ()

@@ -1,37 +1,26 @@
 """Hollow balls and hollow cylinders."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field, model_validator
 
-from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
-from pellucid.geometry.shapes.solids import Cylinder, Sphere
-from pellucid.model import Vector, parameter
-
-AtLeastOne = Annotated[int, Field(ge=1)]
-AtLeastThree = Annotated[int, Field(ge=3)]
+from pellucid.geometry.shapes.contract import AXES, ActiveAxes
+from pellucid.geometry.shapes.solids import Centred, Cylinder, Sphere
+from pellucid.model import AtLeastOne, AtLeastThree, Vector, check, parameter
 
 
-class Hollow(Geometry):
+class Hollow(Centred):
     """The region between an inner and an outer radius."""
 
     centre_: Vector = parameter("m", "centre; of a pipe the middle of its axis", alias="centre")
     outer_radius: float = parameter("m", "outer radius", gt=0)
     inner_radius: float = parameter("m", "inner radius, below the outer one", gt=0)
 
-    @model_validator(mode="after")
-    def _has_a_wall(self) -> "Hollow":
+    @check
+    def _has_a_wall(self) -> None:
         if self.inner_radius >= self.outer_radius:
-            raise ValueError(
-                f"inner_radius = {self.inner_radius:g} m leaves no wall inside outer_radius = {self.outer_radius:g} m; "
-                f"make it smaller"
-            )
-        return self
-
-    def centre(self) -> np.ndarray:
-        """The centre [m], shape (3,)."""
-        return np.array(self.centre_)
+            text = f"inner_radius = {self.inner_radius:g} m leaves no wall inside outer_radius = {self.outer_radius:g} m"
+            raise ValueError(f"{text}; make it smaller")
 
     def _in_the_wall(self, offset: np.ndarray) -> np.ndarray:
         distance = np.einsum("ij,ij->i", offset, offset)

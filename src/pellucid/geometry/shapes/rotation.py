@@ -5,11 +5,11 @@ from math import cos, radians, sin
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from pellucid.findings import Finding, Path, Refusal
 from pellucid.geometry.shapes.contract import AXES, ActiveAxes
-from pellucid.model import Model, Vector, parameter
+from pellucid.model import Model, Vector, check, parameter
 from pellucid.units import in_degrees
 
 QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # cosine and sine of 0, 90, 180, 270 degrees
@@ -24,11 +24,10 @@ class Rotation(Model):
 
     _in_degrees = field_validator("angle", mode="before")(in_degrees)
 
-    @model_validator(mode="after")
-    def _axis_has_a_direction(self) -> "Rotation":
+    @check
+    def _axis_has_a_direction(self) -> None:
         if not any(self.axis):
             raise Refusal("`axis` has no length", "give a direction, such as [0, 0, 1]")
-        return self
 
     def matrix(self) -> np.ndarray:
         """The matrix of the rotation, shape (3, 3), by Rodrigues' formula; exact for quarter turns about x, y and z."""

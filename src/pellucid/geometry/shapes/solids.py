@@ -27,20 +27,24 @@ class Box(Geometry):
         lower, upper = self.bounds()
         return float(np.prod((upper - lower)[np.array(active)]))
 
-    def centre(self) -> np.ndarray:
-        lower, upper = self.bounds()
-        return 0.5 * (lower + upper)
 
-
-class Sphere(Geometry):
-    """A ball; a disc where one axis is thin, a segment where two are."""
+class Centred(Geometry):
+    """A shape about a centre that the case gives."""
 
     centre_: Vector = parameter("m", "centre", alias="centre")
+
+    def centre(self) -> np.ndarray:
+        """The centre [m], shape (3,)."""
+        return np.array(self.centre_)
+
+
+class Sphere(Centred):
+    """A ball; a disc where one axis is thin, a segment where two are."""
+
     radius: float = parameter("m", "radius", gt=0)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        centre = np.array(self.centre_)
-        return centre - self.radius, centre + self.radius
+        return self.centre() - self.radius, self.centre() + self.radius
 
     def reach(self, direction: np.ndarray) -> float:
         return float(np.array(self.centre_) @ direction + self.radius * np.linalg.norm(direction))
@@ -52,11 +56,8 @@ class Sphere(Geometry):
     def measure(self, active: ActiveAxes) -> float:
         return [1.0, 2.0, np.pi * self.radius, 4.0 / 3.0 * np.pi * self.radius**2][sum(active)] * self.radius
 
-    def centre(self) -> np.ndarray:
-        return np.array(self.centre_)
 
-
-class Cylinder(Geometry):
+class Cylinder(Centred):
     """A circular cylinder along an axis; `centre` is the middle of its axis. A disc where that axis is thin."""
 
     centre_: Vector = parameter("m", "middle of the axis", alias="centre")
@@ -88,6 +89,3 @@ class Cylinder(Geometry):
         across = sum(active[a] for a in range(3) if a != along)
         section = (1.0, 2.0 * self.radius, np.pi * self.radius**2)[across]
         return float(section * (self.height if active[along] else 1.0))
-
-    def centre(self) -> np.ndarray:
-        return np.array(self.centre_)

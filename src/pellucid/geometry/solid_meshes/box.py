@@ -1,18 +1,17 @@
 """Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
 
 from math import prod
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
-from pellucid.model import Vector, parameter
+from pellucid.model import AtLeastOne, Vector, check, parameter
 
 Counts = tuple[int, int, int]
-AtLeastOne = Annotated[int, Field(ge=1)]
 Ratio = Annotated[float, Field(ge=1e-3, le=1e3)]
 EVEN = (1.0, 1.0, 1.0)
 
@@ -27,22 +26,18 @@ class BoxMesh(Tetrahedral):
         "", "width of the last cube over that of the first, along x, y, z; in between it grows by a constant factor", EVEN
     )
 
-    @model_validator(mode="after")
-    def _has_volume(self) -> "BoxMesh":
+    @check
+    def _has_volume(self) -> None:
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             if high <= low:
                 text = f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m"
                 raise Refusal(text, "exchange the two, or move one of them")
-        return self
 
     def expected_points(self) -> float:
         """See `Tetrahedral`."""
         return 2.0 * prod(map(float, self.cells))
 
-    @property
-    def is_pattern(self) -> bool:
-        """See `Tetrahedral`."""
-        return True
+    is_pattern: ClassVar[bool] = True
 
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra."""

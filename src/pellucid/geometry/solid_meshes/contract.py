@@ -3,6 +3,7 @@
 import warnings
 from abc import abstractmethod
 from functools import lru_cache
+from typing import ClassVar
 
 from pellucid.geometry.checks.solid_checks import apart
 from pellucid.geometry.files.mesh_files import FileState, states_of_files
@@ -17,10 +18,8 @@ class Tetrahedral(Countable):
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra. Raises ValueError where there can be none."""
 
-    @property
-    def is_pattern(self) -> bool:
-        """Whether its tetrahedra follow a pattern that fills the solid: then coordinates alone can be wrong."""
-        return False
+    # whether its tetrahedra follow a pattern that fills the solid: then coordinates alone can be wrong
+    is_pattern: ClassVar[bool] = False
 
     @property
     def origin(self) -> str:

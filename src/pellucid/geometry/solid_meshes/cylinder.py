@@ -5,11 +5,10 @@ from typing import Literal
 import numpy as np
 
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
+from pellucid.geometry.shapes.contract import AXES
 from pellucid.geometry.solid_meshes.box import box_mesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.model import Vector, parameter
-
-AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class CylinderMesh(Tetrahedral):
@@ -31,5 +30,5 @@ class CylinderMesh(Tetrahedral):
         square = box_mesh(np.array([-1.0, -1.0, 0.0]), np.ones(3), (self.across, self.across, self.along))
         x, y, z = square.nodes.T
         disc = self.radius * x * np.sqrt(1.0 - 0.5 * y * y), self.radius * y * np.sqrt(1.0 - 0.5 * x * x), self.height * z
-        turned = np.roll(np.stack(disc, axis=1), AXES[self.axis] - 2, axis=1)  # a turn of the axes keeps cells upright
+        turned = np.roll(np.stack(disc, axis=1), AXES.index(self.axis) - 2, axis=1)  # a turn of the axes keeps cells upright
         return SimplexMesh(np.array(self.base) + turned, square.cells)

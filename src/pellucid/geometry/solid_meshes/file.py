@@ -4,7 +4,6 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.findings import Refusal
 from pellucid.geometry.checks.solid_repair import repaired, upright
@@ -15,7 +14,7 @@ from pellucid.geometry.files.read import SOLIDS, read_file
 from pellucid.geometry.meshes.coincident import same_place
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
-from pellucid.model import InputFile, parameter
+from pellucid.model import InputFile, check, parameter
 
 SOLID = ("tetra", "hexahedron", "wedge", "pyramid")
 BESIDE = ("vertex", "line", "triangle", "quad", "polygon")  # what a file may hold beside the elements of a solid
@@ -26,10 +25,9 @@ class SolidFile(MeshFile, Tetrahedral):
 
     path: InputFile = parameter("", "Gmsh, VTK, Abaqus or Nastran file; a relative path starts from the case file's folder")
 
-    @model_validator(mode="after")
-    def _can_be_read(self) -> "SolidFile":
+    @check
+    def _can_be_read(self) -> None:
         self.mesh()
-        return self
 
     @property
     def origin(self) -> str:

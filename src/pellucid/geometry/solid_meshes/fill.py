@@ -3,7 +3,6 @@
 from math import prod
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
@@ -11,7 +10,7 @@ from pellucid.geometry.shape import Shape
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.solid_meshes.stuffing import stuffed
 from pellucid.geometry.surfaces.inside import Inside, closed_triangles
-from pellucid.model import parameter
+from pellucid.model import check, parameter
 
 SPACE = (True, True, True)
 MOST_OFF = 0.1  # of the volume
@@ -25,10 +24,9 @@ class FillMesh(Tetrahedral):
         "m", "edge of a cube of the lattice, which holds twelve tetrahedra; at most half of what is thin", gt=0
     )
 
-    @model_validator(mode="after")
-    def _can_be_made(self) -> "FillMesh":
+    @check
+    def _can_be_made(self) -> None:
         self.mesh()
-        return self
 
     def expected_points(self) -> float:
         """See `Tetrahedral`."""

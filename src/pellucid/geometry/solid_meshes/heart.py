@@ -1,13 +1,12 @@
 """A heart with two ventricles of truncated ellipsoids, as tetrahedra with named sets of nodes."""
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.solid_meshes.stuffing import stuffed
-from pellucid.model import parameter
+from pellucid.model import check, parameter
 
 LEFT, LEFT_WALL = np.array([0.022, 0.022, 0.045]), 0.005  # semi-axes of the cavity, and the thickness about it [m]
 RIGHT, RIGHT_WALL = np.array([0.032, 0.023, 0.043]), 0.004
@@ -34,8 +33,8 @@ class HeartMesh(Tetrahedral):
         "m", "radius of the patch on the right wall whose outer nodes are the set rv-patch", 0.010, gt=0
     )
 
-    @model_validator(mode="after")
-    def _can_be_made(self) -> "HeartMesh":
+    @check
+    def _can_be_made(self) -> None:
         sets = self.mesh().sets
         outer = self.mesh().nodes[sets["epi"]]
         for name, key, least in (
@@ -45,7 +44,6 @@ class HeartMesh(Tetrahedral):
             if not len(sets[name]):
                 text = f"`{key}` = {getattr(self, key):g} m reaches no outer node of this mesh: the set {name} has none"
                 raise Refusal(text, f"let `{key}` be {least * 1.01:.3g} m or more, or make `size` smaller")
-        return self
 
     def expected_points(self) -> float:
         """See `Tetrahedral`."""
@@ -60,7 +58,8 @@ class HeartMesh(Tetrahedral):
         n = np.ceil((upper - lower) / self.size).astype(int) + 1
         start = 0.5 * (lower + upper - self.size * n)
         start[2] = BASE - self.size * n[2]
-        mesh = stuffed(lambda points: _heart(points) >= 0.0, start, (int(n[0]), int(n[1]), int(n[2])), self.size)
+        counts = int(n[0]), int(n[1]), int(n[2])
+        mesh = stuffed(lambda points: _boundaries(points).min(axis=0) >= 0.0, start, counts, self.size)
         return SimplexMesh(mesh.nodes, mesh.cells, self._sets(mesh))
 
     def _sets(self, mesh: SimplexMesh) -> dict[str, np.ndarray]:
@@ -88,15 +87,10 @@ def _from_patch(places: np.ndarray) -> np.ndarray:
 
 def _boundaries(points: np.ndarray) -> np.ndarray:
     """Heights inside the outer surface, and outside the left and the right cavity, of points [m], about in metres, shape
-    (3, n)."""
+    (3, n); all are positive in the walls."""
     left = _inside(points, LEFT + LEFT_WALL)
     outer = np.maximum(left, _inside(points - OFFSET, RIGHT + RIGHT_WALL))
     return np.stack([outer, -_inside(points, LEFT), np.maximum(-_inside(points - OFFSET, RIGHT), left)])
-
-
-def _heart(points: np.ndarray) -> np.ndarray:
-    """Positive in the walls, shape (n,)."""
-    return np.asarray(_boundaries(points).min(axis=0))
 
 
 def _inside(points: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:

@@ -8,7 +8,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.findings import Refusal
 from pellucid.geometry.algorithms.crossing import self_crossing
@@ -19,7 +18,7 @@ from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.surfaces.inside import closed_triangles
 from pellucid.geometry.surfaces.surface import Surface
-from pellucid.model import parameter
+from pellucid.model import check, parameter
 
 REGULAR = 6.0 * np.sqrt(2.0)  # cube of the edge of a regular tetrahedron over its volume
 ROUNDING = 1e-9  # of the volume
@@ -44,10 +43,9 @@ class InsideMesh(Tetrahedral):
     surface: Surface = parameter("", "the closed surface; a piece inside another piece is a hole")
     size: float = parameter("m", "about the edge of the largest tetrahedra", gt=0)
 
-    @model_validator(mode="after")
-    def _can_be_made(self) -> "InsideMesh":
+    @check
+    def _can_be_made(self) -> None:
         self.mesh()
-        return self
 
     def expected_points(self) -> float:
         """See `Tetrahedral`."""

@@ -1,14 +1,12 @@
 """The surface of a box as a membrane."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field, model_validator
 
 from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
-from pellucid.model import Vector, parameter
+from pellucid.model import AtLeastTwo, Vector, check, parameter
 
-AtLeastTwo = Annotated[int, Field(ge=2)]
 Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
 FACES: tuple[Face, ...] = ("x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper")
 
@@ -21,14 +19,13 @@ class BoxSurface(Meshed):
     points: tuple[AtLeastTwo, AtLeastTwo, AtLeastTwo] = parameter("", "points along x, y and z")
     open: tuple[Face, ...] = parameter("", 'faces that are left out, such as ["z-lower", "z-upper"] for a band', ())
 
-    @model_validator(mode="after")
-    def _has_faces(self) -> "BoxSurface":
+    @check
+    def _has_faces(self) -> None:
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             if low >= high:
                 raise ValueError(f"upper is not above lower along {axis}: {high:g} m and {low:g} m; exchange or move them")
         if not self._faces:
             raise ValueError("open names all six faces, which leaves no surface; keep one of them")
-        return self
 
     @property
     def _faces(self) -> list[Face]:

@@ -1,12 +1,10 @@
 """Two sheets that are joined at their edges: a bag that lies flat, or nearly."""
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
 from pellucid.geometry.shapes.cushion import CushionDimensions, dome
-from pellucid.geometry.surfaces.rectangle import AtLeastTwo
-from pellucid.model import parameter
+from pellucid.model import AtLeastTwo, check, parameter
 
 
 class CushionSurface(CushionDimensions, Meshed):
@@ -20,15 +18,12 @@ class CushionSurface(CushionDimensions, Meshed):
         "", "points along x and y of a sheet, or of its upper half; two whole sheets need three or more"
     )
 
-    @model_validator(mode="after")
-    def _sheets_lie_apart(self) -> "CushionSurface":
+    @check
+    def _sheets_lie_apart(self) -> None:
         for axis, n in zip("xy", self.points, strict=True):
             if n == 2 and axis not in self.halved and "z" not in self.halved:
-                raise ValueError(
-                    f"2 points along {axis} all lie on the common edges, where the two sheets are one; use at least 3, or "
-                    f"halve the cushion along {axis} or z"
-                )
-        return self
+                text = f"2 points along {axis} all lie on the common edges, where the two sheets are one"
+                raise ValueError(f"{text}; use at least 3, or halve the cushion along {axis} or z")
 
     @property
     def closed(self) -> bool:

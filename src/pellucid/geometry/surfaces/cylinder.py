@@ -1,33 +1,22 @@
 """A circular cylinder with its lids as a membrane."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field, model_validator
 
-from pellucid.geometry.meshes.surface_mesh import NO_TRIANGLES, Mesh, Meshed, grid_quads
+from pellucid.geometry.meshes.surface_mesh import NO_TRIANGLES, Mesh, grid_quads
 from pellucid.geometry.meshes.triangulation import two_across
 from pellucid.geometry.surfaces.disc import rings_of_a_disc
-from pellucid.model import Vector, parameter
+from pellucid.geometry.surfaces.tube import BetweenEnds
+from pellucid.model import AtLeastTwo, parameter
 
-AtLeastTwo = Annotated[int, Field(ge=2)]
 
-
-class CylinderSurface(Meshed):
+class CylinderSurface(BetweenEnds):
     """A circular cylinder: quadrilaterals round it, lids of triangles that share the points of the rims; normals outward."""
 
-    start: Vector = parameter("m", "centre of one end")
-    end: Vector = parameter("m", "centre of the other end")
-    radius: float = parameter("m", "radius", gt=0)
     rings: int = parameter("", "rings of points about the centre of a lid; 6 rings points go round the cylinder", ge=1, le=1000)
     along: AtLeastTwo = parameter("", "points along the axis, both rims included")
     open: tuple[Literal["start", "end"], ...] = parameter("", "ends without a lid", ())
-
-    @model_validator(mode="after")
-    def _has_a_length(self) -> "CylinderSurface":
-        if self.start == self.end:
-            raise ValueError("start and end are the same point; move one of them")
-        return self
 
     @property
     def closed(self) -> bool:

@@ -4,7 +4,6 @@ import warnings
 from functools import lru_cache
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.findings import Refusal
 from pellucid.geometry.checks.surface_holes import MOST_EDGES
@@ -14,7 +13,7 @@ from pellucid.geometry.files.first_order import first_order
 from pellucid.geometry.files.mesh_files import FileState, MeshFile, states_of_files
 from pellucid.geometry.files.read import SURFACES, read_file
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh, Meshed
-from pellucid.model import InputFile, parameter
+from pellucid.model import InputFile, check, parameter
 
 FLAT = ("quad", "triangle")
 BESIDE = ("vertex", "line")  # what a file may hold beside the elements of a surface
@@ -28,12 +27,11 @@ class SurfaceFile(MeshFile, Meshed):
     closed: bool = parameter("", "whether the surface encloses a volume; then it must have no holes", False)
     reverse: bool = parameter("", "turn all elements round, where the file's normals point inward", False)
 
-    @model_validator(mode="after")
-    def _can_be_read(self) -> "SurfaceFile":
+    @check
+    def _can_be_read(self) -> None:
         if self.close_holes and not self.repair:
             raise Refusal("`close_holes` is a part of the repair", "add `repair = true`, or leave it out")
         self.mesh()
-        return self
 
     def expected_points(self) -> float:
         """No points are expected: the number is known when the file has been read."""

@@ -3,12 +3,11 @@
 from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.coincident import coincident
 from pellucid.geometry.surfaces.surface import Surface
-from pellucid.model import Model, Vector, parameter
+from pellucid.model import Model, Vector, check, parameter
 
 FEWEST = 8
 Place2 = tuple[float, float]
@@ -25,8 +24,7 @@ class Ellipse(Model):
     def places(self) -> np.ndarray:
         """Nodes in x and y, counterclockwise, shape (n, 2)."""
         angle = np.linspace(0.0, 2.0 * np.pi, 64 * self.nodes + 1)
-        curve = np.stack([self.radius * np.cos(angle), (self.radius_y or self.radius) * np.sin(angle)], axis=1)
-        return np.array(self.centre[:2]) + _even(curve, self.nodes + 1, angle, self)[:-1]
+        return np.array(self.centre[:2]) + _even(self, self.nodes + 1, angle)[:-1]
 
     def at(self, angle: np.ndarray) -> np.ndarray:
         """Places at angles, shape (n, 2)."""
@@ -44,8 +42,7 @@ class Spheroid(Model):
     def places(self) -> np.ndarray:
         """Nodes in r and z from the lower pole up, shape (n, 2)."""
         angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 64 * self.nodes + 1)
-        curve = self.at(angle)
-        found = _even(curve, self.nodes, angle, self)
+        found = _even(self, self.nodes, angle)
         found[[0, -1], 0] = 0.0
         return np.array([0.0, self.height]) + found
 
@@ -54,9 +51,9 @@ class Spheroid(Model):
         return np.stack([self.radius * np.cos(angle), (self.radius_z or self.radius) * np.sin(angle)], axis=1)
 
 
-def _even(curve: np.ndarray, n: int, angle: np.ndarray, shape: Ellipse | Spheroid) -> np.ndarray:
-    """n places of a curve at equal distances from its first to its last one."""
-    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1)))
+def _even(shape: Ellipse | Spheroid, n: int, angle: np.ndarray) -> np.ndarray:
+    """n places of a shape at equal distances from the first to the last of many angles."""
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(shape.at(angle), axis=0), axis=1)))
     return shape.at(np.interp(np.linspace(0.0, along[-1], n), along, angle))
 
 
@@ -67,10 +64,9 @@ class Curve(Model):
         "m", "x and y of its nodes, counterclockwise; the last is joined to the first", min_length=FEWEST
     )
 
-    @model_validator(mode="after")
-    def _is_a_curve(self) -> "Curve":
+    @check
+    def _is_a_curve(self) -> None:
         _check(np.array(self.points), closed=True)
-        return self
 
     def places(self) -> np.ndarray:
         """Nodes in x and y, shape (n, 2)."""
@@ -84,8 +80,8 @@ class Meridian(Model):
         "m", "r and z of its nodes, from the lower pole to the upper; the first and the last lie on the axis", min_length=FEWEST
     )
 
-    @model_validator(mode="after")
-    def _is_a_meridian(self) -> "Meridian":
+    @check
+    def _is_a_meridian(self) -> None:
         places = np.array(self.points)
         if places[0, 0] != 0.0 or places[-1, 0] != 0.0:
             raise ValueError(
@@ -96,7 +92,6 @@ class Meridian(Model):
             number = 1 + int(np.flatnonzero(places[1:-1, 0] <= 0.0)[0])
             raise ValueError(f"point {number} lies at r = {places[number, 0]:g} m: between its ends r must be above 0")
         _check(places, closed=False)
-        return self
 
     def places(self) -> np.ndarray:
         """Nodes in r and z, shape (n, 2)."""
@@ -119,10 +114,8 @@ def _check(places: np.ndarray, closed: bool) -> None:
     if crossing := _crossing(before, after):
         one, other = crossing
         place = ", ".join(f"{value:g}" for value in before[one])
-        raise ValueError(
-            f"the line from point {one} at ({place}) m crosses that from point {other}: a film does not pass through itself; "
-            "list the points in their order along it"
-        )
+        text = f"the line from point {one} at ({place}) m crosses that from point {other}"
+        raise ValueError(f"{text}: a film does not pass through itself; list the points in their order along it")
     if np.sum(before[:, 0] * after[:, 1] - after[:, 0] * before[:, 1]) <= 0.0:
         raise ValueError("points run clockwise, with the interior on their right: list them the other way round")
 

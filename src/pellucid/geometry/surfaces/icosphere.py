@@ -1,9 +1,9 @@
 """Spheres and ellipsoids of triangles."""
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
+from pydantic import PositiveFloat
 
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh, Meshed
 from pellucid.geometry.meshes.triangulation import directed_edges
@@ -35,19 +35,9 @@ def _icosahedron() -> tuple[np.ndarray, np.ndarray]:
     g = 0.5 * (1.0 + np.sqrt(5.0))
     corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
     corners += [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
-    faces = [
-        (0, 11, 5),
-        (0, 5, 1),
-        (0, 1, 7),
-        (0, 7, 10),
-        (0, 10, 11),
-        (1, 5, 9),
-        (5, 11, 4),
-        (11, 10, 2),
-        (10, 7, 6),
-        (7, 1, 8),
-    ]
-    faces += [(3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
+    faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2)]
+    faces += [(10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5)]
+    faces += [(2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
     vertices = np.array(corners, dtype=float)
     return vertices / np.linalg.norm(vertices[0]), np.array(faces)
 
@@ -64,14 +54,11 @@ def _cut_in_four(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     return np.concatenate([vertices, middle]), np.concatenate(cut)
 
 
-Positive = Annotated[float, Field(gt=0)]
-
-
 class EllipsoidSurface(Meshed):
     """An ellipsoid: a sphere of triangles, stretched along the axes; 10·4ᵏ + 2 points."""
 
     centre: Vector = parameter("m", "centre", (0.0, 0.0, 0.0))
-    radii: tuple[Positive, Positive, Positive] = parameter("m", "radii along x, y and z")
+    radii: tuple[PositiveFloat, PositiveFloat, PositiveFloat] = parameter("m", "radii along x, y and z")
     refinements: int = parameter("", "how often the triangles of an icosahedron are cut in four", 4, ge=0, le=8)
 
     closed: ClassVar[bool] = True

@@ -1,16 +1,13 @@
 """Flat rectangles, and faces of boxes."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
 
 from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
 from pellucid.geometry.shapes.contract import AXES
 from pellucid.geometry.shapes.solids import Box
-from pellucid.model import Vector, parameter
-
-AtLeastTwo = Annotated[int, Field(ge=2)]
+from pellucid.model import AtLeastTwo, Vector, parameter
 
 
 class Rectangle(Meshed):

@@ -1,13 +1,12 @@
 """A sphere of quadrilaterals."""
 
 import numpy as np
-from pydantic import model_validator
 
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed
 from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.box import FACES, lattice_faces
-from pellucid.model import Vector, parameter
+from pellucid.model import Vector, check, parameter
 
 REACH = 1e-9  # of the radius, by which a corner may lie beyond the box: rounding must not decide
 
@@ -25,13 +24,12 @@ class SphereSurface(Meshed):
         "", "only the quadrilaterals with all corners in this box, such as a cap; without it the whole sphere", None
     )
 
-    @model_validator(mode="after")
-    def _has_elements(self) -> "SphereSurface":
+    @check
+    def _has_elements(self) -> None:
         if self.part is not None and not len(self.mesh().quads):
             longest = 2.0 * self.radius * np.sin(0.25 * np.pi / self.divisions)  # across the middle of a face of the cube
             text = f"no quadrilateral of the sphere lies in `part` with all corners; they are up to {longest:.3g} m wide"
             raise Refusal(text, "make the box larger, move it to the surface, or raise `divisions`")
-        return self
 
     @property
     def closed(self) -> bool:

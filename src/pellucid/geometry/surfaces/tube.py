@@ -1,33 +1,33 @@
 """An open circular tube."""
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
 
 from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
 from pellucid.geometry.meshes.triangulation import two_across
-from pellucid.model import Vector, parameter
-
-AtLeastTwo = Annotated[int, Field(ge=2)]
-AtLeastThree = Annotated[int, Field(ge=3)]
+from pellucid.model import AtLeastThree, AtLeastTwo, Vector, check, parameter
 
 
-class Tube(Meshed):
-    """An open circular tube of quadrilaterals; normals point outward."""
+class BetweenEnds(Meshed):
+    """A circular surface about the line between two points."""
 
     start: Vector = parameter("m", "centre of one end")
     end: Vector = parameter("m", "centre of the other end")
     radius: float = parameter("m", "radius", gt=0)
+
+    @check
+    def _has_a_length(self) -> None:
+        if self.start == self.end:
+            raise ValueError("start and end are the same point; move one of them")
+
+
+class Tube(BetweenEnds):
+    """An open circular tube of quadrilaterals; normals point outward."""
+
     points: tuple[AtLeastThree, AtLeastTwo] = parameter("", "points around, and along the axis")
 
     closed: ClassVar[bool] = False
-
-    @model_validator(mode="after")
-    def _has_a_length(self) -> "Tube":
-        if self.start == self.end:
-            raise ValueError("start and end are the same point; move one of them")
-        return self
 
     def expected_points(self) -> float:
         """See `Meshed`."""

@@ -1,6 +1,7 @@
 """Equations of state: their functions at a point, all linear in the energy, P = A(ρ) + B(ρ) e, and the base of their models."""
 
 from abc import abstractmethod
+from math import inf
 from typing import Any
 
 from pellucid.jit import generic
@@ -16,6 +17,16 @@ def pressure_line(eos: Any, density: float) -> tuple[float, float]:
 @generic
 def lowest_pressure(eos: Any) -> float:
     """The pressure below which the fluid pulls apart [Pa]; -inf where it bears any tension."""
+
+
+def any_tension(eos):
+    """`lowest_pressure` of a fluid that never pulls apart."""
+    return -inf
+
+
+def limited_tension(eos):
+    """`lowest_pressure` of a law that holds it."""
+    return eos.p_min
 
 
 @generic

@@ -1,10 +1,10 @@
 """Ideal gas, P = (γ-1) ρ e."""
 
-from math import inf, sqrt
+from math import sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.eos.equation import EquationOfStateModel, lowest_pressure, pressure_line, sound_speed
+from pellucid.materials.eos.equation import EquationOfStateModel, any_tension, lowest_pressure, pressure_line, sound_speed
 from pellucid.model import parameter
 
 
@@ -29,9 +29,7 @@ def _pressure_line(eos, density):
     return 0.0, (eos.gamma - 1.0) * density
 
 
-@point_function(lowest_pressure, IdealGas)
-def _lowest_pressure(eos):
-    return -inf
+point_function(lowest_pressure, IdealGas)(any_tension)
 
 
 @point_function(sound_speed, IdealGas)

@@ -7,7 +7,7 @@ from math import inf, sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function, pointwise
-from pellucid.materials.eos.equation import EquationOfStateModel, lowest_pressure, pressure_line, sound_speed
+from pellucid.materials.eos.equation import EquationOfStateModel, limited_tension, lowest_pressure, pressure_line, sound_speed
 from pellucid.model import parameter
 
 
@@ -56,9 +56,7 @@ def _pressure_line(eos, density):
     return _cold_line(eos, density)[0], eos.gamma0 * eos.rho0
 
 
-@point_function(lowest_pressure, MieGruneisen)
-def _lowest_pressure(eos):
-    return eos.p_min
+point_function(lowest_pressure, MieGruneisen)(limited_tension)
 
 
 @point_function(sound_speed, MieGruneisen)

@@ -1,10 +1,10 @@
 """Stiffened gas, P = Γ ρ e - (Γ+1) P∞. Source: Gan et al. 2011, eq. 37."""
 
-from math import inf, sqrt
+from math import sqrt
 from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
-from pellucid.materials.eos.equation import EquationOfStateModel, lowest_pressure, pressure_line, sound_speed
+from pellucid.materials.eos.equation import EquationOfStateModel, any_tension, lowest_pressure, pressure_line, sound_speed
 from pellucid.model import parameter
 
 
@@ -31,9 +31,7 @@ def _pressure_line(eos, density):
     return -(eos.Gamma + 1.0) * eos.p_inf, eos.Gamma * density
 
 
-@point_function(lowest_pressure, StiffenedGas)
-def _lowest_pressure(eos):
-    return -inf
+point_function(lowest_pressure, StiffenedGas)(any_tension)
 
 
 @point_function(sound_speed, StiffenedGas)

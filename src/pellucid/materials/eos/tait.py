@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 from pellucid.jit import point_function
 from pellucid.jit.elementary import power
-from pellucid.materials.eos.equation import EquationOfStateModel, lowest_pressure, pressure_line, sound_speed
+from pellucid.materials.eos.equation import EquationOfStateModel, limited_tension, lowest_pressure, pressure_line, sound_speed
 from pellucid.model import parameter
 
 
@@ -38,9 +38,7 @@ def _pressure_line(eos, density):
     return eos.p0 + stiffness * (ratio * power(ratio, eos.n - 1.0) - 1.0), 0.0  # the power that the sound speed takes too
 
 
-@point_function(lowest_pressure, Tait)
-def _lowest_pressure(eos):
-    return eos.p_min
+point_function(lowest_pressure, Tait)(limited_tension)
 
 
 @point_function(sound_speed, Tait)

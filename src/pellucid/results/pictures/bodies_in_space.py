@@ -14,7 +14,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
-from pellucid.results.pictures.style import WIDTH, new_figure, panels, with_unit
+from pellucid.results.pictures.style import WIDTH, colour_bar, panels, with_unit
 
 INSTANTS = 4
 COLUMNS = 700  # pixels of a panel
@@ -37,8 +37,6 @@ def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
 
     What surrounds a body is cut open through the middle of that; where `halved`, all are through that of the largest solid.
     """
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
     from matplotlib.ticker import EngFormatter
 
     bodies = {body.name: body for body in run.stored.bodies if not len(run.cells(body.name).lines)}
@@ -60,10 +58,11 @@ def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
     down = -(-len(chosen) // across)
     rows, columns = camera.shape
     width = min((WIDTH - 1.0) / across, MOST_HEIGHT / down * columns / rows)  # of a panel [inch]
-    figure = new_figure(across * width + 1.0, down * width * rows / columns + 0.1, layout="compressed")
+    size = across * width + 1.0, down * width * rows / columns + 0.1
+    figure, subplots = panels(len(chosen), across, *size, layout="compressed")
     surfaces = {name: _surface(of_body, start[name]) for name, of_body in cells.items()}
     nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * VIEW.axes()[2]
-    for axes, time, state, values in zip(panels(figure, len(chosen), across), chosen, states, shown, strict=True):
+    for axes, time, state, values in zip(subplots, chosen, states, shown, strict=True):
         drawn: list[Drawable] = []
         for name, fields in state.items():
             colours = np.nan_to_num(coloured(values[name], limited[:2], limited.palette))
@@ -74,10 +73,7 @@ def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
         show(axes, render(drawn, camera, cut), camera)
         scale_bar(axes, camera)
         corner_words(axes, f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}", "cut open" if cut else "")
-    scale = ScalarMappable(Normalize(limited.low, limited.high), limited.palette)
-    bar = figure.colorbar(scale, ax=figure.axes, shrink=0.7, pad=0.01, aspect=25, extend=limited.extend)
-    bar.set_label(with_unit(*meaning(run.stored.bodies, quantity)))
-    bar.outline.set_visible(False)
+    colour_bar(figure, with_unit(*meaning(run.stored.bodies, quantity)), limited, limited.palette)
     return figure
 
 

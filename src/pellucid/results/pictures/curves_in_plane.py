@@ -1,36 +1,26 @@
 """Pictures of bodies that are curves: films in the plane, or meridians of surfaces of revolution with their mirror image."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.bodies_in_plane import INSTANTS
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.quantities import limits
-from pellucid.results.pictures.style import label, new_figure, panels, with_unit
+from pellucid.results.pictures.style import SEQUENTIAL, colour_bar, label, new_panels, panels, with_unit
 from pellucid.state import FIELDS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
-    from matplotlib.collections import LineCollection
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
 
 PICTURES = 60  # of a film
 ARROWS = 40  # on a film, at most
 LONGEST = 0.12  # of the picture's width, of an arrow
 
 
-def are_curves(run: "Run") -> bool:
+def are_curves(run: Run) -> bool:
     """Whether every body of a run is a curve."""
     return all(_is_curve(run, body.name) for body in run.stored.bodies)
 
 
-def _is_curve(run: "Run", name: str) -> bool:
+def _is_curve(run: Run, name: str) -> bool:
     cells = run.cells(name)
     return bool(len(cells.lines)) and not len(cells.triangles) and "areal_density" in run.fields(name, 0.0)
 
@@ -38,11 +28,12 @@ def _is_curve(run: "Run", name: str) -> bool:
 class Stage:
     """Films drawn at one instant after the other, to the same scales of place and density."""
 
-    def __init__(self, run: "Run", times: np.ndarray) -> None:
+    def __init__(self, run: Run, times: np.ndarray) -> None:
         self._run, self._names = run, [body.name for body in run.stored.bodies if _is_curve(run, body.name)]
         states = [[run.fields(name, float(time)) for name in self._names] for time in times]
         self._lines = [run.cells(name).lines for name in self._names]
-        self._planes = [_flat(fields["position"]) for fields in states[0]]
+        # the axes of the plane in which a curve lies: x and y, or of a meridian x, which is r, and z
+        self._planes = [[0, 1] if np.ptp(fields["position"][:, 1]) > 0.0 else [0, 2] for fields in states[0]]
         places = [_mirrored(f["position"][:, axes], axes) for s in states for f, axes in zip(s, self._planes, strict=True)]
         together = np.concatenate(places)
         self.colours = limits([fields["areal_density"] for bodies in states for fields in bodies])
@@ -54,8 +45,8 @@ class Stage:
         """Height over width."""
         return float((self._high - self._low)[1] / (self._high - self._low)[0])
 
-    def draw(self, axes: "Axes", time: float) -> "LineCollection":
-        """The films at an instant [s], coloured by their density, with arrows of the velocity; what a colour bar needs."""
+    def draw(self, axes: Axes, time: float) -> None:
+        """The films at an instant [s], coloured by their density, with arrows of the velocity."""
         from matplotlib.collections import LineCollection
 
         low, high, margin = self._low, self._high, self._margin
@@ -74,54 +65,44 @@ class Stage:
                     arrows = turned * speed[some] * (LONGEST * float((high - low)[0]) / fastest)
                     x, y = (turned * place[some]).T
                     axes.quiver(x, y, *arrows.T, angles="xy", scale_units="xy", scale=1.0, width=0.004, color="#334", zorder=3)
-        axes.set_xlim(low[0] - margin, high[0] + margin)
-        axes.set_ylim(low[1] - margin, high[1] + margin)
-        axes.set_aspect("equal")
+        axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
         axes.grid(False)
         axes.set_title(f"t = {time:.4g} s\nfastest {fastest:.3g} m/s")
         around = self._planes[0] == [0, 2]
         label(axes, "r" if around else "x", "z" if around else "y", "m", "m")
-        return drawn
 
-    def bar(self, figure: "Figure", drawn: "LineCollection", panels: "Iterable[Axes]") -> None:
+    def bar(self, figure: Figure) -> None:
         """The colours of the density beside the panels."""
-        bar = figure.colorbar(drawn, ax=list(panels), shrink=0.9, pad=0.01, aspect=25, extend=self.colours.extend)
-        bar.set_label(with_unit("density in the surface", FIELDS["areal_density"].unit))
-        bar.outline.set_visible(False)  # type: ignore[operator]
+        colour_bar(figure, with_unit("density in the surface", FIELDS["areal_density"].unit), self.colours, SEQUENTIAL, 0.9)
 
 
-def curves_in_plane(run: "Run") -> "Figure":
+def curves_in_plane(run: Run) -> Figure:
     """All films at some instants, coloured by their density, with arrows of the velocity."""
     times = run.times(run.stored.bodies[0].name)
     chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
     stage = Stage(run, chosen)
     down = 1 if stage.ratio > 0.7 else 2
-    figure = new_figure(height=min(6.5, 0.9 + down * stage.ratio * 8.0 * down / len(chosen) * 0.9), layout="compressed")
-    shown = panels(figure, len(chosen), -(-len(chosen) // down), sharex=True, sharey=True)
+    across, height = -(-len(chosen) // down), min(6.5, 0.9 + down * stage.ratio * 8.0 * down / len(chosen) * 0.9)
+    figure, shown = panels(len(chosen), across, height=height, layout="compressed", sharex=True, sharey=True)
     for axes, time in zip(shown, chosen, strict=True):
-        drawn = stage.draw(axes, float(time))
+        stage.draw(axes, float(time))
         axes.label_outer()
-    stage.bar(figure, drawn, shown)
+    stage.bar(figure)
     return figure
 
 
-def film_of_curves(run: "Run") -> Animation:
+def film_of_curves(run: Run) -> Animation:
     """The same, moving."""
     times = evenly(run.times(run.stored.bodies[0].name), PICTURES)
     stage = Stage(run, times)
 
-    def draw(time: float) -> "Figure":
-        figure = new_figure(6.0, min(7.0, 1.0 + 4.6 * stage.ratio))
-        axes = figure.subplots()
-        stage.bar(figure, stage.draw(axes, time), [axes])
+    def draw(time: float) -> Figure:
+        figure, axes = new_panels(width=6.0, height=min(7.0, 1.0 + 4.6 * stage.ratio))
+        stage.draw(axes, time)
+        stage.bar(figure)
         return figure
 
     return Animation(draw, [float(time) for time in times])
-
-
-def _flat(position: np.ndarray) -> list[int]:
-    """The axes of the plane in which a curve lies: x and y, or of a meridian x, which is r, and z."""
-    return [0, 1] if np.ptp(position[:, 1]) > 0.0 else [0, 2]
 
 
 def _mirrored(places: np.ndarray, axes: list[int]) -> np.ndarray:

@@ -4,26 +4,21 @@ from collections.abc import Callable
 from functools import partial
 from io import BytesIO
 from textwrap import fill
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.energy import FIRST_JUDGED
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
 from pellucid.results.pictures.bodies_in_space import is_open_in_front, panels_in_space
 from pellucid.results.pictures.case_module import drawn, drawn_by_module, noticed
 from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
 from pellucid.results.pictures.quantities import is_still
 from pellucid.results.pictures.stopped import MARK, where_it_stopped
-from pellucid.results.pictures.style import DPI, LINES, label, new_figure, panels, settle
+from pellucid.results.pictures.style import DPI, LINES, label, new_panels, panels, settle
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from pellucid.results.storage.run import Run
-
-    Draw = Callable[[], Figure | None]
+Draw = Callable[[], Figure | None]
 
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
@@ -42,7 +37,7 @@ class Picture(NamedTuple):
     title: str
 
 
-def figures_of(run: "Run", beside: "Run | None", notices: list[str]) -> "dict[str, Draw]":
+def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, Draw]:
     """How the figures of a run are drawn, by name in the order of the report.
 
     The probes are drawn together with those of the same name of the run `beside`. To `notices` comes what cannot be drawn
@@ -62,7 +57,7 @@ def figures_of(run: "Run", beside: "Run | None", notices: list[str]) -> "dict[st
     return figures
 
 
-def picture_of(figure: "Figure") -> Picture:
+def picture_of(figure: Figure) -> Picture:
     """A figure as it is in the report."""
     figure.set_dpi(DPI)
     settle(figure)
@@ -71,7 +66,7 @@ def picture_of(figure: "Figure") -> Picture:
     return Picture(file.getvalue(), figure.get_suptitle())
 
 
-def bodies(run: "Run") -> "dict[str, Draw]":
+def bodies(run: Run) -> dict[str, Draw]:
     """How bodies are drawn: at some instants by speed, in steady states by displacement, and by pressure or stress; in space
     solids once whole and once cut open, unless a plane of symmetry at the front does that; along a tube the profiles at the
     end; films that are curves by their density. Of what does not move there is no speed, and of a line no picture."""
@@ -92,17 +87,16 @@ def bodies(run: "Run") -> "dict[str, Draw]":
     return figures
 
 
-def energy_columns(run: "Run") -> list[str]:
+def energy_columns(run: Run) -> list[str]:
     """The columns of the history that hold energies."""
     return [name for name, unit in run.units.items() if unit == "J" and name not in run.stored.probes]
 
 
-def energies(run: "Run") -> "Figure":
+def energies(run: Run) -> Figure:
     """The energy balance: every energy against time, and its relative error beside the limits of the case. Of steady states the
     time is that of the loads; works, which are often the strain energy over again, are hollow. Elsewhere a curve is thinner
     than those before it, so that one which it covers is seen at its sides."""
-    figure = new_figure(height=4.0)
-    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    figure, (left, right) = new_panels(1, 2, width_ratios=(3, 2), height=4.0)
     times = run.history["time"]
     shown, small = _shown_energies(run)
     widths = _widths(list(shown.values()), run.stored.steady is not None)
@@ -138,7 +132,7 @@ def _widths(curves: list[np.ndarray], equal: bool) -> list[float]:
     return [EQUAL] * len(curves) if equal else [share * float(width) for width in np.linspace(*WIDE, max(len(curves), 2))]
 
 
-def _shown_energies(run: "Run") -> tuple[dict[str, np.ndarray], dict[str, float]]:
+def _shown_energies(run: Run) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     """The curves of the balance by their names, and the largest amounts of entries too small to be told from zero beside them.
 
     Of stored energies the change is shown: that of a stiff liquid, or of what was strained before the start, can be a million
@@ -157,15 +151,14 @@ def _shown_energies(run: "Run") -> tuple[dict[str, np.ndarray], dict[str, float]
     return {words: values for words, values in curves.items() if words not in small}, small
 
 
-def has_momentum(run: "Run") -> bool:
+def has_momentum(run: Run) -> bool:
     """Whether anything of a run has inertia and moved."""
     return any(np.any(run.history[f"momentum_{axis}"] != 0.0) for axis in "xyz")
 
 
-def momentum(run: "Run") -> "Figure":
+def momentum(run: Run) -> Figure:
     """The three components of the momentum against time."""
-    figure = new_figure(height=2.8)
-    axes = figure.subplots()
+    figure, axes = new_panels(height=2.8)
     for axis, line in zip("xyz", LINES, strict=False):
         axes.plot(run.history["time"], run.history[f"momentum_{axis}"], line, label=axis)
     _mark_stop(run, axes)
@@ -174,13 +167,11 @@ def momentum(run: "Run") -> "Figure":
     return figure
 
 
-def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
+def probes(run: Run, beside: "Run | None" = None) -> Figure:
     """Every probe against time, with the one of the same name of another run where it has one."""
     number = len(run.stored.probes)
     across = 2 if number == 4 else min(3, number)
-    down = -(-number // across)
-    figure = new_figure(height=2.8 * down)
-    drawn = panels(figure, number, across)
+    figure, drawn = panels(number, across, height=2.8 * -(-number // across))
     for axes, probe in zip(drawn, run.stored.probes, strict=True):
         axes.plot(run.history["time"], run.history[probe], _line(run))
         if beside and beside.units.get(probe) == run.units[probe]:
@@ -193,24 +184,24 @@ def probes(run: "Run", beside: "Run | None" = None) -> "Figure":
     return figure
 
 
-def _mark_stop(run: "Run", axes: "Axes", name: str = "") -> None:
+def _mark_stop(run: Run, axes: Axes, name: str = "") -> None:
     """A line at the time of a stop that the curves do not reach: of the step in which it came nothing was recorded."""
     time, times = run.stopped.get("time"), run.history["time"]
     if time is not None and len(times) and time > times[-1]:
         axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":", label=name)
 
 
-def _time(run: "Run") -> str:
+def _time(run: Run) -> str:
     """What the time of a history is."""
     return "time of the loads" if run.stored.steady else "time"
 
 
-def _line(run: "Run", number: int = 0) -> str:
+def _line(run: Run, number: int = 0) -> str:
     """How a curve of the history is drawn: equilibria are marked, since nothing is known between them, and a single row."""
     return LINES[number] + MARKERS[number] if run.stored.steady or len(run.history["time"]) == 1 else LINES[number]
 
 
-def _told_apart(run: "Run", other: "Run") -> str:
+def _told_apart(run: Run, other: Run) -> str:
     """What a run is called beside another: by the kinds of bodies that differ, else by its folder."""
     kinds = {body.name: body.kind for body in other.stored.bodies}
     differing = [f"{body.name}: {body.kind}" for body in run.stored.bodies if kinds.get(body.name) != body.kind]

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.geometry.algorithms.enclosure import spread
 from pellucid.geometry.checks.quality import tetrahedron_qualities
 from pellucid.geometry.checks.surface_holes import rims
 from pellucid.geometry.mesh_survey import surface_qualities
@@ -16,7 +17,7 @@ from pellucid.results.pictures.rendering.axes import coloured, corner_words, sca
 from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import SEQUENTIAL, house_style, new_figure
+from pellucid.results.pictures.style import SEQUENTIAL, colour_bar, house_style, new_figure
 
 FRONT, BELOW = View(-50.0, 22.0), View(130.0, -22.0)
 MOST_PIXELS = 1000  # of a view, along and across
@@ -34,9 +35,6 @@ def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> 
     Elements are coloured by their shape; in red are sides that have one element only, in orange elements of a surface that are
     seen from the side that their normals turn away from.
     """
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
     is_solid = isinstance(mesh, SimplexMesh)
     views = [_whole(mesh), _opened(mesh)] if isinstance(mesh, SimplexMesh) else [_surface(mesh)] * 2
     words = ("from the front", "cut open") if is_solid else ("from the front and above", "from behind and below")
@@ -51,9 +49,7 @@ def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> 
             show(axes, render(drawn, camera), camera)
             scale_bar(axes, camera)
             corner_words(axes, "", word)
-        bar = figure.colorbar(ScalarMappable(Normalize(0.0, 1.0), SEQUENTIAL), ax=figure.axes, shrink=0.7, pad=0.01, aspect=25)
-        bar.set_label("shape (1 regular, 0 flat)")
-        bar.outline.set_visible(False)
+        colour_bar(figure, "shape (1 regular, 0 flat)", (0.0, 1.0, "neither"), SEQUENTIAL)
         marks = [] if is_solid else ["orange: from the inner side"]
         figure.suptitle(" · ".join([title, *["red: sides of one element"] * bool(len(views[0].rim)), *marks]))
     return figure
@@ -124,7 +120,7 @@ def _dots(vertices: np.ndarray, sides: np.ndarray, camera: Camera, colour: tuple
     """Lines between vertices as balls side by side, with a radius in pixels."""
     start, end = vertices[sides[:, 0]], vertices[sides[:, 1]]
     counts = np.maximum((np.linalg.norm(end - start, axis=1) * camera.scale / STEP).astype(int), 1) + 1
-    which = np.repeat(np.arange(len(sides)), counts)
-    share = (np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)) / (counts[which] - 1)
+    which, step = spread(counts)
+    share = step / (counts[which] - 1)
     centres = start[which] + share[:, None] * (end - start)[which]
     return Balls(centres, np.full(len(centres), radius / camera.scale), np.tile(colour, (len(centres), 1)), lit=False)

@@ -1,12 +1,12 @@
 """What pictures of bodies show: speed, of steady states the displacement, or the load that each kind of body bears."""
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.models import BODIES
-from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL
+from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL, Extend
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.stored_case import StoredBody
 from pellucid.state import FIELDS
@@ -24,7 +24,7 @@ class Limits(NamedTuple):
 
     low: float
     high: float
-    extend: Literal["neither", "both", "min", "max"]
+    extend: Extend
 
     @property
     def palette(self) -> str:

@@ -1,26 +1,21 @@
 """The state in which a run stopped itself, with a mark at the point where it was found."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from pellucid.grid.model import GridCase
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_figure
 from pellucid.results.storage.files import OutputError
 from pellucid.state import of_owner
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from pellucid.grid.model import GridCase
-    from pellucid.results.storage.run import Run
 
 MOST_POINTS = 30_000  # of a body
 CLOSE_UP = 0.06  # half the width of the view at larger scale, as a share of the extent of the bodies
 MARK = "#b3261e"
 
 
-def where_it_stopped(run: "Run") -> "Figure | None":
+def where_it_stopped(run: Run) -> Figure | None:
     """All bodies as points, in space in three views, and at larger scale about the point, there with the edge of the grid if it
     is near; None where no state was left."""
     arrays = run.folder.read_state()
@@ -59,7 +54,7 @@ def where_it_stopped(run: "Run") -> "Figure | None":
     return figure
 
 
-def _dots(axes: "Axes", positions: dict[str, np.ndarray], view: tuple[int, int]) -> None:
+def _dots(axes: Axes, positions: dict[str, np.ndarray], view: tuple[int, int]) -> None:
     for (name, position), colour in zip(positions.items(), COLOURS * len(positions), strict=False):
         stride = -(-len(position) // MOST_POINTS)
         axes.plot(*position[:: max(stride, 1), list(view)].T, ".", markersize=2.0, color=colour, label=name)
@@ -67,12 +62,12 @@ def _dots(axes: "Axes", positions: dict[str, np.ndarray], view: tuple[int, int])
     label(axes, "xyz"[view[0]], "xyz"[view[1]], "m", "m")
 
 
-def _beyond(grid: "GridCase", place: np.ndarray) -> float:
+def _beyond(grid: GridCase, place: np.ndarray) -> float:
     """How far a place is outside the grid [m]."""
     return float(np.max((grid.lower - place, place - grid.extent_upper()), initial=0.0))
 
 
-def _edge_of(axes: "Axes", grid: "GridCase", view: tuple[int, int], place: np.ndarray, reach: float) -> None:
+def _edge_of(axes: Axes, grid: GridCase, view: tuple[int, int], place: np.ndarray, reach: float) -> None:
     """The edge of the grid, where it is within reach of a place [m]."""
     from matplotlib.patches import Rectangle
 
@@ -91,7 +86,7 @@ def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:
     return [(wide[0], wide[1] if len(wide) > 1 else (wide[0] + 1) % 3)]
 
 
-def place_of_stop(run: "Run") -> np.ndarray | None:
+def place_of_stop(run: Run) -> np.ndarray | None:
     """Where the point is that stopped the run [m]; if it is nowhere any more, where the last frame had it; None without one."""
     failure = run.stopped
     known = failure.get("position") or failure.get("state", {}).get("position")

@@ -2,17 +2,17 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from pellucid.results.pictures.annotations import Axes, Figure
 
 # Okabe and Ito's palette, the yellow left out: it is too faint for lines on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 LINES = ("-", "--", "-.", ":")
 SEQUENTIAL, DIVERGING = "viridis", "coolwarm"
 """Palettes of values of one sign, and of both, whose grey middle stands out from white paper."""
+Layout = Literal["constrained", "compressed"]
+Extend = Literal["neither", "both", "min", "max"]
 DPI = 144
 WIDTH = 9.5  # of a figure in the report [inch]
 
@@ -51,9 +51,7 @@ def house_style() -> Iterator[None]:
         yield
 
 
-def new_figure(
-    width: float = WIDTH, height: float = 3.6, layout: Literal["constrained", "compressed"] = "constrained"
-) -> "Figure":
+def new_figure(width: float = WIDTH, height: float = 3.6, layout: Layout = "constrained") -> Figure:
     """An empty figure [inch] that is drawn without a screen and known to nobody else."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -63,23 +61,49 @@ def new_figure(
     return figure
 
 
-def panels(figure: "Figure", number: int, across: int, **shared: Any) -> "list[Axes]":
-    """So many axes, at most so many in a row; shared: as of `Figure.subplots`."""
+def new_panels(
+    rows: int = 1, columns: int = 1, width: float = WIDTH, height: float = 3.6, title: str = "", **shared: Any
+) -> tuple[Figure, Any]:
+    """A `new_figure` and its axes; title: of the whole; shared, and what is given back for axes: as of `Figure.subplots`."""
+    figure = new_figure(width, height)
+    if title:
+        figure.suptitle(title)
+    return figure, figure.subplots(rows, columns, **shared)
+
+
+def panels(
+    number: int, across: int, width: float = WIDTH, height: float = 3.6, layout: Layout = "constrained", **shared: Any
+) -> tuple[Figure, list[Axes]]:
+    """A new figure and so many axes, at most so many in a row; shared: as of `Figure.subplots`."""
+    figure = new_figure(width, height, layout)
     every = figure.subplots(-(-number // across), across, squeeze=False, **shared).ravel()
     for unused in every[number:]:
         unused.remove()
-    return list(every[:number])
+    return figure, list(every[:number])
 
 
-def finish_panel(axes: "Axes", title: str, x: str, y: str, unit: str) -> None:
+def colour_bar(
+    figure: Figure, word: str, limits: tuple[float, float, Extend], palette: str, shrink: float = 0.7, aspect: float = 25
+) -> None:
+    """What the colours mean, beside all axes of a figure; limits: values at their ends, and at which values go on beyond."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    low, high, extend = limits
+    scale = ScalarMappable(Normalize(low, high), palette)
+    bar = figure.colorbar(scale, ax=figure.axes, shrink=shrink, pad=0.01, aspect=aspect, extend=extend)
+    bar.set_label(word)
+    bar.outline.set_visible(False)
+
+
+def finish_panel(axes: Axes, title: str, x: str, y: str, unit: str) -> None:
     """A picture of a plane beside others: one scale, names at the rim."""
     axes.set_aspect("equal")
-    axes.set_title(title)
-    label(axes, x, y, unit, unit)
+    label(axes, x, y, unit, unit, title)
     axes.label_outer()
 
 
-def settle(figure: "Figure") -> None:
+def settle(figure: Figure) -> None:
     """Fix the layout of a figure: one round leaves it within a pixel. Each drawing would find it again otherwise."""
     layout = figure.get_layout_engine()
     if layout is not None and figure.axes:
@@ -87,10 +111,15 @@ def settle(figure: "Figure") -> None:
         figure.set_layout_engine("none")
 
 
-def label(axes: "Axes", x: str, y: str, x_unit: str = "", y_unit: str = "") -> None:
-    """Name both axes with their units."""
-    axes.set_xlabel(with_unit(x, x_unit))
-    axes.set_ylabel(with_unit(y, y_unit))
+def label(
+    axes: Axes, x: str, y: str, x_unit: str = "", y_unit: str = "", title: str | None = None, legend: bool = False
+) -> None:
+    """Name both axes with their units, and perhaps the whole and what is drawn so far."""
+    axes.set(xlabel=with_unit(x, x_unit), ylabel=with_unit(y, y_unit))
+    if title is not None:
+        axes.set_title(title)
+    if legend:
+        axes.legend()
 
 
 def with_unit(name: str, unit: str) -> str:

@@ -14,7 +14,7 @@ from pellucid.results.pictures.rendering.axes import INK, coloured, scale_bar, s
 from pellucid.results.pictures.rendering.camera import View, camera_for
 from pellucid.results.pictures.rendering.drawables import Mesh
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import new_figure, with_unit
+from pellucid.results.pictures.style import colour_bar, new_figure, with_unit
 from pellucid.state import FIELDS
 
 PICTURES = 60  # of a film
@@ -88,9 +88,6 @@ class _Stage:
 def film_of_surfaces(run: Run, names: Sequence[str]) -> Animation:
     """Bodies that are closed surfaces in space, coloured by their density, those without one by their velocity along the
     normal; with arrows of the flow in them."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
     times = evenly(run.times(names[0]), PICTURES)
     stage = _Stage(run, names, times)
     rows, columns = stage.camera.shape
@@ -98,12 +95,8 @@ def film_of_surfaces(run: Run, names: Sequence[str]) -> Animation:
 
     def draw(time: float) -> Figure:
         figure = new_figure(width + 1.2, width * rows / columns + 0.5, layout="compressed")
-        axes = figure.subplots()
-        stage.draw(axes, time)
-        scale = ScalarMappable(Normalize(stage.colours.low, stage.colours.high), stage.colours.palette)
-        bar = figure.colorbar(scale, ax=axes, shrink=0.8, pad=0.01, aspect=25, extend=stage.colours.extend)
-        bar.set_label(stage.word)
-        bar.outline.set_visible(False)  # type: ignore[operator]
+        stage.draw(figure.subplots(), time)
+        colour_bar(figure, stage.word, stage.colours, stage.colours.palette, shrink=0.8)
         return figure
 
     return Animation(draw, [float(time) for time in times])

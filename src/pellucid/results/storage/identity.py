@@ -106,7 +106,7 @@ def _differences(before: Any, now: Any, place: str = "") -> list[str]:
     elif before == now:
         return []
     else:
-        return [f"{place} was {_shown(before)} and is {_shown(now)}"]
+        return [f"{place} was {told(before)} and is {told(now)}"]
     return [text for name, old, new in inner for text in _differences(old, new, f"{place}.{name}".lstrip("."))]
 
 
@@ -114,5 +114,6 @@ def _name(item: Any, number: int) -> str:
     return str(item.get("name", number)) if isinstance(item, dict) else str(number)
 
 
-def _shown(value: Any) -> str:
+def told(value: Any) -> str:
+    """A value of a case for a message; None for a key that is not there."""
     return "not there" if value is None else shown(value)

@@ -2,6 +2,7 @@
 
 import hashlib
 import time as clock
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,7 +51,8 @@ class Recorder:
         self._inputs = recorded.get("inputs") or digests(case)
         self._kinds = users_kinds(case)
         self._probes = ProbeReader(case.probe, recorded.get("probes"))
-        self._written, self._known = Written(), recorded.get("written", {})
+        self._written: dict[str, Any] = defaultdict(hashlib.sha256)  # of all that was added to each file so far
+        self._known = recorded.get("written", {})
         self._wall_before = float(recorded["wall_seconds"])
         self._compiling = compiling
         self._checkpointed = clock.monotonic()
@@ -116,7 +118,7 @@ class Recorder:
     def checkpoint(self, sim: Any) -> None:
         """Write a checkpoint from which the run goes on bit for bit."""
         with explained(self.folder.path):
-            for path in self._files(sim) if self._begun and self._writes else []:
+            for path in self._files(sim).values() if self._begun and self._writes else ():
                 sync(path)
         recorded = {
             "begun": self._begun,
@@ -127,7 +129,7 @@ class Recorder:
             "kinds": self._kinds,
             "identity": identity(self.case, sim.bodies, self._start),
             "wall_seconds": self.wall_seconds(),
-            "written": self._written.to_data(),
+            "written": self._digests(),
         }
         with domain.joining(NOWHERE):
             arrays = sim.state_arrays()
@@ -182,7 +184,7 @@ class Recorder:
         if self._writes:
             with explained(self.folder.path):
                 line = history.append(self.folder.history, [*row, *sim.momentum(), *sim.outflow.values(), *values])
-            self._written.add(self.folder.history.name, line)
+            self._written[self.folder.history.name].update(line)
         self._rows.mark(sim.time, sim.n_steps)
 
     def _write_last_row(self, sim: Any) -> None:
@@ -198,7 +200,7 @@ class Recorder:
                 frame = body.frame()
             if self._writes:
                 with explained(self.folder.path):
-                    self._written.add(body.name, self._add_frame(sim, body, frame))
+                    self._written[body.name].update(self._add_frame(sim, body, frame))
         self._frames.mark(sim.time, sim.n_steps)
 
     def _add_frame(self, sim: Any, body: Any, frame: Mapping[str, np.ndarray]) -> bytes:
@@ -208,19 +210,23 @@ class Recorder:
             return frames.create(path, room, sim.time, frame, body.cells(), body.constant_fields)
         return frames.append(path, sim.time, frame, body.constant_fields)
 
-    def _files(self, sim: Any) -> list[Path]:
-        return [self.folder.history, *(self.folder.fields(body.name) for body in sim.bodies)]
+    def _files(self, sim: Any) -> dict[str, Path]:
+        """The history and the fields of the bodies, by what `_written` calls them."""
+        history_file = {self.folder.history.name: self.folder.history}
+        return {body.name: self.folder.fields(body.name) for body in sim.bodies} | history_file
+
+    def _digests(self) -> dict[str, str]:
+        """For each file the SHA-256 of all that was added to it so far."""
+        return {name: digest.hexdigest() for name, digest in self._written.items()}
 
     def _check_what_is_there(self, sim: Any) -> None:
         """Raise OutputError where rows or frames are not those that were written before the checkpoint."""
-        files = {body.name: self.folder.fields(body.name) for body in sim.bodies}
-        files[self.folder.history.name] = self.folder.history
-        for name, path in files.items():
+        for name, path in self._files(sim).items():
             is_history = path == self.folder.history
             found = history.first(path, self._rows.done) if is_history else frames.first(path, self._frames.done)
             for part in found:
-                self._written.add(name, part)
-            if self._written.to_data().get(name) != self._known.get(name):
+                self._written[name].update(part)
+            if self._digests().get(name) != self._known.get(name):
                 what = "rows" if is_history else "frames"
                 text = f"{path} does not hold the {len(found)} {what} that were written before the checkpoint: it was changed"
                 raise OutputError(f"{text}\n    put the old file back to go on, or start a new run")
@@ -260,18 +266,3 @@ def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
 def column_of(energy: str) -> str:
     """The history's column of an entry of the energy balance."""
     return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
-
-
-class Written:
-    """For each file the SHA-256 of all that was added to it so far."""
-
-    def __init__(self) -> None:
-        self._digests: dict[str, Any] = {}
-
-    def add(self, name: str, data: bytes) -> None:
-        """More was written to a file."""
-        self._digests.setdefault(name, hashlib.sha256()).update(data)
-
-    def to_data(self) -> dict[str, str]:
-        """What a checkpoint keeps."""
-        return {name: digest.hexdigest() for name, digest in self._digests.items()}

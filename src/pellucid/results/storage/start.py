@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.errors import CaseError, PellucidError, Problem, UsageError, shown
+from pellucid.errors import CaseError, PellucidError, Problem, UsageError
 from pellucid.results.storage import checkpoint
 from pellucid.results.storage.files import OutputError
+from pellucid.results.storage.identity import told
 from pellucid.results.storage.run import Run
 from pellucid.state import of_owner
 
@@ -79,7 +80,7 @@ def _contradictions(case: "Case", name: str, before: Mapping[str, Any], folder: 
     for key in (*body.start_only, *([body.place] if body.strained_from_place else [])):
         value, then = _at(now, key), _at(before, key)
         if not _same(value, then) and not _is_default(body, key):
-            text = f"the body goes on with the state that it has in {folder}, where this was {_words(then)}"
+            text = f"the body goes on with the state that it has in {folder}, where this was {told(then)}"
             remedy = "let it be as there" if key == body.place else f"leave it out, or leave {name} out of start.body"
             yield Problem(f"does not count: {text}", f"body.{name}.{key}", value, remedy)
 
@@ -140,10 +141,6 @@ def _same_file(now: str, then: str) -> bool:
     with suppress(OSError):
         return now == then or Path(now).read_bytes() == Path(then).read_bytes()
     return False
-
-
-def _words(value: Any) -> str:
-    return "not there" if value is None else shown(value)
 
 
 def _frame(run: Run, name: str, time: float) -> State:

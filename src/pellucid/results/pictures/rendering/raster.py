@@ -4,6 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from pellucid.geometry.algorithms.enclosure import spread
+
 MOST = 2_000_000
 """Pixels that are looked at together."""
 
@@ -60,7 +62,7 @@ def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments
     rows = np.where(shown, np.maximum(high - low + 1, 0), 0)
     pixels = np.cumsum(rows * np.minimum(np.ptp(corners[:, :, 0], axis=1) + 1.0, shape[1]))
     for some in np.split(np.arange(len(corners)), np.searchsorted(pixels, np.arange(MOST, pixels.max(initial=0), MOST))):
-        row, number = _expanded(rows[some])
+        row, number = spread(rows[some])
         which = some[row]
         y = low[which] + number
         dy, one = y - a[which, 1], 1.0 / area[which]
@@ -75,16 +77,10 @@ def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments
             last = np.where(slope < 0.0, np.minimum(last, end), last)
             last = np.where((slope == 0.0) & (share < -INNER), -np.inf, last)
         start = np.ceil(first + a[which, 0])
-        line, number = _expanded(np.maximum(np.floor(last + a[which, 0]) - start + 1.0, 0.0).astype(np.int64))
+        line, number = spread(np.maximum(np.floor(last + a[which, 0]) - start + 1.0, 0.0).astype(np.int64))
         x = start[line].astype(np.int64) + number
         z, slope = a[which, 2] + area[which] * (uz * s + vz * t), area[which] * (uz * ds + vz * dt)
         yield x, y[line], z[line] + slope[line] * (x - a[which, 0][line]), which[line]
-
-
-def _expanded(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each index as often as it counts, and from 0 on the number of the time."""
-    index = np.repeat(np.arange(len(counts)), counts)
-    return index, np.arange(len(index)) - (np.cumsum(counts) - counts)[index]
 
 
 def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) -> Fragments:

@@ -1,0 +1,9 @@
+"""One measurement in this process, so that its peak memory is its own: a module of the benchmark and what it takes as JSON."""
+
+import json
+import sys
+from importlib import import_module
+
+if __name__ == "__main__":
+    found = import_module(f"pellucid.bench.{sys.argv[1]}").measure(**json.loads(sys.argv[2]))
+    sys.stdout.write(json.dumps(found) + "\n")

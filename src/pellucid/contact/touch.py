@@ -1,0 +1,37 @@
+"""What touches by its surface: the base of pairs of surfaces, and of surfaces and walls."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Described
+from pellucid.contact.overlap import OverlapLaw
+
+
+class Touch(ABC):
+    """A body that touches another, or a wall. impulse: on the first surface over this step [N s]."""
+
+    def __init__(self, surfaces: Sequence[ContactSurface], law: OverlapLaw, name: str | None) -> None:
+        self.surfaces, self.law, self.name = surfaces, law, name
+        self.impulse = np.zeros(3)
+
+    def begin(self, time: float, passing: float) -> None:  # noqa: B027
+        """Before the overlaps of a step that begins at `time` [s], over which the time of the loads grows by `passing` [s]."""
+
+    @abstractmethod
+    def find(self, described: dict[int, Described]) -> bool:
+        """Find the overlap; whether there is one. described: the points of surfaces, by identity."""
+
+    @abstractmethod
+    def way(self) -> np.ndarray:
+        """The unit vector along which the overlap found pushes, (3,), either way."""
+
+    @abstractmethod
+    def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
+        """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
+
+    def external_work(self) -> float:
+        """What is done from outside over this step, by a wall that moves [J]."""
+        return 0.0
