@@ -6,13 +6,13 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import monotonic
-from typing import Any, Protocol
+from typing import Any
 
 WINDOW = 10.0  # s of wall-clock time from which speed and time left are estimated
 
 
-class Progress(Protocol):
-    """What work calls; times are in seconds, `energy_error` is relative."""
+class Progress:
+    """What work calls, and nobody is told of; times are in seconds, `energy_error` is relative."""
 
     def begin(self, phase: str, total: float | None = None) -> None:
         """A phase such as "running" or "drawing" begins, and the one before it ends; `total` is what it counts to."""
@@ -34,50 +34,30 @@ class Progress(Protocol):
 
     def note(self, text: str) -> None:
         """Something that whoever gave the command should know; a program that called knows it."""
+        self.message(text)
 
     def stop(self) -> None:
         """Everything has ended, well or not."""
 
 
-class QuietProgress:
+class QuietProgress(Progress):
     """Off a terminal: messages only, on stderr."""
 
     def __init__(self) -> None:
         self._said = False
-
-    def begin(self, phase: str, total: float | None = None) -> None:
-        pass
 
     def compiling(self, kernel: str, number: int, expected: int) -> None:
         if not self._said:
             self._said = True
             self.message("compiling kernels (first run only) ...")
 
-    def compiled(self) -> None:
-        pass
-
-    def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
-        pass
-
-    def count(self, done: int) -> None:
-        pass
-
     def message(self, text: str) -> None:
         sys.stderr.write(f"{text}\n")
         sys.stderr.flush()
 
-    def note(self, text: str) -> None:
-        self.message(text)
 
-    def stop(self) -> None:
-        pass
-
-
-class WarningsOnly(QuietProgress):
+class WarningsOnly(Progress):
     """In a program of a user's own: messages are warnings."""
-
-    def compiling(self, kernel: str, number: int, expected: int) -> None:
-        pass
 
     def message(self, text: str) -> None:
         warnings.warn(text, stacklevel=3)
@@ -86,7 +66,7 @@ class WarningsOnly(QuietProgress):
         pass
 
 
-class TerminalProgress:
+class TerminalProgress(Progress):
     """On a terminal: one live line with the phase and how far it is; at the end what each phase took."""
 
     def __init__(self) -> None:
@@ -144,9 +124,6 @@ class TerminalProgress:
 
     def message(self, text: str) -> None:
         self._bar.console.print(text, markup=False, highlight=False)
-
-    def note(self, text: str) -> None:
-        self.message(text)
 
     def stop(self) -> None:
         self._book("")

@@ -27,7 +27,6 @@ from pellucid.ranks.group import processes
 from pellucid.system.launcher import start_together, without
 
 if TYPE_CHECKING:
-    from pellucid.case import Case
     from pellucid.results.storage.run import Run
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
@@ -63,7 +62,8 @@ def run(
             raise error.blame(f"--every {every}") from None
     if out and processes.size == 1:
         RunFolder(out).check_replaceable()
-    folder = out or unused(Path("runs"), case_name(case, chosen))
+    name = Path(case).stem if case.endswith(".toml") else chosen.id.rpartition("/")[2] or "case"
+    folder = out or unused(Path("runs"), name)
 
     from pellucid.case import located
     from pellucid.progress import watching
@@ -157,11 +157,6 @@ def what_is_left(folder: Path) -> str:
     if chosen.ended:
         return f"interrupted while the report was drawn; the results are whole\n    `pellucid report {folder}` draws it"
     return f"the run was interrupted outside of its steps\n    `pellucid resume {folder}` goes on with it"
-
-
-def case_name(argument: str, case: "Case") -> str:
-    """The name for a folder: that of the file, or the last part of the id."""
-    return Path(argument).stem if argument.endswith(".toml") else case.id.rpartition("/")[2] or "case"
 
 
 def unused(parent: Path, name: str) -> Path:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from math import inf
-from typing import Literal, Self
+from typing import Literal
 
 import numpy as np
 from pydantic import field_validator
@@ -129,10 +129,6 @@ class Support(Condition):
         region = self.region()
         return region is not None and needs_mesh(region)
 
-    def _with_body(self, only: str) -> Self:
-        """The support, of this body where it means one and names none."""
-        return self.model_copy(update={"body": only}) if self.body is None and self._means_a_body else self
-
     def _only_body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Of a support that means a body and does not name it."""
         text, bodies = 'named sets, normals and "boundary" are those of a body', parts.of(BodyModel)
@@ -184,7 +180,9 @@ class Support(Condition):
         """Constrain the nodes of all grids, where axes may be thin too, and those of bodies with their own."""
         from pellucid.conditions.constrained_nodes import constrain_all
 
-        return constrain_all([support._with_body(next(iter(assembly.bodies))) for support in conditions], assembly)
+        only = {"body": next(iter(assembly.bodies))}  # where a support means a body and names none
+        known = [one.model_copy(update=only) if one.body is None and one._means_a_body else one for one in conditions]
+        return constrain_all(known, assembly)
 
     def reaction(self) -> str | None:
         """Its own name."""

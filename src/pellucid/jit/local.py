@@ -45,14 +45,10 @@ def _plain_numbers(length: int) -> np.ndarray:
     return np.full(length, np.nan)
 
 
-def _plain_zeros(length: int) -> np.ndarray:
-    return np.zeros(length)
-
-
 def _plain_indices(length: int) -> np.ndarray:
     return np.full(length, -1, np.int64)
 
 
-_PLAIN = _plain_numbers, _plain_zeros, _plain_indices
+_PLAIN = _plain_numbers, np.zeros, _plain_indices
 _COMPILED = _maker(types.float64, False), _maker(types.float64, True), _maker(types.int64, False)
 numbers, zeros, indices = _PLAIN if numba.config.DISABLE_JIT else _COMPILED

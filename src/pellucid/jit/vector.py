@@ -232,19 +232,9 @@ def _plain_row(a: float, b: float, c: float, d: float) -> np.ndarray:
     return np.array([a, b, c, d])
 
 
-_PLAIN = (
-    _plain_load,
-    _plain_store,
-    _plain_spread,
-    _plain_splat,
-    _plain_total,
-    _plain_totals,
-    _plain_row,
-    _plain_nothing,
-    _plain_larger,
-    _plain_where_positive,
-)
-_COMPILED = _load, _store, _spread, _splat, _total, _totals, _row, _nothing, _larger, _where_positive
-load, store, spread, splat, total, totals, row, nothing, larger, where_positive = (
-    _PLAIN if numba.config.DISABLE_JIT else _COMPILED
-)
+_PLAIN_VECTORS = _plain_load, _plain_store, _plain_spread, _plain_splat, _plain_row, _plain_nothing
+_VECTORS = _load, _store, _spread, _splat, _row, _nothing
+load, store, spread, splat, row, nothing = _PLAIN_VECTORS if numba.config.DISABLE_JIT else _VECTORS
+_PLAIN_OPERATIONS = _plain_total, _plain_totals, _plain_larger, _plain_where_positive
+_OPERATIONS = _total, _totals, _larger, _where_positive
+total, totals, larger, where_positive = _PLAIN_OPERATIONS if numba.config.DISABLE_JIT else _OPERATIONS

@@ -65,11 +65,6 @@ class Domain:
         self.bytes_sent = 0
         """Handed on and back to neighbours so far."""
 
-    @property
-    def is_first(self) -> bool:
-        """Whether this process is the first, which alone writes files and tells of the run."""
-        return self.group.is_first
-
     def cut(self, rows: Rows, cost: np.ndarray) -> None:
         """Share out the rows evenly by what they cost, shape (rows,); of more processes than rows the last have none."""
         self._rows = rows

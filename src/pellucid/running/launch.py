@@ -52,7 +52,7 @@ def run_case(
         progress, case = _seen(progress), required(case)
         _check_alike(case, out, until)
         _check_until(until, case)
-        if out is not None and domain.is_first:
+        if out is not None and domain.group.is_first:
             _check_folder(case, out)  # before the set-up, which may take long
         return _begin(case, out, threads, until, progress, report, foretell)
 
@@ -70,10 +70,10 @@ def _begin(
     # before the folder is touched: a bad case erases nothing
     with _simulation(case, threads, progress, start) as (simulation, compiling):
         check_probes(case.probe, simulation.bodies)
-        folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None and domain.is_first else out or "")
+        folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None and domain.group.is_first else out or "")
         folder = domain.group.told(folder)
         recorder = Recorder(folder, case, compiling, start=start)
-        if not domain.is_first:
+        if not domain.group.is_first:
             return _take_part(simulation, recorder, until, foretell)
         with explained(folder.path), folder.made():
             if folder.case.is_file():
@@ -99,7 +99,7 @@ def resume_case(
     progress = _seen(progress)
     domain.group.join()
     folder = RunFolder(out)
-    held = folder.held() if domain.is_first else nullcontext()
+    held = folder.held() if domain.group.is_first else nullcontext()
     with domain.together(), explained(folder.path), held:
         return _go_on(folder, until, threads, progress, report, settings or {}, foretell)
 
@@ -126,7 +126,7 @@ def _go_on(
         start = read_start(case, progress.message)
         with _simulation(case, threads, progress, start) as (simulation, compiling):
             recorder = Recorder(folder, case, compiling, start=start)
-            if not domain.is_first:
+            if not domain.group.is_first:
                 return _take_part(simulation, recorder, until, foretell)
             folder.start(case)
             if settings:
@@ -146,7 +146,7 @@ def _go_on(
             text = f"time.end = {case.time.end:g} s is before {simulation.time:g} s, where the run in {folder.path} is"
             raise UsageError(f"{text}; give a later end, or start a new run")
         recorder = Recorder(folder, case, compiling, recorded, start)
-        if not domain.is_first:
+        if not domain.group.is_first:
             return _take_part(simulation, recorder, until, foretell)
         if settings:
             folder.write_case(case)
@@ -157,9 +157,9 @@ def _go_on(
 
 def _last_checkpoint(folder: RunFolder, progress: Progress) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
     """The newest that is whole; of several processes the first looks, and sets damaged ones aside."""
-    found = checkpoint.read_latest(folder.checkpoint, progress.message) if domain.is_first else None
+    found = checkpoint.read_latest(folder.checkpoint, progress.message) if domain.group.is_first else None
     domain.group.told(None)
-    return found if domain.is_first else checkpoint.read_latest(folder.checkpoint, lambda text: None)
+    return found if domain.group.is_first else checkpoint.read_latest(folder.checkpoint, lambda text: None)
 
 
 def _check_folder(case: "Case", out: Path | str) -> None:
@@ -237,7 +237,7 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
 
 def _seen(progress: Progress | None) -> Progress:
     """Who tells of a run: of processes that share it the first."""
-    return progress if progress is not None and domain.is_first else WarningsOnly()
+    return progress if progress is not None and domain.group.is_first else WarningsOnly()
 
 
 def _take_part(simulation: Any, recorder: Recorder, until: float | None, foretell: bool) -> Run:

@@ -12,8 +12,7 @@ from collections.abc import Callable
 from pellucid.simulation.stages import Stages
 
 
-def musl(stages: Stages, dt: float) -> None:
-    """Modified update stress last, Gan's order."""
+def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
     stages.clear_nodes()
     stages.find_cell_pressures()
     stages.particle_to_grid(inertia=True, force=True)  # m_I, p_I, f_I
@@ -22,29 +21,23 @@ def musl(stages: Stages, dt: float) -> None:
     stages.advance_momentum(dt)  # p_I + dt f_I, supports
     stages.apply_contact_impulses()
     stages.sum_works(dt)
-    stages.grid_to_particle(dt, remap=True)  # v_p; p_I mapped again
+    stages.grid_to_particle(dt, remap)  # v_p; where `remap`, p_I mapped again
     stages.correct_own_nodes()
-    stages.find_strain_velocities(dt)
+    if remap:
+        stages.find_strain_velocities(dt)
     stages.find_volume_corrections(dt)
     stages.update_stress(dt, move=True)  # x_p, L_p, σ_p
     stages.update_own_nodes(dt)
 
 
+def musl(stages: Stages, dt: float) -> None:
+    """Modified update stress last, Gan's order."""
+    _stress_last(stages, dt, remap=True)
+
+
 def usl(stages: Stages, dt: float) -> None:
     """Update stress last."""
-    stages.clear_nodes()
-    stages.find_cell_pressures()
-    stages.particle_to_grid(inertia=True, force=True)
-    stages.predict_own_nodes(dt)
-    stages.detect_contact(dt)
-    stages.advance_momentum(dt)
-    stages.apply_contact_impulses()
-    stages.sum_works(dt)
-    stages.grid_to_particle(dt, remap=False)
-    stages.correct_own_nodes()
-    stages.find_volume_corrections(dt)
-    stages.update_stress(dt, move=True)
-    stages.update_own_nodes(dt)
+    _stress_last(stages, dt, remap=False)
 
 
 def usf(stages: Stages, dt: float) -> None:

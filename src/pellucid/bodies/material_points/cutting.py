@@ -31,7 +31,7 @@ AS_NEAR = 1e-6  # relative difference of distances that rounding may make
 LARGEST_SCALE = 0.02  # by which volumes may be corrected
 
 
-class CutRegion:
+class FilledRegion:
     """A shape less what is left out of it, in the cells of a lattice."""
 
     def __init__(self, shape: Geometry, left_out: Sequence[Geometry], cells: SeedLattice, active: ActiveAxes) -> None:
@@ -139,7 +139,7 @@ class CutRegion:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Shares, and these times the middles, when slivers of the cells `beside` went to the points that take them."""
         moments, slivers = middle * share[:, None], np.flatnonzero(~kept[beside] & (share[beside] > 0.0)) + beside.start
-        if kept.any():
+        if len(slivers) and kept.any():
             given, taken_by, parts = _slivers(centres, middle, np.flatnonzero(kept), slivers)
             near = np.linalg.norm(middle[given] - centres[taken_by], axis=1) <= self._far
             given, taken_by, parts = given[near], taken_by[near], parts[near]

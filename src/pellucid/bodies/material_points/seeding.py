@@ -1,15 +1,14 @@
 """Filling shapes with material points."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from math import fsum
 from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.material_points.cutting import CutRegion
+from pellucid.bodies.material_points.cutting import FilledRegion
 from pellucid.bodies.material_points.seed_lattice import SeedLattice
-from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
-from pellucid.geometry.shapes.solids import Box
+from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.reductions import exact_parts
 
@@ -76,10 +75,7 @@ def seed(
         return Seeds(number, position[number], volume[number], len(position))
     x, y, z = (not flat for flat in grid.thin())
     cells = SeedLattice.of(shape, grid, per_cell)
-    if left_out or not isinstance(shape, Box):
-        region: CutRegion | FilledBox = CutRegion(shape, left_out, cells, (x, y, z))
-    else:
-        region = FilledBox(shape, cells, (x, y, z))
+    region = FilledRegion(shape, left_out, cells, (x, y, z))
     n, total, found = 0, list[float](), list[tuple[np.ndarray, ...]]()
     for position, share in region.points():
         chosen = wanted(position)
@@ -90,21 +86,3 @@ def seed(
     shares = fsum(total)
     whole = region.measure(shares) * grid.slice_thickness() ** sum(grid.thin()) / (shares or 1.0)
     return Seeds(number, position, share * whole, n)
-
-
-class FilledBox:
-    """A box in which nothing is left out."""
-
-    def __init__(self, shape: Box, cells: SeedLattice, active: ActiveAxes) -> None:
-        self._shape, self._cells, self._active = shape, cells, active
-
-    def points(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Places, shape (k, 3) [m], of equal shares, some layers of the lattice at a time."""
-        for first, end in self._cells.chunks():
-            places = self._cells.places(first, end)
-            inside = places[self._shape.contains(places, self._active)]
-            yield inside, np.ones(len(inside))
-
-    def measure(self, total: float) -> float:
-        """That of the box [m, m², m³]."""
-        return self._shape.measure(self._active)

@@ -22,6 +22,13 @@ class ElementMembrane(Body, Membrane):
         """Half the thickness."""
         return 0.5 * self.surface.thickness, 0.0, 0.0
 
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise `RunStopped`, naming the node, where a fault was found in this step."""
+        super().check(n_steps, time)  # type: ignore[safe-super]  # that of the family
+        fault = self.surface.fault()
+        if fault is not None:
+            self.stop(*fault, n_steps, time)
+
     def vector_areas(self) -> np.ndarray:
         """∫ N_K n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
         return self.surface.vector_areas(self.arrays["position"])

@@ -110,13 +110,6 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         """Waves in its elements, and how its nodes cross cells."""
         return self.surface.step_limit(self.grid, self.fastest())
 
-    def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the node, where a kernel found a fault in this step."""
-        super().check(n_steps, time)
-        fault = self.surface.fault()
-        if fault is not None:
-            self.stop(*fault, n_steps, time)
-
     def stored_field(self, name: str) -> np.ndarray:
         """A field in the order in which the nodes are stored at the moment; see `ElementSurface.field`."""
         if name in OF_NODES:

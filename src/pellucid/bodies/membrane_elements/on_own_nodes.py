@@ -63,13 +63,6 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         super().restore(arrays)
         self._find_forces()
 
-    def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the node, where a fault was found in this step."""
-        super().check(n_steps, time)
-        fault = self.surface.fault()
-        if fault is not None:
-            self.stop(*fault, n_steps, time)
-
     # contact
 
     def make_contact_surface(self, column: int) -> PointsOfFaces | None:

@@ -21,7 +21,8 @@ def where_it_stopped(run: Run) -> Figure | None:
     arrays = run.folder.read_state()
     if not arrays:
         return None
-    positions = {body.name: _finite(of_owner(body.name, arrays)["position"]) for body in run.stored.bodies}
+    places = {body.name: of_owner(body.name, arrays)["position"] for body in run.stored.bodies}
+    positions = {name: place[np.isfinite(place).all(axis=1)] for name, place in places.items()}
     drawn = np.concatenate(list(positions.values()))
     if not len(drawn):
         return None
@@ -109,7 +110,3 @@ def _instant(failure: dict[str, Any]) -> str:
 def _named(failure: dict[str, Any]) -> str:
     what = [f"{word} {failure[word]}" for word in ("point", "node") if word in failure]
     return " of ".join([*what, *([str(failure["body"])] if "body" in failure else [])]) or "no point is known"
-
-
-def _finite(position: np.ndarray) -> np.ndarray:
-    return position[np.isfinite(position).all(axis=1)]

@@ -27,6 +27,7 @@ def header(run: Run) -> str:
 def facts(run: Run) -> str:
     """Size, time and speed of the run, as far as they are known."""
     known, alone = run.so_far, are_films_alone(run.stored)  # their own steps are not counted
+    commit = known.get("commit", "")[:10]
     shown: dict[str, tuple[str, Callable[[Any], str]]] = {
         "points": ("nodes" if alone else "points", lambda value: f"{value:,}".replace(",", "\u202f")),
         "steps": ("steps of the clock" if alone else "steps", lambda value: f"{value:,}".replace(",", "\u202f")),
@@ -34,16 +35,12 @@ def facts(run: Run) -> str:
         "wall_seconds": ("wall time of the steps", lambda value: f"{number(value, 3)} s"),
         "point_steps_per_second": ("point-steps per second", lambda value: f"{number(value / 1e6, 3)} million"),
         "threads": ("threads", str),
-        "version": ("pellucid", lambda value: escape(value) + _commit(known["commit"])),
+        "version": ("pellucid", lambda value: escape(value) + (f" <small>({escape(commit)})</small>" if commit else "")),
     }
     if alone:
         del shown["point_steps_per_second"]
     items = (f"<div><dt>{title}</dt><dd>{text(known[key])}</dd></div>" for key, (title, text) in shown.items() if key in known)
     return f'<dl class="facts">{"".join(items)}</dl>'
-
-
-def _commit(commit: str) -> str:
-    return f" <small>({escape(commit[:10])})</small>" if commit else ""
 
 
 def _badge(run: Run) -> str:

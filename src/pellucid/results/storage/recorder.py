@@ -58,7 +58,7 @@ class Recorder:
         self._checkpointed = clock.monotonic()
         self._started = self._checkpointed - compiling()
         self.facts: dict[str, Any] = {}
-        self._writes = domain.is_first  # others that share the simulation give their part of what is written
+        self._writes = domain.group.is_first  # others that share the simulation give their part of what is written
 
     def begin(self, sim: Any) -> None:
         """Before the first step: write the start, or cut everything back to where the checkpoint was taken."""

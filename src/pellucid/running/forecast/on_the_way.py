@@ -9,7 +9,7 @@ ENOUGH = 1.0
 RUNNING = "running"
 
 
-class ToldOnTheWay:
+class ToldOnTheWay(Progress):
     """A progress that tells how long the run takes once its pace is known, and hands all else on to another progress."""
 
     def __init__(self, progress: Progress) -> None:
