@@ -55,10 +55,6 @@ class PointFields(GridBody):
         self._complete(*([name] if name in self.arrays else self.arrays))
         return self.shared.joined(self._field_there(name))
 
-    def places(self) -> np.ndarray:
-        """Positions in the order of `frame` [m], shape (n, 3)."""
-        return self.field("position") if domain.is_cut and self.shared.is_spread else super().places()
-
     def _field_there(self, name: str) -> np.ndarray:
         """The same of the points that this process has."""
         if name == "density":

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 
 def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
-    """1 + the number of the motion that a point of the body follows, 0 where it follows none, by the numbers of the points,
-    shape (n,)."""
+    """1 + the number of the motion that a point of the body follows, 0 where it follows none, shape (n,): in the order in which
+    the points are stored."""
     body, of = member.body, member.selectable()
-    driven = np.zeros(body.n_points, np.int64)
+    driven = np.zeros(len(of.position), np.int64)
     for number, motion in enumerate(motions, start=1):
-        inside = np.ones(body.n_points, bool)
+        inside = np.ones(len(driven), bool)
         if motion.part is not None:
             refuse(faults(motion.part, of, ("motion", motion.name, "part"), body.name, member.active_axes))
             inside = chosen_nodes(motion.part, of, member.active_axes)
@@ -64,7 +64,8 @@ class PrescribedPoints(ActiveCondition):
         self._taken = np.zeros((MOST_SLABS, driven_points.IMPULSE + 3 * len(motions)))
         for number, functions in enumerate(self._functions):
             self._axes[number, list(functions)] = 1
-        of_points = marked(member, motions)
+        of_points = np.zeros(body.n_points, np.int64)  # by their numbers
+        of_points[member.stored("id")] = marked(member, motions)
         driven = of_points[body.arrays["id"]]
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
         motion_arrays = self._velocity, self._displacement, self._axes

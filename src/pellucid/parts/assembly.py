@@ -49,12 +49,18 @@ class AssembledBody(NamedTuple):
         return self.body
 
     def selectable(self) -> Selectable:
-        """What regions of conditions choose from, in the order of the numbers of the points: asked for at the start."""
+        """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
         body = self.body
-        faces, position = body.cells().surface(), body.places() if isinstance(body, GridBody) else body.arrays["position"]
+        place = np.argsort(self.stored("id"))
+        faces, position = place[body.cells().surface()], self.stored("position")
         if body.is_surface:
             return Selectable.of_membrane(position, faces)
-        return Selectable(position, faces, np.unique(faces), body.node_sets if isinstance(body, HasMesh) else {})
+        sets = {name: place[nodes] for name, nodes in body.node_sets.items()} if isinstance(body, HasMesh) else {}
+        return Selectable(position, faces, np.unique(faces), sets)
+
+    def stored(self, name: str) -> np.ndarray:
+        """An array of all points, in the order in which they are stored."""
+        return self.body.stored_field(name) if isinstance(self.body, GridBody) else self.body.arrays[name]
 
 
 class Assembly(NamedTuple):

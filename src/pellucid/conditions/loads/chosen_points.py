@@ -23,6 +23,8 @@ def chosen_points(where: Where, member: AssembledBody, path: Path) -> np.ndarray
 
     Raises CaseError where none is.
     """
-    start = member.selectable()
-    refuse(faults(where, start, (*path, "where"), member.body.name, member.active_axes))
-    return chosen_nodes(where, start, member.active_axes)
+    start, body = member.selectable(), member.body
+    refuse(faults(where, start, (*path, "where"), body.name, member.active_axes))
+    chosen = np.zeros(body.n_points, bool)
+    chosen[member.stored("id")[chosen_nodes(where, start, member.active_axes)]] = True
+    return chosen
