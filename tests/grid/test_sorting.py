@@ -63,10 +63,13 @@ def place_in_slabs(grid, slabs, position, functions):
     return [*nodes[:, [3 - main - second, second, main]].T, slab_of(grid, slabs, position, functions)]
 
 
-def sorted_into_slabs(arrays, grid, functions, scratch=None):
+NO_MEMORY = np.zeros(0, np.int64)
+
+
+def sorted_into_slabs(arrays, grid, functions):
     """The slabs among which the points are divided."""
     slabs = slabs_of(grid.lattice, functions)
-    sort_by_nodes(arrays, {} if scratch is None else scratch, grid.lattice, functions, slabs)
+    sort_by_nodes(arrays, NO_MEMORY, grid.lattice, functions, slabs)
     return slabs
 
 
@@ -81,14 +84,14 @@ def functions_on(grid, name):
 def test_sorting_is_a_stable_permutation_by_first_nodes(counts, n, functions):
     grid, arrays = cloud(counts, n)
     before = {name: array.copy() for name, array in arrays.items()}
-    scratch = {}
-    slabs = sorted_into_slabs(arrays, grid, functions_on(grid, functions), scratch)
+    slabs = sorted_into_slabs(arrays, grid, functions_on(grid, functions))
     order = arrays["id"]
     assert np.array_equal(order, np.lexsort(place_in_slabs(grid, slabs, before["position"], functions)))  # which is stable
     for name, array in arrays.items():
         assert np.array_equal(array, before[name][order]), name
     again = {name: array.copy() for name, array in arrays.items()}
-    sort_by_nodes(arrays, scratch, grid.lattice, functions_on(grid, functions), slabs)
+    spare = sort_by_nodes(arrays, NO_MEMORY, grid.lattice, functions_on(grid, functions), slabs)
+    assert spare is NO_MEMORY
     for name, array in arrays.items():
         assert np.array_equal(array, again[name]), "sorted points stay as they are"
 

@@ -91,7 +91,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         arrays["velocity"][:there, np.array(self.grid.thin)] = 0.0
         if isinstance(velocity_transfer, Apic):
             arrays["affine"] = np.zeros((n, FIELD_ENERGY + 1))
-        self._scratch: dict[int, np.ndarray] = {}
+        self._spare = np.zeros(0, np.int64)
         super().__init__()
         self._heat = np.zeros(n if self.keeps_heat else 0)
         self._goes_on = False
@@ -191,7 +191,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def _sort_first(self, n: int) -> None:
         there = {name: array[:n] for name, array in self.arrays.items()}
-        sort_by_nodes(there, self._scratch, self.grid.lattice, self.functions, self.slabs)
+        self._spare = sort_by_nodes(there, self._spare, self.grid.lattice, self.functions, self.slabs)
 
     # shared by several processes
 

@@ -70,12 +70,12 @@ def _reorder_rows(chunk, source, target, order):
 
 
 def sort_by_nodes(
-    arrays: dict[str, np.ndarray], scratch: dict[int, np.ndarray], lattice: Lattice, functions: GridFunctions, slabs: Slabs
-) -> None:
+    arrays: dict[str, np.ndarray], spare: np.ndarray, lattice: Lattice, functions: GridFunctions, slabs: Slabs
+) -> np.ndarray:
     """Sort every array of a body (first axis: points) by the first node of each point, in place, and divide the sorted points
     among the slabs. With trilinear functions that is by cell; those of other functions change in the middle of a cell.
 
-    scratch: kept by the body between calls, one array for each row width.
+    spare: memory for the rows of one array, which is returned for the next call, larger where it was too small.
     """
     layers, across, (slab, cut) = _divided(lattice, functions)
     points, cells = len(arrays["position"]), int(np.prod(lattice.counts))
@@ -84,12 +84,13 @@ def sort_by_nodes(
     if not np.array_equal(order, np.arange(points)):
         for array in arrays.values():
             rows = array.reshape(points, -1).view(np.int64)  # one kernel for all types, of eight bytes each
-            spare = scratch.get(rows.shape[1], rows[:0])
-            if len(spare) < points:
-                spare = scratch[rows.shape[1]] = np.empty_like(rows)
-            _reorder_rows((points + CHUNK - 1) // CHUNK, rows, spare[:points], order)
-            rows[...] = spare[:points]
+            if spare.size < rows.size:
+                spare = np.empty(rows.size, np.int64)
+            sorted_rows = spare[: rows.size].reshape(rows.shape)
+            _reorder_rows((points + CHUNK - 1) // CHUNK, rows, sorted_rows, order)
+            rows[...] = sorted_rows
     _report_nothing(slabs)
+    return spare
 
 
 class ShortRuns:

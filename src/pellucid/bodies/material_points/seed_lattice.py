@@ -9,7 +9,7 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
 from pellucid.grid.model import GridCase
 
-CELLS_AT_ONCE = 400_000  # bounds the memory, to some 40 MB
+CELLS_AT_ONCE = 100_000  # bounds the memory, to some 10 MB
 FEWEST_LAYERS = 24  # at once: those beside them are looked at too
 
 

@@ -42,7 +42,7 @@ class GridCoupling:
         if volume is not None:
             self._points = self._points._replace(volume=volume)
         self._order = np.arange(len(mass))
-        self._scratch: dict[int, np.ndarray] = {}
+        self._spare = np.zeros(0, np.int64)
         self._within = Bundle(allocate(SubcellMotion, velocity_field.grid.n_nodes))
         self.increment = np.zeros((len(mass), 3))
         """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
@@ -57,7 +57,7 @@ class GridCoupling:
     def sort(self) -> None:
         """Renew the index."""
         ordered = {"order": self._order, "position": self._points.position[self._order]}
-        sort_by_nodes(ordered, self._scratch, self.velocity_field.grid.lattice, self.functions, self.slabs)
+        self._spare = sort_by_nodes(ordered, self._spare, self.velocity_field.grid.lattice, self.functions, self.slabs)
         if domain.is_cut and not self._whole:
             self._shared.share_out()
 
