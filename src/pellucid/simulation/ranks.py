@@ -73,9 +73,6 @@ class SharedSlabs:
         """The points in each row of slabs of this process, shape (rows,)."""
         return domain.by_row(np.sum([np.diff(points.slabs.first) for points in self._points], axis=0))
 
-    def _begin_interval(self) -> None:
-        self._left, self._began, self._waited = INTERVAL, time.perf_counter(), domain.group.waited
-
     def balance(self) -> None:
         """Before a step: now and then cut the rows anew, if some processes work longer than others. The time of a row is that
         of its process by the points in it. Which process does a slab changes no bit of the results."""
@@ -93,4 +90,4 @@ class SharedSlabs:
             domain.cut_again(cost)
         for take_up in hand_over:
             take_up()
-        self._begin_interval()
+        self._left, self._began, self._waited = INTERVAL, time.perf_counter(), domain.group.waited

@@ -187,7 +187,8 @@ class Simulation:
         """One step, of which the energy balance is not judged."""
         dt = self.clock.next_step(self.bodies)
         if domain.group.size > 1 and self.velocity_fields:
-            self._share_slabs()
+            self._shared = self._shared or SharedSlabs(self.bodies)  # from the first step on, in balance
+            self._shared.balance()
         self.stages.sort()
         self._begin(dt)
         self._scheme(self.stages, dt)
@@ -198,12 +199,6 @@ class Simulation:
         for body in self._losing_points:
             if left := body.let_leave():
                 self.budget.let_go(self.bodies, left, dt)
-
-    def _share_slabs(self) -> None:
-        """With other processes: from the first step on, in balance."""
-        if self._shared is None:
-            self._shared = SharedSlabs(self.bodies)
-        self._shared.balance()
 
     def _share_gravity(self, share: float) -> None:
         for field in self.velocity_fields:

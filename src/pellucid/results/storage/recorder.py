@@ -172,7 +172,8 @@ class Recorder:
         return self._wall_before + clock.monotonic() - self._compiling() - self._started
 
     def _columns(self, sim: Any) -> dict[str, str]:
-        energies = dict.fromkeys(map(column_of, sim.energies()), "J")
+        ends = "_energy", "_work", "_heat", "_error"
+        energies = {entry if entry.endswith(ends) else f"{entry}_energy": "J" for entry in sim.energies()}
         momentum = {f"momentum_{axis}": "kg m/s" for axis in "xyz"}
         clock_columns = {"time": "s", "step": "", "dt": "s"}
         left = {f"outflow_{name}": unit for name, unit in (("points", ""), ("mass", "kg")) if name in sim.outflow}
@@ -261,8 +262,3 @@ def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
         for name, value in of_body.items():
             shown[name if names.count(name) == 1 else f"{name} {body}"] = finite(value)
     return shown
-
-
-def column_of(energy: str) -> str:
-    """The history's column of an entry of the energy balance."""
-    return energy if energy.endswith(("_energy", "_work", "_heat", "_error")) else f"{energy}_energy"
