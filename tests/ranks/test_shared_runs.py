@@ -28,6 +28,8 @@ CASES = [
     "basics/rolling-discs:6",  # contact of surfaces with friction, a rigid body
     "basics/hydrostatic-column:11",  # mean pressures of full cells
     "benet2015/vesicle-in-shear:11",  # a film on the grid
+    f"{STEPS.with_name('tower.toml')}:6",  # at rest under gravity, which goes across the rows
+    f"{STEPS.with_name('wall.toml')}:6",  # a fluid at a wall, of which some processes have no points
 ]
 
 

@@ -384,7 +384,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def complete(self) -> None:
         """The totals, which depend on what leads the points."""
-        arrays = [*self.arrays.values(), *self.element_arrays.values()] if self._goes_on else []
+        arrays = [*map(self._there, self.arrays), *self.element_arrays.values()] if self._goes_on else []
         kept = [array.copy() for array in arrays]
         self.renew_totals()
         for array, values in zip(arrays, kept, strict=True):

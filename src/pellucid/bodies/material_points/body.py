@@ -113,9 +113,11 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:
         """Those of a fluid."""
-        if not self.material.flows or self.n_there == 0:
+        if not self.material.flows:
             return None
         self.keep_whole()
+        if self.n_there == 0:
+            return None
         return PointsAtWall(self, plane, self.material.density, self.material.wave_speeds()[0], self._load_of(column))
 
     def _load_of(self, column: int) -> Callable[[], np.ndarray]:

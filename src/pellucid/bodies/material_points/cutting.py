@@ -52,7 +52,7 @@ class FilledRegion:
         """
         cells, reach = self._cells, int(np.ceil(self._far / self._cells.spacing[0] + 0.5))
         for first, end in cells.chunks():
-            low, high = max(first - 2 * reach, 0), min(end + 2 * reach, cells.layers)
+            low, high = max(first - 2 * reach, 0), min(end + 2 * reach, len(cells.axes[0]))
             centres = cells.places(low, high)
             kept, cut = self._kept(centres), self._cut(centres)
             beside, own = (

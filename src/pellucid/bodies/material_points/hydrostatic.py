@@ -1,12 +1,14 @@
 """Fluids at rest under gravity at the start: each point has the state of its depth."""
 
 from collections.abc import Mapping
+from math import inf
 
 import numpy as np
 
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.eos.column import ColumnEnds
 from pellucid.model import Model, Vector, parameter
+from pellucid.ranks.domain import domain
 
 FAR = 1.5
 """Where the fluid has so many times the density at its level, or so small a part of it, it is not the fluid described."""
@@ -39,8 +41,11 @@ def states_by_height(
     strength = float(np.linalg.norm(gravity))
     up = -np.array(gravity) / strength
     level = heights_of_ends(bounds, gravity)[1] if rest.level is None else rest.level
-    try:
-        return material.at_rest(strength, level - position @ up)
+    depth = level - np.sum(position * up, axis=1)  # no matrix product, whose bits depend on how many points there are
+    lowest, highest = domain.largest(float(np.max(depth, initial=-inf))), -domain.largest(float(np.max(-depth, initial=-inf)))
+    try:  # of the ends of the body too: the column is integrated alike by all processes, whichever points they have
+        density, state = material.at_rest(strength, np.append(depth, [lowest, highest]))
+        return density[:-2], {name: array[:-2] for name, array in state.items()}
     except ColumnEnds as error:
         side = "above" if error.depth < 0.0 else "below"
         reason = f"{side} a height of {level - error.depth:.6g} m: {error}"

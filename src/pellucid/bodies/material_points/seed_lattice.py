@@ -40,11 +40,6 @@ class SeedLattice(NamedTuple):
         return cls((x, y, z), spacing)
 
     @property
-    def layers(self) -> int:
-        """Number of layers."""
-        return len(self.axes[0])
-
-    @property
     def layer(self) -> int:
         """Cells in a layer."""
         return len(self.axes[1]) * len(self.axes[2])
@@ -56,9 +51,9 @@ class SeedLattice(NamedTuple):
 
     def chunks(self) -> Iterator[tuple[int, int]]:
         """Layers to be gone through at once: from one up to another."""
-        step = max(CELLS_AT_ONCE // max(self.layer, 1), FEWEST_LAYERS)
-        for first in range(0, max(self.layers, 1), step):
-            yield first, min(first + step, self.layers)
+        step, layers = max(CELLS_AT_ONCE // max(self.layer, 1), FEWEST_LAYERS), len(self.axes[0])
+        for first in range(0, max(layers, 1), step):
+            yield first, min(first + step, layers)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner of all cells together [m]."""

@@ -74,7 +74,7 @@ def _written(folder: Path, draft_name: str, arrays: Mapping[str, np.ndarray], na
     return path
 
 
-class SharedRows:
+class RowsInParts:
     """An array whose rows lie in several files, read when rows are asked for: no process has all of them then."""
 
     def __init__(self, name: str, paths: Sequence[Path]) -> None:
@@ -91,14 +91,11 @@ class SharedRows:
             first += len(part)
         return np.concatenate(found)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
-        return self[:]
-
 
 def read_latest(folder: Path, say: Callable[[str], object] = warnings.warn) -> tuple[dict[str, Any], dict[str, Any]] | None:
     """Arrays and numbers of the newest undamaged checkpoint in `folder`; None where there is none yet.
 
-    Arrays that processes shared are `SharedRows`.
+    Arrays that processes shared are `RowsInParts`.
 
     A damaged one is told of through `say`, renamed to `*.damaged` and passed over. Raises `OutputError` if there are
     checkpoints and all of them are damaged.
@@ -127,7 +124,7 @@ def _read(path: Path, digest: str) -> dict[str, Any]:
     _check(path, digest)
     with np.load(path, allow_pickle=False) as archive:
         parts = [path.parent / part for part in json.loads(archive[_PARTS].tobytes())] if _PARTS in archive.files else []
-        shared = {name: SharedRows(name, [path, *parts]) for name in _names_in(parts)}
+        shared = {name: RowsInParts(name, [path, *parts]) for name in _names_in(parts)}
         return {name: archive[name] for name in archive.files if name != _PARTS and name not in shared} | shared
 
 

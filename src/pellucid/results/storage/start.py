@@ -156,6 +156,6 @@ def _frame(run: Run, name: str, time: float) -> State:
 
 def _in_order(arrays: State) -> State:
     """Those of points by number, as frames have them; what belongs to the grid is left out, it is found anew."""
-    order = np.argsort(np.asarray(arrays["id"]))
-    kept = {name: np.asarray(array) for name, array in arrays.items() if not name.startswith(("slabs/", "index/", "skin/"))}
+    order = np.argsort(arrays["id"][:])
+    kept = {name: array[:] for name, array in arrays.items() if not name.startswith(("slabs/", "index/", "skin/"))}
     return {name: array[order] if "/" not in name and len(array) == len(order) else array for name, array in kept.items()}
