@@ -55,6 +55,11 @@ class PointFields(GridBody):
         self._complete(*([name] if name in self.arrays else self.arrays))
         return self.shared.joined(self._field_there(name))
 
+    def stored_array(self, name: str) -> np.ndarray:
+        """An array of all points that have not left, in the order in which they are stored, of all processes."""
+        self._complete(name)
+        return self.shared.joined(self._there(name))
+
     def _field_there(self, name: str) -> np.ndarray:
         """The same of the points that this process has."""
         if name == "density":

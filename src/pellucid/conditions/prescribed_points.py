@@ -65,7 +65,7 @@ class PrescribedPoints(ActiveCondition):
         for number, functions in enumerate(self._functions):
             self._axes[number, list(functions)] = 1
         of_points = np.zeros(body.n_points, np.int64)  # by their numbers
-        of_points[member.stored("id")] = marked(member, motions)
+        of_points[body.stored_array("id")] = marked(member, motions)
         driven = of_points[body.arrays["id"]]
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()
         motion_arrays = self._velocity, self._displacement, self._axes

@@ -13,7 +13,6 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import HasMesh, TakesExternalForces
-from pellucid.parts.families import GridBody
 
 Capability = TypeVar("Capability")
 NO_AXES = (False, False, False)
@@ -51,16 +50,12 @@ class AssembledBody(NamedTuple):
     def selectable(self) -> Selectable:
         """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
         body = self.body
-        place = np.argsort(self.stored("id"))
-        faces, position = place[body.cells().surface()], self.stored("position")
+        place = np.argsort(body.stored_array("id"))
+        faces, position = place[body.cells().surface()], body.stored_array("position")
         if body.is_surface:
             return Selectable.of_membrane(position, faces)
         sets = {name: place[nodes] for name, nodes in body.node_sets.items()} if isinstance(body, HasMesh) else {}
         return Selectable(position, faces, np.unique(faces), sets)
-
-    def stored(self, name: str) -> np.ndarray:
-        """An array of all points, in the order in which they are stored."""
-        return self.body.stored_field(name) if isinstance(self.body, GridBody) else self.body.arrays[name]
 
 
 class Assembly(NamedTuple):

@@ -72,9 +72,13 @@ class Body(ConstrainedPoints, ABC):
         seeding: all that users' code sees of points is in this order."""
         return np.argsort(self.arrays["id"])
 
+    def stored_array(self, name: str) -> np.ndarray:
+        """An array of all points that have not left, in the order in which they are stored, of all processes."""
+        return self.arrays[name]
+
     def volumes(self) -> np.ndarray:
         """Volumes of the points [m³], shape (n,), in the order in which they are stored."""
-        return self.arrays["volume"]
+        return self.stored_array("volume")
 
     # the step
 

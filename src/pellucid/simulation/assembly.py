@@ -43,7 +43,7 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
     for name, models in members.items():
         own = [model.owns_nodes(len(models) == 1) for model in models]
         fields.append((OwnNodesField if all(own) else VelocityField)(name, Grid(case.grid)))
-    cut_rows([model.with_others(case.body) for model in case.body], case.grid, fields[0].grid)
+    cut_rows(case.body, case.grid, fields[0].grid)
     for field, models in zip(fields, members.values(), strict=True):
         # nothing of a rigid motion is to be smoothed: with PIC or APIC a rigid body would lose its spin
         own_transfer = Flip() if all(model.is_rigid for model in models) else transfer

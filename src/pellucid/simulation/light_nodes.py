@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.point_fields import PointFields
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
@@ -56,9 +55,7 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
 
 def _of_all(body: Body) -> Mapping[str, np.ndarray]:
     """Masses and volumes of its points, of all processes."""
-    if isinstance(body, PointFields) and body.shared.is_spread:
-        return {name: body.stored_field(name) for name in ("mass", "volume")}
-    return body.arrays
+    return {name: body.stored_array(name) for name in ("mass", "volume") if name in body.arrays}
 
 
 def _lightest(mass: np.ndarray) -> float:

@@ -56,7 +56,8 @@ def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
     below = np.zeros(len(edges))
     for body in bodies:
         low, high = (end[axis] for end in body.bounds())
-        below += body.n_points(case) * np.clip((edges - low) / max(high - low, THINNEST * case.cell), 0.0, 1.0)
+        share = np.clip((edges - low) / max(high - low, THINNEST * case.cell), 0.0, 1.0)
+        below += body.with_others(bodies).n_points(case) * share
     domain.cut(rows, np.diff(below))
 
 

@@ -4,7 +4,6 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from pellucid.bodies.point_fields import PointFields
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.parts.body import Body, in_metres
@@ -20,7 +19,10 @@ class Standings(Mapping[str, Standing]):
         self._bodies, self._going_on = {body.name: body for body in bodies}, going_on
 
     def __getitem__(self, name: str) -> Standing:
-        return _standing(self._bodies[name], name in self._going_on)
+        body = self._bodies[name]
+        if body.is_surface:
+            return Standing(body.places(), body.cells().surface())
+        return Standing(body.stored_array("position"), volume=body.volumes() if name in self._going_on else None)
 
     def __contains__(self, name: object) -> bool:
         return name in self._bodies
@@ -30,15 +32,6 @@ class Standings(Mapping[str, Standing]):
 
     def __len__(self) -> int:
         return len(self._bodies)
-
-
-def _standing(body: Body, goes_on: bool) -> Standing:
-    """With the volumes of its points where it goes on."""
-    if body.is_surface:
-        return Standing(body.places(), body.cells().surface())
-    if isinstance(body, PointFields):
-        return Standing(body.stored_field("position"), volume=body.stored_field("volume") if goes_on else None)
-    return Standing(body.arrays["position"], volume=body.volumes() if goes_on else None)
 
 
 def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:

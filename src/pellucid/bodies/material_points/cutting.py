@@ -39,8 +39,8 @@ class FilledRegion:
         edges = cells.spacing[np.array(active)]
         self._cell, self._far = float(np.prod(edges)), REACH * float(np.linalg.norm(edges))
         self._taken, self._twice = np.zeros(len(left_out)), 0.0  # by what is left out, in samples
-        cut = sum(int(self._cut(cells.places(*layers)).sum()) for layers in cells.chunks())
-        n = round(max(FEWEST_SAMPLES, min(SAMPLES, SAMPLES_IN_ALL // max(cut, 1))) ** (1.0 / sum(active)))
+        self._is_cut = np.concatenate([self._cut(cells.places(*layers)) for layers in cells.chunks()])  # a byte a cell
+        n = round(max(FEWEST_SAMPLES, min(SAMPLES, SAMPLES_IN_ALL // max(int(self._is_cut.sum()), 1))) ** (1.0 / sum(active)))
         inner = (np.arange(n) + 0.5) / n - 0.5
         offsets = np.meshgrid(*(inner if a else [0.0] for a in active), indexing="ij")
         self._offsets = np.stack(offsets, axis=-1).reshape(-1, 3) * cells.spacing
@@ -54,7 +54,7 @@ class FilledRegion:
         for first, end in cells.chunks():
             low, high = max(first - 2 * reach, 0), min(end + 2 * reach, len(cells.axes[0]))
             centres = cells.places(low, high)
-            kept, cut = self._kept(centres), self._cut(centres)
+            kept, cut = self._kept(centres), self._is_cut[low * cells.layer : high * cells.layer]
             beside, own = (
                 slice((max(first - d, low) - low) * cells.layer, (min(end + d, high) - low) * cells.layer) for d in (reach, 0)
             )

@@ -26,5 +26,5 @@ def chosen_points(where: Where, member: AssembledBody, path: Path) -> np.ndarray
     start, body = member.selectable(), member.body
     refuse(faults(where, start, (*path, "where"), body.name, member.active_axes))
     chosen = np.zeros(body.n_points, bool)
-    chosen[member.stored("id")[chosen_nodes(where, start, member.active_axes)]] = True
+    chosen[body.stored_array("id")[chosen_nodes(where, start, member.active_axes)]] = True
     return chosen

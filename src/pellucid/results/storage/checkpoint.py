@@ -14,10 +14,12 @@ import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.lib.format import read_array_header_1_0, read_magic
 
 from pellucid.results.storage.files import DRAFT, OutputError, explained, sync
 
@@ -81,14 +83,16 @@ class RowsInParts:
         self._name, self._paths = name, paths
 
     def __getitem__(self, rows: slice) -> np.ndarray:
-        """Its rows from one number up to another."""
-        found, first = [], 0
+        """Its rows from one number up to another: files without any of them are not read but for how many they have."""
+        found, first, begin, end = list[np.ndarray](), 0, rows.start or 0, inf if rows.stop is None else rows.stop
         for path in self._paths:
             with np.load(path, allow_pickle=False) as archive:
-                part = archive[self._name]
-            end = len(part) if rows.stop is None else rows.stop - first
-            found.append(part[max((rows.start or 0) - first, 0) : max(end, 0)].copy())
-            first += len(part)
+                with archive.zip.open(f"{self._name}.npy") as head:
+                    read_magic(head)
+                    n = read_array_header_1_0(head)[0][0]
+                if max(begin, first) < min(end, first + n) or not found:  # of no rows the first file tells what they are like
+                    found.append(archive[self._name][max(begin - first, 0) : max(int(min(end - first, n)), 0)].copy())
+            first += n
         return np.concatenate(found)
 
 
