@@ -34,7 +34,7 @@ class PointFields(GridBody):
 
     def _complete(self, *names: str) -> None:
         """Fill arrays of which this process found those of its own slabs with what others found."""
-        for name in names:
+        for name in names if domain.is_cut else ():
             self.shared.fill(self._there(name))
 
     @property

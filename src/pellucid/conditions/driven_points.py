@@ -174,7 +174,7 @@ def _constrain_nodes_of(n, mapped, drive, nodes):
 
 def constrain_nodes(n: int, mapped: Bundle, drive: Bundle, nodes: Bundle) -> None:
     """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
-    joint_region.give_at_once(lambda: _constrain_nodes_of(n, mapped, drive, nodes), [nodes.mass, nodes.momentum])
+    joint_region.give_at_once(lambda: _constrain_nodes_of(n, mapped, drive, nodes), lambda: [nodes.mass, nodes.momentum])
 
 
 @kernel()

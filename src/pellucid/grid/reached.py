@@ -71,8 +71,11 @@ def _scatter_by_colour(n, mapped, force, counted, flags):
 
 
 def _scatter(n: int, mapped: Bundle, force: np.ndarray, counted: float, flags: np.ndarray) -> None:
-    given = [mapped.nodes.inertia, flags[: len(mapped.nodes.mass)], *([mapped.nodes.forces] if len(force) else [])]
-    joint_region.give_at_once(lambda: _scatter_by_colour(n, mapped, force, counted, flags), given)
+    nodes = mapped.nodes
+    joint_region.give_at_once(
+        lambda: _scatter_by_colour(n, mapped, force, counted, flags),
+        lambda: [nodes.inertia, flags[: len(nodes.mass)], *([nodes.forces] if len(force) else [])],
+    )
 
 
 @kernel()

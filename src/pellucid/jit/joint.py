@@ -40,20 +40,21 @@ class JointRegion:
     def __init__(self) -> None:
         self._given: list[Any] = []
 
-    def give(self, begin: Callable[[], None], given: Sequence[Any]) -> None:
-        """Begin joint loops by colour that give to these arrays of the nodes of the grid, or of lists of them."""
+    def give(self, begin: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
+        """Begin joint loops by colour. given: the arrays of the nodes of the grid, or of lists of them, to which these loops
+        give: asked for where processes share the rows."""
         if self.by_parity is not None and waiting[OPEN]:
-            self._given += [array for array in given if not any(array is known for known in self._given)]
+            self._given += [array for array in given() if not any(array is known for known in self._given)]
             begin()
         else:
             self.give_at_once(begin, given)
 
-    def give_at_once(self, do: Callable[[], None], given: Sequence[Any]) -> None:
-        """Do loops by colour that give to these arrays and never wait."""
+    def give_at_once(self, do: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
+        """The same of loops that never wait."""
         if self.by_parity is None:
             do()
         else:
-            self.by_parity(do, given)
+            self.by_parity(do, given())
 
     def __enter__(self) -> None:
         if not numba.config.DISABLE_JIT:

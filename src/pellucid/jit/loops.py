@@ -46,8 +46,8 @@ def parallel_loop_by_colour(gives: str) -> Callable[[Callable[..., Any]], Callab
 
         @functools.wraps(driver)
         def loop(*arguments: Any) -> None:
-            given = attrgetter(member)(arguments[place]) if member else arguments[place]
-            joint_region.give_at_once(lambda: driver(*arguments), [given])
+            given = arguments[place]
+            joint_region.give_at_once(lambda: driver(*arguments), lambda: [attrgetter(member)(given) if member else given])
 
         return loop
 

@@ -61,20 +61,14 @@ def signals_in_cells(cell: float, wave: float, diffusivity: float, speed: float 
     return tightest([waves_in_cells(cell, wave, speed, cause), spread_in_cells(cell, diffusivity)])
 
 
-def waves_in_elements(rate: float, wave: float) -> StepLimit:
-    """Half the largest eigenfrequency of membrane elements [1/s], and the speed of waves in their plane [m/s]."""
+def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"]) -> StepLimit:
+    """Half the largest eigenfrequency of membrane elements, or of a meshless solid [1/s], and the speed of waves in these
+    [m/s]."""
     if rate <= 0.0:
         return NO_LIMIT
-    reason = f"waves in its plane of {wave:.4g} m/s cross its smallest element, in effect {wave / rate:.3g} m wide"
-    return StepLimit(1.0 / rate, "membrane", reason)
-
-
-def waves_in_meshes(rate: float, wave: float) -> StepLimit:
-    """Half the largest eigenfrequency of a meshless solid [1/s], and the speed of waves in it [m/s]."""
-    if rate <= 0.0:
-        return NO_LIMIT
-    reason = f"waves in it of {wave:.4g} m/s cross its closest nodes, in effect {wave / rate:.3g} m apart"
-    return StepLimit(1.0 / rate, "wave", reason)
+    way, crossed, width = ("its plane", "smallest element", "wide") if cause == "membrane" else ("it", "closest nodes", "apart")
+    reason = f"waves in {way} of {wave:.4g} m/s cross its {crossed}, in effect {wave / rate:.3g} m {width}"
+    return StepLimit(1.0 / rate, cause, reason)
 
 
 def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:

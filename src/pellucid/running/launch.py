@@ -53,7 +53,10 @@ def run_case(
         _check_alike(case, out, until)
         _check_until(until, case)
         if out is not None and domain.group.is_first:
-            _check_folder(case, out)  # before the set-up, which may take long
+            RunFolder(out).check_replaceable()  # before the set-up, which may take long
+            if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
+                text = f"{out} is the run from which the case starts (start.path): give another folder for the results"
+                raise UsageError(text)
         return _begin(case, out, threads, until, progress, report, foretell)
 
 
@@ -160,12 +163,6 @@ def _last_checkpoint(folder: RunFolder, progress: Progress) -> tuple[dict[str, n
     found = checkpoint.read_latest(folder.checkpoint, progress.message) if domain.group.is_first else None
     domain.group.told(None)
     return found if domain.group.is_first else checkpoint.read_latest(folder.checkpoint, lambda text: None)
-
-
-def _check_folder(case: "Case", out: Path | str) -> None:
-    RunFolder(out).check_replaceable()
-    if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
-        raise UsageError(f"{out} is the run from which the case starts (start.path): give another folder for the results")
 
 
 def _check_alike(case: "Case", out: Path | str | None, until: float | None) -> None:

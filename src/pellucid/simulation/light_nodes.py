@@ -12,6 +12,7 @@ from pellucid.parts.body import Body
 if TYPE_CHECKING:
     from pellucid.case import Case
 
+SIZES = "mass", "volume"
 SMALL_MASS = 1e-4
 """Of the lightest point, where points keep their velocity and add to it the mean of what their nodes gain."""
 
@@ -20,11 +21,12 @@ def small_masses(
     case: "Case", bodies: Sequence[Body], fields: Mapping[VelocityField, Sequence[Body]]
 ) -> dict[VelocityField, float]:
     """The mass below which the nodes of each velocity field strain no points [kg]; fields: each with its bodies on the grid."""
-    small = small_mass(_of_all(body) for body in bodies)
+    arrays = {body: {name: body.stored_array(name) for name in SIZES if name in body.arrays} for body in bodies}
+    small = small_mass(arrays.values())
     if case.time.transfer != "apic" or case.grid.functions != "trilinear":
         return dict.fromkeys(fields, small)
     return {
-        field: max(small, small_mass_of_affine((_of_all(body) for body in members), field.grid, case.time.courant))
+        field: max(small, small_mass_of_affine((arrays[body] for body in members), field.grid, case.time.courant))
         for field, members in fields.items()
     }
 
@@ -51,11 +53,6 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
             along = (grid.cell_volume / float(np.median(volume[there]))) ** (1.0 / dimension)
             found.append(0.5 * courant**2 * (2.0 / 3.0 * along) ** (dimension - 1) * _lightest(mass))
     return max(found)
-
-
-def _of_all(body: Body) -> Mapping[str, np.ndarray]:
-    """Masses and volumes of its points, of all processes."""
-    return {name: body.stored_array(name) for name in ("mass", "volume") if name in body.arrays}
 
 
 def _lightest(mass: np.ndarray) -> float:

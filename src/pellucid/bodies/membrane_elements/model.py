@@ -23,7 +23,7 @@ from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_elements
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_mesh
 
 SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
@@ -80,7 +80,7 @@ class MembraneElementsCase(MembraneCase):
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """Waves in its plane cross none of its elements in a step, and its nodes no cell."""
         wave, _ = self.signals_at_start()
-        in_elements = waves_in_elements(wave * float(rates_of_surface(self.mesh()).max()), wave)
+        in_elements = waves_in_mesh(wave * float(rates_of_surface(self.mesh()).max()), wave, "membrane")
         return tightest([in_elements, *([motion_in_cells(cell, self.fastest_at_start(self.mesh().vertices))] if cell else [])])
 
     def mesh(self) -> Mesh:

@@ -28,7 +28,7 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.membrane import wave_in_shape
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_elements
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_mesh
 from pellucid.reductions import ordered_sum
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ class ElementSurface:
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
         """How its elements as they were strained last bound the step, and its nodes at a speed [m/s] the cells of a grid."""
         in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
-        return tightest([waves_in_elements(float(self._sums[:, FREQUENCY].max()), self._wave), *in_cells])
+        return tightest([waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane"), *in_cells])
 
     def fault(self) -> tuple[int, int] | None:
         """What is wrong with an element after a step: a code of `pellucid.grid.points` and the place of its first node."""

@@ -28,7 +28,7 @@ from pellucid.parts.body import in_metres
 from pellucid.parts.capabilities import HasContactSurface, HasMesh
 from pellucid.parts.placement import Placement
 from pellucid.parts.relaxable import SLOWER_LOADS, Springs
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, told, waves_in_meshes
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, told, waves_in_mesh
 from pellucid.state import with_owner
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
 
     def step_limit(self) -> StepLimit:
         """Waves in its mesh, and how its nodes cross cells."""
-        modes = waves_in_meshes(0.5 * OVERESTIMATE * self._fastest.frequency, self._case.wave_speeds()[0])
+        modes = waves_in_mesh(0.5 * OVERESTIMATE * self._fastest.frequency, self._case.wave_speeds()[0], "wave")
         crossing = self.motion.crossing
         moves = [motion_in_cells(self.grid.lattice.cell, crossing * self.grid.lattice.cell)] if self.grid else []
         return told(self.totals.rate, [modes, *moves])

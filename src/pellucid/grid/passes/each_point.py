@@ -195,8 +195,11 @@ def each_point(points: Bundle, dt: float, which: int = 0) -> None:
     which: of its gifts to the nodes, `gifts.FIRST`, `SECOND`, their sum, or 0 for none. Fills the sums that the pass declares,
     and VECTORS; faults; and where it gives points new places `left_slab` and `of_lost`.
     """
+    n = len(points.mapped.slabs.layers)
     if points.by_colour:  # always, so that in a joint region it is one kind of loop, before or after others of the body
-        n, given = len(points.mapped.slabs.layers), [*arrays_given(points.gives, which), *arrays_given(points.to_cells)]
-        joint_region.give(lambda: _each_point_by_colour(n, points, dt, which), given)
+        joint_region.give(
+            lambda: _each_point_by_colour(n, points, dt, which),
+            lambda: arrays_given(points.gives, which) + arrays_given(points.to_cells),
+        )
     else:
-        _each_point(len(points.mapped.slabs.layers), points, dt)
+        _each_point(n, points, dt)

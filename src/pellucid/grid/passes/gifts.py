@@ -283,4 +283,4 @@ def _scatter(n, points, which):
 def scatter(points: Bundle, which: int = FIRST) -> None:
     """Add what the points of a body give (`giving`) to their nodes; which: FIRST and SECOND of two gifts, or their sum."""
     n = len(points.mapped.slabs.layers)
-    joint_region.give(lambda: _scatter(n, points, which), arrays_given(points.gives, which))
+    joint_region.give(lambda: _scatter(n, points, which), lambda: arrays_given(points.gives, which))

@@ -86,10 +86,9 @@ class RowsInParts:
         """Its rows from one number up to another: files without any of them are not read but for how many they have."""
         found, first, begin, end = list[np.ndarray](), 0, rows.start or 0, inf if rows.stop is None else rows.stop
         for path in self._paths:
-            with np.load(path, allow_pickle=False) as archive:
-                with archive.zip.open(f"{self._name}.npy") as head:
-                    read_magic(head)
-                    n = read_array_header_1_0(head)[0][0]
+            with np.load(path, allow_pickle=False) as archive, archive.zip.open(f"{self._name}.npy") as head:
+                read_magic(head)
+                n = read_array_header_1_0(head)[0][0]
                 if max(begin, first) < min(end, first + n) or not found:  # of no rows the first file tells what they are like
                     found.append(archive[self._name][max(begin - first, 0) : max(int(min(end - first, n)), 0)].copy())
             first += n
