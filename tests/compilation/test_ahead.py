@@ -38,7 +38,7 @@ def caller():
     return called
 
 
-@pytest.mark.parametrize("name", ["basics/elastic-wave", "basics/colliding-discs"])
+@pytest.mark.parametrize("name", ["basics/elastic-wave", "basics/colliding-discs", "gan2011/piezo-icsi"])
 def test_all_kernels_of_a_step_are_foretold(name):
     text = dumps(load(name).quick_variant())
     helpers = [Helper(foreteller), Helper(caller)]

@@ -86,9 +86,9 @@ def sort_by_nodes(
             rows = array.reshape(points, -1).view(np.int64)  # one kernel for all types, of eight bytes each
             if spare.size < rows.size:
                 spare = np.empty(rows.size, np.int64)
-            sorted_rows = spare[: rows.size].reshape(rows.shape)
-            _reorder_rows((points + CHUNK - 1) // CHUNK, rows, sorted_rows, order)
-            rows[...] = sorted_rows
+            unsorted = spare[: rows.size].reshape(rows.shape)
+            unsorted[...] = rows
+            _reorder_rows((points + CHUNK - 1) // CHUNK, unsorted, rows, order)
     _report_nothing(slabs)
     return spare
 

@@ -327,6 +327,6 @@ def _initial_state(case: SeededBody, position: np.ndarray, gravity: Vector) -> t
     if case.hydrostatic is None:
         return np.full(n, material.density), initial_arrays(material.initial_state(), n)
     try:
-        return states_by_height(case.hydrostatic, material, case.bounds(), gravity, position)
+        return states_by_height(case.hydrostatic, material, case.bounds(), gravity, position, domain.largest)
     except NoRest as error:
         raise CaseError(Problem(str(error), f"body.{case.name}.hydrostatic", remedy=REMEDY)) from None

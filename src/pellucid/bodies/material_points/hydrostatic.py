@@ -1,6 +1,6 @@
 """Fluids at rest under gravity at the start: each point has the state of its depth."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import inf
 
 import numpy as np
@@ -8,7 +8,6 @@ import numpy as np
 from pellucid.materials.contract import PointMaterial
 from pellucid.materials.eos.column import ColumnEnds
 from pellucid.model import Model, Vector, parameter
-from pellucid.ranks.domain import domain
 
 FAR = 1.5
 """Where the fluid has so many times the density at its level, or so small a part of it, it is not the fluid described."""
@@ -32,17 +31,22 @@ class NoRest(ValueError):
 
 
 def states_by_height(
-    rest: Hydrostatic, material: PointMaterial, bounds: Bounds, gravity: Vector, position: np.ndarray
+    rest: Hydrostatic,
+    material: PointMaterial,
+    bounds: Bounds,
+    gravity: Vector,
+    position: np.ndarray,
+    largest: Callable[[float], float] = float,
 ) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
     """Densities [kg/m³], shape (n,), and arrays of the state at positions [m], shape (n, 3), of a body with these bounds [m].
 
-    gravity: not zero [m/s²]. Raises NoRest.
+    gravity: not zero [m/s²]; largest: the largest value of all who have points of the body. Raises NoRest.
     """
     strength = float(np.linalg.norm(gravity))
     up = -np.array(gravity) / strength
     level = heights_of_ends(bounds, gravity)[1] if rest.level is None else rest.level
     depth = level - np.sum(position * up, axis=1)  # no matrix product, whose bits depend on how many points there are
-    lowest, highest = domain.largest(float(np.max(depth, initial=-inf))), -domain.largest(float(np.max(-depth, initial=-inf)))
+    lowest, highest = largest(float(np.max(depth, initial=-inf))), -largest(float(np.max(-depth, initial=-inf)))
     try:  # of the ends of the body too: the column is integrated alike by all processes, whichever points they have
         density, state = material.at_rest(strength, np.append(depth, [lowest, highest]))
         return density[:-2], {name: array[:-2] for name, array in state.items()}
