@@ -62,16 +62,25 @@ class Clearing:
         self._has_rows = bool(in_rows)
         with_memory = tuple(array for array in in_rows if len(array))
         self._rows = Bundle(ClearedRows(with_memory, tuple(array.view(np.int64) for array in with_memory)))
+        self._whole = self._part(self._all.chunks.edges, slice(None))
 
     def __call__(self, node: np.ndarray | None = None) -> None:
         """Clear all nodes, or those of a list, shape (m,); fields that are not in rows at all nodes."""
-        edges, nodes = self._all.chunks.edges, slice(None)
-        if self._cut == domain.cuts_made:  # else rows may have something that are not those of this process any more
+        if self._cut == domain.cuts_made:
+            chunks, others = self._own
+        else:  # rows may have something that are not those of this process any more
+            chunks, others = self._whole
             first, end = domain.near(self._all.of_row)
-            edges, nodes = edges[first : end + 1], slice(*domain.near(self._of_grid))
-        self._cut = domain.cuts_made
-        for array, start in self._others:
-            (array if array.ndim > 1 else array[:, None])[..., nodes, :] = start
+            self._own = self._part(self._all.chunks.edges[first : end + 1], slice(*domain.near(self._of_grid)))
+            self._cut = domain.cuts_made
+        for array, start in others:
+            array[...] = start
         if self._has_rows:
-            chunks = ChunkedNodes(ALL, edges) if node is None else chunked(node)
+            if node is not None:
+                chunks = chunked(node)
             _clear(chunks.n, self._rows, self._width, chunks)
+
+    def _part(self, edges: np.ndarray, nodes: slice) -> tuple[ChunkedNodes, list[tuple[np.ndarray, Any]]]:
+        """Chunks with these edges, and what these nodes have in fields that are not in rows, with what they are set to."""
+        others = [((array if array.ndim > 1 else array[:, None])[..., nodes, :], start) for array, start in self._others]
+        return ChunkedNodes(ALL, edges), others
