@@ -62,7 +62,7 @@ class Clearing:
         self._has_rows = bool(in_rows)
         with_memory = tuple(array for array in in_rows if len(array))
         self._rows = Bundle(ClearedRows(with_memory, tuple(array.view(np.int64) for array in with_memory)))
-        self._whole = self._part(self._all.chunks.edges, slice(None))
+        self._own = self._whole = self._part(self._all.chunks.edges, slice(None))
 
     def __call__(self, node: np.ndarray | None = None) -> None:
         """Clear all nodes, or those of a list, shape (m,); fields that are not in rows at all nodes."""
