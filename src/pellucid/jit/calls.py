@@ -28,7 +28,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
                 self.__class__ = CPUDispatcher
                 return self(*arguments)
             result = super().__call__(*arguments)
-            if _tells(kinds):
+            if None not in kinds:
                 compiled = self.overloads.get(tuple(map(self.typeof_pyval, arguments)))
                 if compiled is not None:  # none where calls are only put down
                     self.entries[kinds] = compiled.entry_point
@@ -43,7 +43,7 @@ def call_at_once(compiled: Any) -> None:
 
 
 def _kind(value: Any) -> Any:
-    """What tells the compiled type of an argument, quickly, or has None in it where nothing does."""
+    """What tells the compiled type of an argument, quickly; None where nothing does."""
     kind = type(value)
     if kind is Bundle:
         return value.type_name
@@ -51,9 +51,5 @@ def _kind(value: Any) -> Any:
         return value.dtype, value.ndim, value.flags.num
     if kind in PLAIN:
         return kind
-    return (kind, *map(_kind, value)) if isinstance(value, tuple) else None
-
-
-def _tells(kind: Any) -> bool:
-    """Whether there is no None in what `_kind` gave."""
-    return all(map(_tells, kind)) if isinstance(kind, tuple) else kind is not None
+    members = tuple(map(_kind, value)) if isinstance(value, tuple) else (None,)
+    return None if None in members else (kind, members)
