@@ -14,8 +14,9 @@ from pellucid.users.users_code import file_of, is_own
 
 def digests(case: Case) -> dict[str, str]:
     """SHA-256 of every input file, by its path: a run goes on only with the files that it began with. The folder of an earlier
-    run is none: its state is needed at the start alone."""
-    paths = sorted(path for path in {*case.extensions, *_paths(case.to_data())} if not Path(path).is_dir())
+    run is none: its state is needed at the start alone; nor are measured curves, which the run does not see."""
+    data = {key: value for key, value in case.to_data().items() if key not in ("plot", "check")}
+    paths = sorted(path for path in {*case.extensions, *_paths(data)} if not Path(path).is_dir())
     return {path: hashlib.sha256(Path(path).read_bytes()).hexdigest() for path in paths}
 
 

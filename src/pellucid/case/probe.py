@@ -109,6 +109,13 @@ COLUMNS = (
 """Columns of the history that probes cannot be called."""
 
 
+def other_columns(parts: Parts) -> list[str]:
+    """The columns that the history of a case may have beside those of probes."""
+    conditions = parts.of(Condition)
+    loads = (name for condition in conditions if (name := condition.load_channel()) is not None)
+    return [*COLUMNS, *loads, *(channel.name for condition in conditions for channel in condition.channels())]
+
+
 class Probe(Part):
     """A column of `history.csv`: a field of a body reduced to one number, or a reaction, at each probe instant."""
 
@@ -152,12 +159,16 @@ class Probe(Part):
                 "`carried` needs a `component`, x, y or z; the change is the same with and without it: leave it out"
             )
 
+    @property
+    def unit(self) -> str:
+        """SI unit of its column, "" for a pure number."""
+        if self.body is None:
+            return "N m" if self.quantity == "torque" else "N"
+        return "" if self.reduce == "count" else self.field().unit
+
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body, field, component or condition that is not there."""
-        conditions = parts.of(Condition)
-        loads = (condition.load_channel() for condition in conditions)
-        others = (channel.name for condition in conditions for channel in condition.channels())
-        if self.name in (*COLUMNS, *loads, *others):
+        if self.name in other_columns(parts):
             yield Finding((*path, "name"), f"the history has a column {self.name} of its own", "choose another name")
         if self.body is None:
             yield from self._reaction_problems(path, parts)

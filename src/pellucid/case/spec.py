@@ -11,6 +11,9 @@ from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.models import Body
 from pellucid.case.checking import changed
 from pellucid.case.gravity import GravityAmplitude
+from pellucid.case.judgement import Check
+from pellucid.case.picture import Film, Picture
+from pellucid.case.plot import Plot
 from pellucid.case.probe import Probe
 from pellucid.case.schema import schema_of
 from pellucid.case.sections import parts_of, places
@@ -166,6 +169,10 @@ class Case(Model):
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
     wall: tuple[Wall, ...] = parameter("", "planes without a body that bodies cannot pass", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
+    picture: tuple[Picture, ...] = parameter("", "bodies at some instants, in the report", ())
+    film: tuple[Film, ...] = parameter("", "bodies as they move, in the report", ())
+    plot: tuple[Plot, ...] = parameter("", "columns of the history, beside measured curves, in the report", ())
+    checks: tuple[Check, ...] = parameter("", "what the run finds beside what it should find", (), alias="check")
     output: OutputCase = parameter("", "how often results are written", OutputCase())
     energy: EnergyCase = parameter("", "limits of the energy balance", EnergyCase())
     times: TimesCase | None = parameter("", "expected wall-clock times", None)

@@ -11,7 +11,9 @@ from pellucid.errors import RunStopped, UsageError
 
 
 def verify(
-    cases: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Gallery ids (default: all).")] = None,
+    cases: Annotated[
+        list[str] | None, typer.Argument(metavar="[CASE|FILE]...", help="Gallery ids (default: all), or files with checks.")
+    ] = None,
     full: Annotated[bool, typer.Option("--full", help="Run the full cases, not their quick variants.")] = False,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Keep the runs, with figures and reports, in DIR/CASE.")
@@ -24,7 +26,7 @@ def verify(
     from pellucid.running.verify import verify as run_checks
 
     for name in cases or ():
-        if not catalogue.has(name):
+        if not catalogue.has(name) and not name.endswith(".toml"):
             raise UsageError(f"there is no gallery case {name}\n    {catalogue.suggestion(name)}")
     with watching() as progress:
         checks = run_checks(cases or list(catalogue.ids()), full=full, out=out, threads=threads, progress=progress)

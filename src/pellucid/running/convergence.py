@@ -61,7 +61,7 @@ def study(
     """
     from pellucid.running.launch import run_case
 
-    known = getattr(catalogue.module(case.id), "METRICS", ())
+    known = (*(asked.name for asked in case.checks), *getattr(catalogue.module(case.id), "METRICS", ()))
     if metric not in known:
         raise UsageError(_unknown(metric, known, case.id or case.title))
     rows = [dict(zip(sweep, row, strict=True)) for row in zip(*sweep.values(), strict=True)]
@@ -128,7 +128,7 @@ def _error(run: "Run", metric: str) -> float:
 
 
 def _unknown(metric: str, known: Iterable[str], case: str) -> str:
-    names = ", ".join(known) or "none; a case has metrics where a Python module of the gallery measures it"
+    names = ", ".join(known) or "none; a [[check]] gives a case one"
     return f"{case} has no metric `{metric}`; it has {names}"
 
 

@@ -1,11 +1,11 @@
-"""Verification: run cases of the gallery and set what they find against their references."""
+"""Verification: run cases and set what they find against their references."""
 
 import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pellucid.errors import RunStopped
+from pellucid.errors import RunStopped, UsageError
 from pellucid.progress import Progress
 from pellucid.results.metrics import Metric
 from pellucid.running.launch import run_case
@@ -26,18 +26,21 @@ def verify(
     threads: int | None = None,
     progress: "Progress | None" = None,
 ) -> list[Row]:
-    """Run cases of the gallery, all by default, in their quick variants or in full, and return every metric.
+    """Run cases of the gallery, all by default, or of files, in their quick variants or in full, and return every metric.
 
-    With `out` each case leaves its results in `out/<group>/<case>`. A run that stops itself is a row that has not
-    passed. Raises `CaseError` for an id that is none.
+    With `out` each case leaves its results in `out/<group>/<case>`, that of a file in `out/<its name>`. A run that stops
+    itself is a row that has not passed. Raises `CaseError` for what is no case, `UsageError` for one without a check.
     """
     from pellucid import catalogue
     from pellucid.case import load
 
     cases = {name: load(name) for name in ids or catalogue.ids()}
+    for name, case in cases.items():
+        if not (case.checks or catalogue.module(case.id)):
+            raise UsageError(f"{name} has nothing to verify: give it a [[check]]")
     rows = []
     for name, case in cases.items():
-        folder = Path(out) / name if out is not None else None
+        folder = Path(out) / (name if catalogue.has(name) else Path(name).stem) if out is not None else None
         if progress is not None:
             progress.message(f"{name} ...")
         variant = case if full else case.quick_variant()
@@ -47,7 +50,7 @@ def verify(
             rows.append(_failure(name, f"the run stopped itself: {error}"))
             continue
         rows += [Row(name, label, metric) for label, metric in run.metrics.items()]
-        if catalogue.module(name) and not run.metrics:
+        if not run.metrics:
             rows.append(_failure(name, "the metrics could not be computed"))
     return rows
 

@@ -4,8 +4,10 @@ import synthetic_oocyte
 
 from pellucid import run
 from pellucid.case import Case
-from pellucid.results.pictures.bodies_in_space import opening, panels_in_space
+from pellucid.results.pictures.bodies_in_space import opening
 from pellucid.results.pictures.figures import bodies, energies, figures_of, probes
+from pellucid.results.pictures.own import bodies_at
+from pellucid.results.pictures.quantities import Look
 from pellucid.results.pictures.rendering.axes import round_length
 from pellucid.results.pictures.style import house_style
 
@@ -32,7 +34,7 @@ def test_a_run_in_space_is_drawn(tmp_path, monkeypatch, quantity):
     monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 150)
     run = synthetic_oocyte.write(tmp_path / "run", spacing=15.0, instants=2)
     with house_style():
-        figure = panels_in_space(run, quantity)
+        figure = bodies_at(run, Look(quantity))
     pictures = [axes.images[0].get_array() for axes in figure.axes if axes.images]
     assert len(pictures) == 2
     assert not np.allclose(*pictures)
@@ -52,7 +54,7 @@ def test_lines_are_left_out_beside_surfaces(tmp_path, monkeypatch):
     films = [{"name": name, "shape": shape, **film} for name, shape in shapes.items()]
     case = Case.model_validate({"schema": 1, "title": "Two films", "time": {"end": 0.1}, "body": films})
     with house_style():
-        figure = panels_in_space(run(case, out=tmp_path / "run", report=False), "speed")
+        figure = bodies_at(run(case, out=tmp_path / "run", report=False), Look("speed"))
     assert any(axes.images for axes in figure.axes)
 
 
@@ -127,7 +129,7 @@ def test_steady_states_are_coloured_by_displacement_and_their_curves_go_over_the
         "probes",
     }
     with house_style():
-        picture, curves, reaction = panels_in_space(hanging, "displacement"), energies(hanging), probes(hanging)
+        picture, curves, reaction = bodies_at(hanging, Look("displacement")), energies(hanging), probes(hanging)
     first, *_, last = (axes.images[0].get_array() for axes in picture.axes if axes.images)
     assert not np.allclose(first, last)
     assert picture.axes[-1].get_ylabel() == "displacement [m]"

@@ -5,8 +5,9 @@ import pytest
 from films import case
 
 import pellucid
-from pellucid.results.pictures.bodies_in_plane import panels_in_plane
 from pellucid.results.pictures.figures import has_momentum
+from pellucid.results.pictures.own import bodies_at
+from pellucid.results.pictures.quantities import Look
 from pellucid.results.pictures.style import house_style
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
@@ -78,7 +79,7 @@ def test_a_film_in_a_fluid_is_a_dark_line_on_top(tmp_path):
     run = pellucid.run(pellucid.loads(IN_FLUID), out=tmp_path / "run", report=False)
     assert has_momentum(run)
     with house_style():
-        figure = panels_in_plane(run, "load")
+        figure = bodies_at(run, Look("load"))
     dots, light, dark = figure.axes[0].collections
     assert len(dots.get_offsets()) == len(run.fields("fluid")["position"]), "the film is not among the dots"
     assert figure.axes[-1].get_ylabel().startswith("pressure"), "nor is its density among the pressures"

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pellucid.results.pictures.quantities import limits, meaning, values_of
+from pellucid.results.pictures.quantities import Look, limits, limits_of, values_of, word_of
 from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL
 from pellucid.results.storage.stored_case import StoredBody
 
@@ -53,15 +53,28 @@ def test_a_body_with_an_equation_of_state_shows_its_pressure_any_other_its_equiv
     fluid = StoredBody("water", "material-points", "fluid", "tait", 1000.0)
     solid = StoredBody("block", "material-points", "kelvin-voigt", "", 1000.0)
     start = np.zeros((2, 3))
-    assert values_of(fluid, fields, "load", start).tolist() == [7.0, 7.0]
-    assert values_of(solid, fields, "load", start).tolist() == [3.0, 3.0]
-    assert meaning([solid], "load")[0] == "von Mises stress"
-    assert meaning([fluid, solid], "load")[0] == "pressure or von Mises stress"
+    assert values_of(fluid, fields, Look("load"), start).tolist() == [7.0, 7.0]
+    assert values_of(solid, fields, Look("load"), start).tolist() == [3.0, 3.0]
+    assert word_of([solid], Look("load")) == "von Mises stress [Pa]"
+    assert word_of([fluid, solid], Look("load")) == "pressure or von Mises stress [Pa]"
 
 
 def test_displacements_count_from_the_first_positions():
     fields = {"position": np.array([[1.0, 2.0, 3.0], [4.0, 4.0, 0.0]])}
     start = np.array([[1.0, 2.0, 2.5], [1.0, 0.0, 0.0]])
     solid = StoredBody("block", "meshless-solid", "neo-hookean", "", 1000.0)
-    assert values_of(solid, fields, "displacement", start).tolist() == [0.5, 5.0]
-    assert meaning([solid], "displacement") == ("displacement", "m")
+    assert values_of(solid, fields, Look("displacement"), start).tolist() == [0.5, 5.0]
+    assert word_of([solid], Look("displacement", unit="mm")) == "displacement [mm]"
+
+
+def test_a_field_has_the_unit_and_the_component_that_are_asked_for():
+    solid = StoredBody("block", "meshless-solid", "neo-hookean", "", 1000.0)
+    fields = {"stress": np.array([[3e3, -2e3, 0, 0, 0, 0]] * 2)}
+    start = np.zeros((2, 3))
+    assert values_of(solid, fields, Look("stress", "yy", "kPa"), start).tolist() == [-2.0, -2.0]
+    assert word_of([solid], Look("stress", "yy", "kPa")) == "stress yy [kPa]"
+    assert np.isnan(values_of(solid, fields, Look("damage"), start)).all(), "it has no such field"
+
+
+def test_limits_that_are_asked_for_say_whether_values_go_on():
+    assert limits_of([np.array([0.0, 5.0, np.nan])], Look("speed", limits=(1.0, 6.0))) == (1.0, 6.0, "min")

@@ -13,7 +13,6 @@ from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import style
 from pellucid.results.pictures.annotations import Axes, Run
-from pellucid.results.pictures.curves_in_plane import film_of_curves
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
@@ -66,11 +65,6 @@ def enclosed_area(run: Run, name: str, time: float) -> float:
     """Area inside a closed film in the plane [m²], of the polygon through its nodes."""
     x, y = run.fields(name, time)["position"][:, :2].T
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-
-
-def motion_of_curves(run: Run) -> dict[str, Animation]:
-    """The curves of the case, and the meridians of its surfaces of revolution, as they move."""
-    return {"motion": film_of_curves(run)}
 
 
 def motion_of_surface(run: Run) -> dict[str, Animation]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.bodies.fluid_film.model import FluidFilmCase
-from pellucid.gallery.benet2015.films import films_of, lipid_of, motion_of_curves, pressures_of, radius_of
+from pellucid.gallery.benet2015.films import films_of, lipid_of, pressures_of, radius_of
 from pellucid.gallery.exact_curves import compared, worst_balance
 from pellucid.references.vesicles import Growing
 from pellucid.results.metrics import Metric
@@ -63,6 +63,3 @@ def figures(run: Run) -> dict[str, Figure]:
         label(axes, "time", name, "s", unit)
     panels[-1].legend()
     return {"growth": figure}
-
-
-films = motion_of_curves

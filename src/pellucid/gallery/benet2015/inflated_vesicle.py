@@ -1,5 +1,5 @@
 """Inflated vesicle against the exact motion."""
 
-from pellucid.gallery.benet2015.growing import CAPTIONS, METRICS, figures, films, metrics
+from pellucid.gallery.benet2015.growing import CAPTIONS, METRICS, figures, metrics
 
-__all__ = ["CAPTIONS", "METRICS", "figures", "films", "metrics"]
+__all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import film_of, lipid_of, motion_of_curves
+from pellucid.gallery.benet2015.films import film_of, lipid_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
@@ -71,6 +71,3 @@ def figures(run: Run) -> dict[str, Figure]:
     label(waist, "time", "radius of the waist", "s", "m")
     figure.suptitle(f"{run.case.title}, a = {lipid_of(film_of(run)).stiffness:g} N m/kg")
     return {"flow": figure}
-
-
-films = motion_of_curves

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import film_of, motion_of_curves, pressures_of, radius_of
+from pellucid.gallery.benet2015.films import film_of, pressures_of, radius_of
 from pellucid.gallery.exact_curves import compared, worst_balance
 from pellucid.references.vesicles import Tether, tether
 from pellucid.results.metrics import Metric
@@ -63,6 +63,3 @@ def figures(run: Run) -> dict[str, Figure]:
     right.set_aspect("equal")
     label(right, "r", "z", "m", "m")
     return {"tether": figure}
-
-
-films = motion_of_curves

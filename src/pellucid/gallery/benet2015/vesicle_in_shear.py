@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import finish_panel, kept, motion_of_curves, shapes_of
+from pellucid.gallery.benet2015.films import finish_panel, kept, shapes_of
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.finite_elements import read
 from pellucid.results.metrics import Metric
@@ -68,6 +68,3 @@ def _film(run: Run) -> Figure:
         finish_panel(axes, float(time))
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, markerscale=4.0)
     return figure
-
-
-films = motion_of_curves

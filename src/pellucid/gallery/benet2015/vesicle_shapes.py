@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import films_of, motion_of_curves
+from pellucid.gallery.benet2015.films import films_of
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.metrics import Metric
@@ -63,6 +63,3 @@ def figures(run: Run) -> dict[str, Figure]:
         axes.remove()
     figure.suptitle(run.case.title)
     return {"shapes": figure}
-
-
-films = motion_of_curves

@@ -3,20 +3,17 @@
 import numpy as np
 
 from pellucid.results.pictures.annotations import Axes, Figure, Run
-from pellucid.results.pictures.quantities import Fields, Limits, is_film, limits, meaning, values_of
-from pellucid.results.pictures.rendering.axes import INK
-from pellucid.results.pictures.style import COLOURS, WIDTH, colour_bar, label, new_panels, panels, with_unit
+from pellucid.results.pictures.quantities import Fields, Look, is_film, limits_of, values_of, word_of
+from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
+from pellucid.results.pictures.style import COLOURS, colour_bar, label, new_panels
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS
 
-INSTANTS = 4
 MOST_TICKS = 5
 MOST_POINTS = 60_000
 """More points than this are thinned out evenly: a picture has no more places to show them."""
 
 PROFILES = ("density", "velocity", "pressure", "internal_energy")
-
-MOST_HEIGHT = 6.5  # of the panels together [inch]
 
 
 def profiles(run: Run, axis: int) -> Figure:
@@ -38,78 +35,72 @@ def profiles(run: Run, axis: int) -> Figure:
     return figure
 
 
-def panels_in_plane(run: Run, quantity: str) -> Figure:
-    """All bodies at some instants, coloured by "speed", "displacement" or "load"; films among them are dark lines on top."""
-    described = [body for body in run.stored.bodies if not is_film(body)]
-    skins = [body.name for body in run.stored.bodies if is_film(body)]
-    names = [body.name for body in described]
-    times = run.times(names[0])
-    chosen = times[np.unique(np.linspace(0, len(times) - 1, INSTANTS).astype(int))]
-    states = [[_thinned(run.fields(name, time)) for name in names] for time in chosen]
-    start = [fields["position"] for fields in states[0]]
-    values = [
-        np.concatenate(
-            [values_of(body, fields, quantity, at) for body, fields, at in zip(described, bodies, start, strict=True)]
-        )
-        for bodies in states
-    ]
-    colours = limits(values)
-    flat = _Flat(run.stored.thin, [fields["position"] for bodies in states for fields in bodies])
-    down, width, height = flat.arrangement(len(chosen))
-    across, tall = -(-len(chosen) // down), height * down + 0.75
-    figure, drawn = panels(len(chosen), across, height=tall, layout="compressed", sharex=True, sharey=True)
-    for axes, bodies, shown, time in zip(drawn, states, values, chosen, strict=True):
-        together = np.concatenate([fields["position"] for fields in bodies])
-        there = np.concatenate([_there(fields) for fields in bodies])
-        flat.draw(axes, together[there], shown[there], width, colours)
-        for skin in skins:
-            flat.draw_skin(axes, run.fields(skin, float(time))["position"], run.cells(skin).lines)
-        axes.set_title(f"t = {time:.4g} s")
-    colour_bar(figure, with_unit(*meaning(described, quantity)), colours, colours.palette, shrink=0.9)
-    return figure
+class PlaneStage:
+    """Bodies of a plane case as dots, the same size and place in all pictures; films among them are dark lines on top."""
 
+    def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
+        bodies = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
+        self._run, self._look = run, look
+        self._bodies = [body for body in bodies if not is_film(body)]
+        self._skins = [body.name for body in bodies if is_film(body)]
+        self._flat = [axis for axis in range(3) if not run.stored.thin[axis]]
+        self._start = {body.name: _thinned(run.fields(body.name, 0.0, ("position",)))["position"] for body in self._bodies}
+        states = [self._state(float(time)) for time in times]
+        self._colours = limits_of([values for _, values in states], look)
+        skins = [self._skin(name, float(time)) for name in self._skins for time in times]
+        paper = np.concatenate([*(place for place, _ in states), *skins])
+        low, high = paper.min(axis=0), paper.max(axis=0)
+        margin = 0.04 * (high - low).max()
+        self._low, self._high = low - margin, high + margin
 
-class _Flat:
-    """Where points lie on the paper, the same for all panels."""
+    @property
+    def ratio(self) -> float:
+        """Height over width."""
+        width, height = self._high - self._low
+        return float(height / width)
 
-    def __init__(self, thin: tuple[bool, bool, bool], positions: list[np.ndarray]) -> None:
-        self.flat = [axis for axis in range(3) if not thin[axis]]
-        together = np.concatenate(positions)[:, self.flat]
-        low, high = together.min(axis=0), together.max(axis=0)
-        margin = 0.04 * float((high - low).max())
-        self.low, self.high = low - margin, high + margin
-
-    def arrangement(self, panels: int) -> tuple[int, float, float]:
-        """Rows of panels that make them largest on the paper, and width and height of a panel [inch]."""
-        ratio = (self.high - self.low)[1] / (self.high - self.low)[0]
-        best = (1, 0.0, 0.0)
-        for down in range(1, panels + 1):
-            across = -(-panels // down)
-            width = min((WIDTH - 1.4) / across, (MOST_HEIGHT / down - 0.3) / ratio)
-            if width > best[1]:
-                best = (down, width, width * ratio + 0.3)
-        return best
-
-    def draw(self, axes: Axes, position: np.ndarray, values: np.ndarray, width: float, colours: Limits) -> None:
-        paper = position[:, self.flat]
-        extent = self.high - self.low
+    def draw(self, axes: Axes, time: float, width: float) -> None:
+        """The bodies at an instant [s]."""
+        paper, values = self._state(time)
         spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) if len(paper) else 0.0  # all may have left
-        spacing *= width * 72.0 / extent[0]
+        spacing *= width * 72.0 / (self._high - self._low)[0]
         size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
-        x, y = paper.T
-        axes.scatter(x, y, c=values, s=size, linewidths=0, cmap=colours.palette, vmin=colours.low, vmax=colours.high)
-        axes.set(xlim=(self.low[0], self.high[0]), ylim=(self.low[1], self.high[1]), aspect="equal")
+        known, (x, y) = np.isfinite(values), paper.T
+        if not known.all():
+            axes.scatter(x[~known], y[~known], s=size, color=UNCOLOURED, linewidths=0)
+        limited, palette = self._colours, self._colours.palette
+        axes.scatter(x[known], y[known], size, values[known], linewidths=0, cmap=palette, vmin=limited.low, vmax=limited.high)
+        for name in self._skins:
+            self._draw_skin(axes, self._skin(name, time), self._run.cells(name).lines)
+        axes.set(xlim=(self._low[0], self._high[0]), ylim=(self._low[1], self._high[1]), aspect="equal")
         axes.locator_params(nbins=MOST_TICKS)  # else there are more after the layout, with longer labels that find no room
         axes.grid(False)
-        label(axes, "xyz"[self.flat[0]], "xyz"[self.flat[1]], "m", "m")
+        label(axes, "xyz"[self._flat[0]], "xyz"[self._flat[1]], "m", "m", f"t = {time:.4g} s")
         axes.label_outer()
 
-    def draw_skin(self, axes: Axes, position: np.ndarray, lines: np.ndarray) -> None:
+    def bar(self, figure: Figure) -> None:
+        """What the colours mean."""
+        colour_bar(figure, word_of(self._bodies, self._look), self._colours, self._colours.palette, shrink=0.9)
+
+    def _state(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Places on the paper [m], shape (n, 2), and what colours the points, shape (n,), of those that are there."""
+        places, values = [np.empty((0, 2))], [np.empty(0)]
+        for body in self._bodies:
+            fields = _thinned(self._run.fields(body.name, time))
+            there = _there(fields)
+            places.append(fields["position"][there][:, self._flat])
+            values.append(values_of(body, fields, self._look, self._start[body.name])[there])
+        return np.concatenate(places), np.concatenate(values)
+
+    def _skin(self, name: str, time: float) -> np.ndarray:
+        return self._run.fields(name, time, ("position",))["position"][:, self._flat]
+
+    def _draw_skin(self, axes: Axes, position: np.ndarray, lines: np.ndarray) -> None:
         """A film as a dark line, light at its sides, so that it stands out from every colour."""
         from matplotlib.collections import LineCollection
 
         for width, colour in ((3.2, "white"), (1.6, INK)):
-            drawn = LineCollection(position[:, self.flat][lines], linewidths=width, colors=colour, capstyle="round")
+            drawn = LineCollection(position[lines], linewidths=width, colors=colour, capstyle="round")
             axes.add_collection(drawn)
 
 

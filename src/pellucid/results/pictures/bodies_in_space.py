@@ -4,23 +4,22 @@ import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.geometry.meshes.triangulation import bounding_box
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.quantities import Fields, limits, meaning, values_of
+from pellucid.results.pictures.annotations import Axes, Figure, Run
+from pellucid.results.pictures.quantities import Fields, Look, limits_of, values_of, word_of
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
-from pellucid.results.pictures.rendering.camera import Plane, View, camera_for
+from pellucid.results.pictures.rendering.camera import Plane, camera_for
 from pellucid.results.pictures.rendering.creases import Faceted, split_at_creases
 from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
-from pellucid.results.pictures.style import WIDTH, colour_bar, panels, with_unit
+from pellucid.results.pictures.style import colour_bar
 
-INSTANTS = 4
 COLUMNS = 700  # pixels of a panel
-MOST_HEIGHT = 7.5  # of the panels together [inch]
-VIEW = View(-50.0, 22.0)
-FRONT = (0.0, -1.0, 0.0)
+FAILED = (0.92, 0.10, 0.09)
+"""Of points that bear no stress any more."""
+Direction = tuple[float, float, float]
+FRONT: Direction = (0.0, -1.0, 0.0)
 """The side from which bodies are opened: the eye is there."""
 
 ASIDE = 1e-3  # of the size of what is surrounded
@@ -32,49 +31,58 @@ MOST_BALLS = 60_000
 """More points of a body than this are thinned out evenly, the balls grow instead."""
 
 
-def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
-    """All bodies at some instants but those that are lines, coloured by "speed", "displacement" or "load".
+class SpaceStage:
+    """Bodies in space, all but those that are lines, from one side; what surrounds a body is cut open through the middle of
+    that, unless the look says where."""
 
-    What surrounds a body is cut open through the middle of that; where `halved`, all are through that of the largest solid.
-    """
-    from matplotlib.ticker import EngFormatter
+    def __init__(self, run: Run, look: Look, times: np.ndarray, columns: int | None = None) -> None:
+        shown = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
+        self._run, self._look = run, look
+        self._cells = {body.name: cells for body in shown if not len((cells := run.cells(body.name)).lines)}
+        self._bodies = {body.name: body for body in shown if body.name in self._cells}
+        self._start = {name: run.fields(name, 0.0, ("position",))["position"] for name in self._bodies}
+        fields = [{name: run.fields(name, float(time)) for name in self._bodies} for time in times]
+        values = [self._values(name, of_body) for state in fields for name, of_body in state.items()]
+        self._colours = limits_of(values, look)
+        self._solids = [position for name, position in self._start.items() if len(self._cells[name].tetrahedra)]
+        self._cut = look.cut or opening(list(self._start.values()))
+        if look.halved and self._solids:
+            self._cut = through_the_middle([bounding_box(position) for position in self._solids])
+        places = np.concatenate([of_body["position"] for state in fields for of_body in state.values()])
+        kept = places[self._cut.beyond(places) <= 0.0] if self._cut else places
+        self._camera = camera_for(look.view, kept if len(kept) else places, columns or COLUMNS, margin=0.06)
+        self._surfaces = {name: _surface(of_body, self._start[name]) for name, of_body in self._cells.items()}
+        self._nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * look.view.axes()[2]
 
-    bodies = {body.name: body for body in run.stored.bodies if not len(run.cells(body.name).lines)}
-    chosen = evenly(run.times(next(iter(bodies))), INSTANTS)
-    states = [{name: run.fields(name, float(time)) for name in bodies} for time in chosen]
-    start = {name: fields["position"] for name, fields in states[0].items()}
-    shown = [
-        {name: values_of(bodies[name], fields, quantity, start[name]) for name, fields in state.items()} for state in states
-    ]
-    limited = limits([values for state in shown for values in state.values()])
-    cells = {name: run.cells(name) for name in bodies}
-    solids = [position for name, position in start.items() if len(cells[name].tetrahedra)]
-    cut = opening(list(start.values()))
-    if halved and solids:
-        cut = through_the_middle([bounding_box(position) for position in solids])
-    places = np.concatenate([fields["position"] for state in states for fields in state.values()])
-    camera = camera_for(VIEW, places[cut.beyond(places) <= 0.0] if cut else places, COLUMNS, margin=0.06)
-    across = min(2, len(chosen))
-    down = -(-len(chosen) // across)
-    rows, columns = camera.shape
-    width = min((WIDTH - 1.0) / across, MOST_HEIGHT / down * columns / rows)  # of a panel [inch]
-    size = across * width + 1.0, down * width * rows / columns + 0.1
-    figure, subplots = panels(len(chosen), across, *size, layout="compressed")
-    surfaces = {name: _surface(of_body, start[name]) for name, of_body in cells.items()}
-    nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * VIEW.axes()[2]
-    for axes, time, state, values in zip(subplots, chosen, states, shown, strict=True):
+    @property
+    def ratio(self) -> float:
+        """Height over width."""
+        rows, columns = self._camera.shape
+        return rows / columns
+
+    def draw(self, axes: Axes, time: float, width: float) -> None:
+        """The bodies at an instant [s]."""
+        from matplotlib.ticker import EngFormatter
+
         drawn: list[Drawable] = []
-        for name, fields in state.items():
-            colours = np.nan_to_num(coloured(values[name], limited[:2], limited.palette))
-            lies_on = len(solids) > 0 and len(cells[name].tetrahedra) == 0 and len(surfaces[name].triangles) > 0
-            drawn.append(_drawable(fields, surfaces[name], colours, nearer if lies_on else 0.0 * nearer))
-            if cut and len(cells[name].tetrahedra):
-                drawn.append(cut_face(fields["position"], cells[name].tetrahedra, colours, cut))
-        show(axes, render(drawn, camera, cut), camera)
-        scale_bar(axes, camera)
-        corner_words(axes, f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}", "cut open" if cut else "")
-    colour_bar(figure, with_unit(*meaning(run.stored.bodies, quantity)), limited, limited.palette)
-    return figure
+        for name, cells in self._cells.items():
+            fields = self._run.fields(name, time)
+            colours = coloured(self._values(name, fields), self._colours[:2], self._colours.palette)
+            lies_on = len(self._solids) > 0 and len(cells.tetrahedra) == 0 and len(self._surfaces[name].triangles) > 0
+            drawn.append(_drawable(fields, self._surfaces[name], colours, self._nearer if lies_on else 0.0 * self._nearer))
+            if self._cut and len(cells.tetrahedra):
+                drawn.append(cut_face(fields["position"], cells.tetrahedra, colours, self._cut))
+        show(axes, render(drawn, self._camera, self._cut), self._camera)
+        scale_bar(axes, self._camera)
+        words = f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}"
+        corner_words(axes, words, "cut open" if self._cut else "")
+
+    def bar(self, figure: Figure) -> None:
+        """What the colours mean."""
+        colour_bar(figure, word_of(list(self._bodies.values()), self._look), self._colours, self._colours.palette)
+
+    def _values(self, name: str, fields: Fields) -> np.ndarray:
+        return values_of(self._bodies[name], fields, self._look, self._start[name])
 
 
 def is_open_in_front(run: Run) -> bool:
@@ -96,12 +104,12 @@ def opening(positions: list[np.ndarray]) -> Plane | None:
     return through_the_middle(hidden) if hidden else None
 
 
-def through_the_middle(boxes: list[Box]) -> Plane:
+def through_the_middle(boxes: list[Box], front: Direction = FRONT) -> Plane:
     """The plane through the middle of the largest of some boxes; its front goes."""
     largest = max(boxes, key=lambda box: float(np.prod(box[1] - box[0])))
-    middle = float(0.5 * (largest[0] + largest[1]) @ np.array(FRONT))
+    middle = float(0.5 * (largest[0] + largest[1]) @ np.array(front))
     # layers of points often lie in the very middle: a little before it, so that they stay in every picture
-    return Plane(FRONT, middle + ASIDE * float((largest[1] - largest[0]).max()))
+    return Plane(front, middle + ASIDE * float((largest[1] - largest[0]).max()))
 
 
 def _surface(cells: Cells, position: np.ndarray) -> Faceted:
@@ -115,7 +123,8 @@ def _surface(cells: Cells, position: np.ndarray) -> Faceted:
 def _drawable(fields: Fields, surface: Faceted, colours: np.ndarray, nearer: np.ndarray) -> Drawable:
     position, shown = fields["position"] + nearer, surface.vertex
     if len(surface.triangles):
-        return Mesh(position[shown], surface.triangles, colours[shown], np.zeros(len(shown), bool))
+        failed = fields["failed"] > 0 if "failed" in fields else np.zeros(len(position), bool)
+        return Mesh(position[shown], surface.triangles, colours[shown], failed[shown], FAILED)
     there = fields["mass"] > 0.0  # the others have left the grid
     position, colours = position[there], colours[there]
     stride = max(-(-len(position) // MOST_BALLS), 1)

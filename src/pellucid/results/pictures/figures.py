@@ -10,11 +10,12 @@ import numpy as np
 
 from pellucid.energy import FIRST_JUDGED
 from pellucid.results.pictures.annotations import Axes, Figure, Run
-from pellucid.results.pictures.bodies_in_plane import panels_in_plane, profiles
-from pellucid.results.pictures.bodies_in_space import is_open_in_front, panels_in_space
+from pellucid.results.pictures.bodies_in_plane import profiles
+from pellucid.results.pictures.bodies_in_space import is_open_in_front
 from pellucid.results.pictures.case_module import drawn, drawn_by_module, noticed
-from pellucid.results.pictures.curves_in_plane import are_curves, curves_in_plane
-from pellucid.results.pictures.quantities import is_still
+from pellucid.results.pictures.curves_in_plane import are_curves
+from pellucid.results.pictures.own import bodies_at, picture, plot
+from pellucid.results.pictures.quantities import Look, is_still
 from pellucid.results.pictures.stopped import MARK, where_it_stopped
 from pellucid.results.pictures.style import DPI, LINES, label, new_panels, panels, settle
 
@@ -45,6 +46,8 @@ def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, 
     """
     stopped = where_it_stopped(run)
     figures: dict[str, Draw] = {} if stopped is None else {"where_it_stopped": lambda: stopped}
+    figures |= {shown.name: partial(picture, run, shown) for shown in run.stored.picture}
+    figures |= {shown.name: partial(plot, run, shown) for shown in run.stored.plot}
     figures |= {name: partial(drawn, run, figure) for name, figure in drawn_by_module(run, "figures").items()}
     with noticed(notices):
         figures |= bodies(run)
@@ -71,19 +74,19 @@ def bodies(run: Run) -> dict[str, Draw]:
     solids once whole and once cut open, unless a plane of symmetry at the front does that; along a tube the profiles at the
     end; films that are curves by their density. Of what does not move there is no speed, and of a line no picture."""
     if are_curves(run):
-        return {"bodies": partial(curves_in_plane, run)}
+        return {"bodies": partial(bodies_at, run, Look("load"))}
     if all(len(run.cells(body.name).lines) for body in run.stored.bodies):
         return {}
     if all(is_still(body) for body in run.stored.bodies):
-        return {"bodies_load": partial(panels_in_space, run, "load")}
+        return {"bodies_load": partial(bodies_at, run, Look("load"))}
     thin, quantities = run.stored.thin, ("displacement" if run.stored.steady else "speed", "load")
     if sum(thin) == 2:
         return {"profiles_of_points": partial(profiles, run, thin.index(False))}
+    figures: dict[str, Draw] = {f"bodies_{name}": partial(bodies_at, run, Look(name)) for name in quantities}
     if any(thin):
-        return {f"bodies_{name}": partial(panels_in_plane, run, name) for name in quantities}
-    figures: dict[str, Draw] = {f"bodies_{name}": partial(panels_in_space, run, name) for name in quantities}
+        return figures
     if any(len(run.cells(body.name).tetrahedra) for body in run.stored.bodies) and not is_open_in_front(run):
-        figures |= {f"bodies_{name}_inside": partial(panels_in_space, run, name, halved=True) for name in quantities}
+        figures |= {f"bodies_{name}_inside": partial(bodies_at, run, Look(name, halved=True)) for name in quantities}
     return figures
 
 

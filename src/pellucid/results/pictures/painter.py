@@ -11,6 +11,7 @@ from pellucid.progress import Progress
 from pellucid.results.pictures import figures
 from pellucid.results.pictures.case_module import drawn_by_module, noticed
 from pellucid.results.pictures.films import Animation, pixels_of, write_film
+from pellucid.results.pictures.own import films
 from pellucid.results.pictures.style import house_style
 from pellucid.results.storage.drawn import drawing
 from pellucid.results.storage.files import explained
@@ -38,9 +39,9 @@ class Painter:
 
     @cached_property
     def films(self) -> dict[str, Animation]:
-        """Those of the gallery case."""
+        """Those of the case, and of its module in the gallery."""
         with house_style():
-            return drawn_by_module(self._run, "films")
+            return films(self._run) | drawn_by_module(self._run, "films")
 
     @cached_property
     def figures(self) -> "dict[str, figures.Draw]":
@@ -102,7 +103,7 @@ def write_pictures(
 
 def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
     """Other processes that draw, where there is enough for them."""
-    has_film = hasattr(catalogue.module(run.stored.id), "films")
+    has_film = len(run.stored.film) > 0 or hasattr(catalogue.module(run.stored.id), "films")
     if run.so_far.get("points", 0) < MANY_POINTS[has_film]:
         return []
     return [Helper(_draw_in, run.out, beside and beside.out) for _ in range(min(MOST_HELPERS, free_cores()))]

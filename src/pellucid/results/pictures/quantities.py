@@ -1,4 +1,4 @@
-"""What pictures of bodies show: speed, of steady states the displacement, or the load that each kind of body bears."""
+"""What pictures of bodies show: a field, speed, displacement, or the load that each kind of body bears."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,13 +6,32 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.models import BODIES
-from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL, Extend
+from pellucid.results.pictures.rendering.camera import Plane, View
+from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL, Extend, with_unit
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.stored_case import StoredBody
 from pellucid.state import FIELDS
+from pellucid.units import to_si
+
+VIEW = View(-50.0, 22.0)
 
 Fields = dict[str, np.ndarray]
 """The fields of a body at an instant, by name."""
+
+
+class Look(NamedTuple):
+    """How bodies are shown: what colours them and in which unit, which of them (all where none is named), from where, and
+    where they are cut open: at a plane, or through the middle of the largest solid where `halved`, else only what surrounds
+    others."""
+
+    quantity: str
+    component: str | None = None
+    unit: str = ""
+    limits: tuple[float, float] | None = None
+    names: tuple[str, ...] = ()
+    view: View = VIEW
+    cut: Plane | None = None
+    halved: bool = False
 
 
 BOTH_SIGNS = 0.2
@@ -47,10 +66,21 @@ def is_film(body: StoredBody) -> bool:
     return body.kind == "fluid-film"
 
 
-def meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
-    """Name and unit of a quantity, "speed", "displacement" or "load", of several bodies."""
-    if quantity != "load":
+def word_of(bodies: Sequence[StoredBody], look: Look) -> str:
+    """What the colours of several bodies mean, with the unit."""
+    name, unit = _meaning(bodies, look.quantity)
+    if look.quantity == "stress" and not look.component:
+        name = "von Mises stress"
+    part = f" {look.component}" if look.component else ""
+    return with_unit(name + part, look.unit or unit)
+
+
+def _meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
+    """Name and SI unit of a quantity."""
+    if quantity in ("speed", "displacement"):
         return quantity, FIELDS["velocity" if quantity == "speed" else "position"].unit
+    if quantity != "load":
+        return quantity, FIELDS[quantity].unit
     own = {_pictured(body) for body in bodies}
     if len(own) == 1 and (found := own.pop()) is not None:
         return found[1], FIELDS[found[0]].unit
@@ -58,17 +88,32 @@ def meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
     return " or ".join(kinds), FIELDS["stress"].unit
 
 
-def values_of(body: StoredBody, fields: Fields, quantity: str, start: np.ndarray) -> np.ndarray:
-    """The quantity of every point, shape (n,). The load is the field that its kind declares, else the pressure of a body with
-    an equation of state, of others von Mises' equivalent stress. start: first positions [m], shape (n, 3), from which
-    displacements count."""
-    if quantity == "speed":
-        return scalar(fields["velocity"])
-    if quantity == "displacement":
-        return scalar(fields["position"] - start)
-    if (found := _pictured(body)) is not None:
-        return scalar(fields[found[0]])
-    return fields["pressure"] if body.equation_of_state else scalar(fields["stress"])
+def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -> np.ndarray:
+    """What colours every point, shape (n,), in the unit of the look; not a number where a body has no such field. The load is
+    the field that its kind declares, else the pressure of a body with an equation of state, of others von Mises' equivalent
+    stress. start: first positions [m], shape (n, 3), from which displacements count."""
+    name = look.quantity
+    if name == "load":
+        own = _pictured(body)
+        name = own[0] if own is not None else "pressure" if body.equation_of_state else "stress"
+    if name == "displacement":
+        values = scalar(fields["position"] - start)
+    elif name == "speed":
+        values = scalar(fields["velocity"])
+    elif name in fields:
+        values = scalar(fields[name], look.component)
+    else:
+        return np.full(len(start), np.nan)
+    return values / to_si(f"1 {look.unit}", _meaning([body], look.quantity)[1]) if look.unit else values
+
+
+def limits_of(values: list[np.ndarray], look: Look) -> Limits:
+    """Limits of the colours: those that are asked for, else as `limits` finds them."""
+    if look.limits is None:
+        return limits(values)
+    low, high = look.limits
+    least, most = (find(array) for find, array in ((np.nanmin, np.concatenate(values)), (np.nanmax, np.concatenate(values))))
+    return Limits(low, high, _beyond(least < low, most > high))
 
 
 def limits(values: list[np.ndarray]) -> Limits:
@@ -89,5 +134,8 @@ def limits(values: list[np.ndarray]) -> Limits:
             low, high = least, most
     if min(-low, high) > BOTH_SIGNS * max(-low, high):
         low, high = -max(-low, high), max(-low, high)
-    below, above = least < low, most > high
-    return Limits(low, high, "both" if below and above else "min" if below else "max" if above else "neither")
+    return Limits(low, high, _beyond(least < low, most > high))
+
+
+def _beyond(below: bool, above: bool) -> Extend:
+    return "both" if below and above else "min" if below else "max" if above else "neither"

@@ -9,18 +9,17 @@ from pellucid.geometry.meshes.triangulation import vertex_normals
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.quantities import Fields, limits
+from pellucid.results.pictures.quantities import VIEW, Fields, limits
 from pellucid.results.pictures.rendering.axes import INK, coloured, scale_bar, show
-from pellucid.results.pictures.rendering.camera import View, camera_for
+from pellucid.results.pictures.rendering.camera import camera_for
 from pellucid.results.pictures.rendering.drawables import Mesh
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import colour_bar, new_figure, with_unit
+from pellucid.results.pictures.stage import film_of
+from pellucid.results.pictures.style import colour_bar, with_unit
 from pellucid.state import FIELDS
 
 PICTURES = 60  # of a film
 COLUMNS = 460  # pixels of a picture
-HEIGHT = 5.0  # of a picture, at most, and its width [inch]
-VIEW = View(-50.0, 22.0)
 APART = 0.09  # distance of arrows, of the largest side of the surface at the start
 LONGEST = 0.1  # of the picture's width, of an arrow
 FACING = 0.25  # share of the normal towards the eye: nearer to the rim arrows would be seen end on
@@ -42,12 +41,18 @@ class _Stage:
         self._fastest = max(_fastest(fields) for fields in together)
 
     @property
-    def word(self) -> str:
-        """What the colours mean, with its unit."""
-        name = "density in the surface" if self._has_density else "normal velocity"
-        return with_unit(name, FIELDS["areal_density" if self._has_density else "velocity"].unit)
+    def ratio(self) -> float:
+        """Height over width."""
+        rows, columns = self.camera.shape
+        return rows / columns
 
-    def draw(self, axes: Axes, time: float) -> None:
+    def bar(self, figure: Figure) -> None:
+        """What the colours mean."""
+        name = "density in the surface" if self._has_density else "normal velocity"
+        word = with_unit(name, FIELDS["areal_density" if self._has_density else "velocity"].unit)
+        colour_bar(figure, word, self.colours, self.colours.palette, shrink=0.8)
+
+    def draw(self, axes: Axes, time: float, width: float) -> None:
         """The surfaces at an instant [s], with arrows of the part of their velocity that lies in them."""
         state, limited = self._state(time), self.colours
         meshes = []
@@ -89,17 +94,7 @@ def film_of_surfaces(run: Run, names: Sequence[str]) -> Animation:
     """Bodies that are closed surfaces in space, coloured by their density, those without one by their velocity along the
     normal; with arrows of the flow in them."""
     times = evenly(run.times(names[0]), PICTURES)
-    stage = _Stage(run, names, times)
-    rows, columns = stage.camera.shape
-    width = min(HEIGHT, HEIGHT * columns / rows)
-
-    def draw(time: float) -> Figure:
-        figure = new_figure(width + 1.2, width * rows / columns + 0.5, layout="compressed")
-        stage.draw(figure.subplots(), time)
-        colour_bar(figure, stage.word, stage.colours, stage.colours.palette, shrink=0.8)
-        return figure
-
-    return Animation(draw, [float(time) for time in times])
+    return film_of(_Stage(run, names, times), times.tolist())
 
 
 def _fastest(fields: Fields) -> float:

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 Start = Mapping[str, Mapping[str, np.ndarray]]
 """Arrays of the bodies that go on from an earlier run, by name; empty for a case that begins anew."""
-TEXTS = ("title", "source", "description", "times", "quick")
+TEXTS = ("title", "source", "description", "times", "quick", "picture", "film", "plot", "check")
+"""What changes nothing in what a run does."""
 MAY_CHANGE = (
     *TEXTS,
     "output",

@@ -72,7 +72,7 @@ class ProbeReader:
 
     def units(self) -> dict[str, str]:
         """The unit of each probe's column."""
-        return {probe.name: _unit(probe) for probe in self._probes}
+        return {probe.name: probe.unit for probe in self._probes}
 
     def to_data(self) -> dict[str, Any]:
         """What a checkpoint keeps."""
@@ -171,9 +171,3 @@ def _nearest(field: Fetch, at: Any) -> int:
     distance[np.isnan(distance)] = np.inf
     near = np.flatnonzero(distance <= distance.min() * (1.0 + 1e-9))
     return int(near[np.argmin(field("id")[near])])
-
-
-def _unit(probe: Probe) -> str:
-    if probe.body is None:
-        return "N m" if probe.quantity == "torque" else "N"
-    return "" if probe.reduce == "count" else probe.field().unit

@@ -15,6 +15,7 @@ from pellucid.errors import UnknownName, UsageError
 from pellucid.findings import absent
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.named import Named
+from pellucid.results.checks import metric_of
 from pellucid.results.metrics import Metric
 from pellucid.results.storage import frames, history
 from pellucid.results.storage.run_folder import RunFolder
@@ -91,16 +92,19 @@ class Run:
 
     @cached_property
     def metrics(self) -> dict[str, Metric]:
-        """The metrics of a finished run by name, computed from its files by the module of its gallery case.
+        """The metrics of a finished run by name: those of the checks of its case, and those that the module of its gallery
+        case computes from its files.
 
-        Empty for a case of the user's own and for a run that is not finished. Empty with a warning where the module cannot
-        judge the run: settings may have made of the case what its reference does not cover.
+        Empty for a run that is not finished. Without those of the module, with a warning, where it cannot judge the run:
+        settings may have made of the case what its reference does not cover.
         """
         module = catalogue.module(self.stored.id)
         found: dict[str, Metric] = {}
+        if self.finished:
+            found = {asked.name: metric_of(asked, self.history, self.units) for asked in self.stored.check}
         if module is not None and self.finished:
             try:
-                found = dict(module.metrics(self))
+                found |= module.metrics(self)
             except Exception as error:  # the run is done and its results are whole, whatever the module makes of them
                 warnings.warn(f"the metrics of {self.stored.id} do not apply to this run: {error}", stacklevel=2)
         return Named(f"the run in {self.out} has no metric", found)

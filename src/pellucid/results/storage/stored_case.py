@@ -7,6 +7,9 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from pellucid.case import EnergyCase, OutputCase, TimeCase
+from pellucid.case.judgement import Check
+from pellucid.case.picture import Film, Picture
+from pellucid.case.plot import Plot
 from pellucid.case.stages import SteadyCase
 from pellucid.grid.model import GridCase
 
@@ -38,6 +41,10 @@ class StoredCase(BaseModel):
     bodies: tuple[StoredBody, ...]
     probes: tuple[str, ...]
     """Their names."""
+    picture: tuple[Picture, ...] = ()
+    film: tuple[Film, ...] = ()
+    plot: tuple[Plot, ...] = ()
+    check: tuple[Check, ...] = ()
 
     @property
     def thin(self) -> tuple[bool, bool, bool]:

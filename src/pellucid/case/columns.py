@@ -1,0 +1,30 @@
+"""The columns of a history that plots and checks may name, known before the run, with their units."""
+
+from collections.abc import Iterator
+
+from pellucid.case.probe import Probe, other_columns
+from pellucid.findings import Finding, Path, hint, listed
+from pellucid.parts.part import Parts
+
+UNITS = {"time": "s", "dt": "s", "step": "", "energy_error": "", "outflow_points": "", "outflow_mass": "kg"}
+MOMENTUM, ENERGY = "kg m/s", "J"
+
+
+def unit_of(name: str, parts: Parts) -> str | None:
+    """The SI unit of a column of the history, "" for a pure number; None where there is none of this name."""
+    probe = parts.named(Probe, name)
+    if probe is not None:
+        return probe.unit
+    if name in UNITS:
+        return UNITS[name]
+    if name.startswith("momentum_"):
+        return MOMENTUM
+    return ENERGY if name in other_columns(parts) else None
+
+
+def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
+    """The finding that the history will have no column of this name."""
+    if unit_of(name, parts) is None and parts.are_sound(Probe) and name not in parts.names(Probe):
+        names = [*parts.names(Probe), "time", *other_columns(parts)]
+        text = f"no column of the history; there are the probes {listed(parts.names(Probe)) or 'none'}, time and energies"
+        yield Finding(path, text, hint(name, names) or "add a [[probe]] of this name")

@@ -1,0 +1,73 @@
+"""Checks of a case: a number of the history, or its distance from a measured curve, beside a reference."""
+
+from collections.abc import Iterator
+from typing import ClassVar, Literal
+
+from pellucid.case.columns import unit_of, unknown_column
+from pellucid.case.measured import CurveError, MeasuredCurve
+from pellucid.findings import Finding, Path
+from pellucid.model import check, name_parameter, parameter
+from pellucid.parts.part import Part, Parts
+from pellucid.units import UnitError, to_si
+
+Quantity = float | str
+"""A number in SI units, or a text with its unit: that of the column is known when all of the case is."""
+
+
+def in_si(value: Quantity, unit: str) -> float:
+    """The number in an SI unit. Raises UnitError."""
+    return to_si(value, unit) if isinstance(value, str) else value
+
+
+class Check(Part):
+    """A metric of the run: it stands in the report, and `pellucid verify` and `converge` take it."""
+
+    unique_name: ClassVar[bool] = True
+
+    name: str = name_parameter("name of the metric")
+    column: str = parameter("", "probe, or another column of the history")
+    take: Literal["last", "largest", "smallest", "mean"] = parameter("", "how the column becomes one number", "last")
+    at: float | None = parameter("s", "time at which the column is read, instead of `take`", None, ge=0)
+    reference: Quantity | None = parameter("", "the right value, in SI units or a text with its unit", None)
+    curve: MeasuredCurve | None = parameter(
+        "", "the right values against time: the error is the root mean square of the differences at its points", None
+    )
+    tolerance: Quantity | None = parameter("", "largest error, in SI units or a text with its unit", None)
+    relative_tolerance: float | None = parameter(
+        "", "largest error as a part of the reference, or of the curve's largest size", None, gt=0
+    )
+    source: str = parameter("", "where the reference comes from")
+    meaning: str = parameter("", "what is compared, for the reader of the report", "")
+
+    @check
+    def _is_complete(self) -> None:
+        if (self.reference is None) == (self.curve is None):
+            raise ValueError("a check needs a `reference` or a `curve`, and not both")
+        if (self.tolerance is None) == (self.relative_tolerance is None):
+            raise ValueError("a check needs a `tolerance` or a `relative_tolerance`, and not both")
+        if self.at is not None and self.take != "last":
+            raise ValueError("`at` reads the column at one time: leave `take` out")
+        if self.curve is not None and (self.at is not None or self.take != "last"):
+            raise ValueError("a `curve` is compared at all its points: leave `at` and `take` out")
+        if self.reference == 0 and self.relative_tolerance is not None:
+            raise ValueError("no part of a `reference` of 0 is an error: give a `tolerance`")
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A column that the history will not have, quantities of another dimension, a file without such a curve."""
+        yield from unknown_column(self.column, (*path, "column"), parts)
+        unit = unit_of(self.column, parts)
+        if unit is None:
+            return
+        for key in ("reference", "tolerance"):
+            try:
+                value = in_si(getattr(self, key) or 0.0, unit)
+            except UnitError as error:
+                yield Finding((*path, key), str(error))
+                continue
+            if key == "tolerance" and self.tolerance is not None and value <= 0.0:
+                yield Finding((*path, key), f"must be above 0, is {value:g}")
+        if self.curve is not None:
+            try:
+                self.curve.read("s", unit)
+            except CurveError as error:
+                yield Finding((*path, "curve"), str(error))

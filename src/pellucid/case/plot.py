@@ -1,0 +1,75 @@
+"""Plots of a case: columns of the history against time or each other, with measured curves beside."""
+
+from collections.abc import Iterator
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field
+
+from pellucid.case.columns import unit_of, unknown_column
+from pellucid.case.measured import CurveError, MeasuredCurve
+from pellucid.findings import Finding, Path
+from pellucid.model import name_parameter, one_or_several, parameter
+from pellucid.parts.part import Part, Parts
+from pellucid.units import UnitError, to_si
+
+Names = Annotated[tuple[str, ...], BeforeValidator(one_or_several), Field(min_length=1)]
+
+
+def unit_problems(unit: str, wanted: str | None, path: Path) -> Iterator[Finding]:
+    """A unit in which a quantity of the SI unit `wanted` cannot be shown."""
+    if not unit or wanted is None:
+        return
+    try:
+        to_si(f"1 {unit}", wanted)
+    except UnitError as error:
+        yield Finding(path, str(error))
+
+
+RESERVED = "where_it_stopped", "energies", "momentum", "probes", "profiles_of_points"
+"""Figures that every report may have; the names of others begin with "bodies"."""
+
+
+class Figure(Part):
+    """A figure of the report, with a name of its own."""
+
+    name: str = name_parameter("name of the figure")
+    title: str = parameter("", "what it shows: its caption in the report", "")
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A name that another figure has."""
+        taken = self.name in RESERVED or self.name.startswith("bodies")
+        if taken or sum(other.name == self.name for other in parts.of(Figure)) > 1:
+            why = "the report has a figure of this name itself" if taken else "another figure has this name"
+            yield Finding((*path, "name"), why, "choose another name")
+
+
+class Plot(Figure):
+    """A figure of the report, `figures/NAME.png`: columns of the history against time or another column."""
+
+    x: str = parameter("", "column of the history along the abscissa", "time")
+    y: Names = parameter("", "columns of the history: probes, energies, momenta; all of one unit")
+    x_unit: str = parameter("", "unit of the abscissa, such as ms; without it that of the history", "")
+    y_unit: str = parameter("", "unit of the ordinate; without it that of the history", "")
+    measured: tuple[MeasuredCurve, ...] = parameter("", "curves from files beside", ())
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Columns that the history will not have, units of another dimension, files without such a curve."""
+        yield from super().problems(path, parts)
+        wrong = list(unknown_column(self.x, (*path, "x"), parts))
+        for name in self.y:
+            wrong += unknown_column(name, (*path, "y"), parts)
+        yield from wrong
+        x, units = unit_of(self.x, parts), {name: unit_of(name, parts) for name in self.y}
+        if wrong or x is None or None in units.values():
+            return
+        if len(set(units.values())) > 1:
+            told = ", ".join(f"{name} in {unit or 'numbers'}" for name, unit in units.items())
+            yield Finding((*path, "y"), f"one ordinate cannot show several units: {told}", "give each unit a plot of its own")
+            return
+        yield from unit_problems(self.x_unit, x, (*path, "x_unit"))
+        yield from unit_problems(self.y_unit, units[self.y[0]], (*path, "y_unit"))
+        for number, curve in enumerate(self.measured):
+            try:
+                curve.read(x, units[self.y[0]] or "")
+            except CurveError as error:
+                yield Finding((*path, "measured", number), str(error))

@@ -1,0 +1,62 @@
+"""Bodies on a stage: drawn at one instant after the other to the same scales, side by side or as a film."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from pellucid.results.pictures.annotations import Axes, Figure
+from pellucid.results.pictures.films import Animation
+from pellucid.results.pictures.style import WIDTH, new_figure, panels
+
+MOST_HEIGHT = 7.0  # of the panels together [inch]
+BAR, WORDS = 1.4, 0.3  # beside the panels, and above each [inch]
+FILM_SIDE = 5.5  # of a picture of a film, at most [inch]
+
+
+class Stage(Protocol):
+    """Bodies with the scales of place and colour that they have at all instants of a figure."""
+
+    @property
+    def ratio(self) -> float:
+        """Height over width."""
+
+    def draw(self, axes: Axes, time: float, width: float) -> None:
+        """Draw the frame nearest to a time [s] on axes of this width [inch]."""
+
+    def bar(self, figure: Figure) -> None:
+        """Put beside all axes what the colours mean."""
+
+
+def side_by_side(stage: Stage, times: Sequence[float]) -> Figure:
+    """The instants [s] in panels, as large as the paper allows."""
+    down, width = _arrangement(stage.ratio, len(times))
+    across = -(-len(times) // down)
+    size = {"width": min(WIDTH, across * width + BAR), "height": down * (width * stage.ratio + WORDS) + 0.75}
+    figure, drawn = panels(len(times), across, layout="compressed", sharex=True, sharey=True, **size)
+    for axes, time in zip(drawn, times, strict=True):
+        stage.draw(axes, float(time), width)
+    stage.bar(figure)
+    return figure
+
+
+def film_of(stage: Stage, times: Sequence[float]) -> Animation:
+    """The instants [s] one after the other."""
+    width = FILM_SIDE * min(1.0, 1.0 / stage.ratio)
+
+    def draw(time: float) -> Figure:
+        figure = new_figure(width + BAR, width * stage.ratio + 2.0 * WORDS, layout="compressed")
+        stage.draw(figure.subplots(), time, width)
+        stage.bar(figure)
+        return figure
+
+    return Animation(draw, [float(time) for time in times])
+
+
+def _arrangement(ratio: float, panels: int) -> tuple[int, float]:
+    """Rows of panels that make them largest, and the width of a panel [inch]."""
+    best = (1, 0.0)
+    for down in range(1, panels + 1):
+        across = -(-panels // down)
+        width = min((WIDTH - BAR) / across, (MOST_HEIGHT / down - WORDS) / ratio)
+        if width > best[1]:
+            best = (down, width)
+    return best

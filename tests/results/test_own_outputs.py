@@ -1,0 +1,217 @@
+"""Pictures, films, plots and checks that a case asks for."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import pellucid
+from pellucid.cli import app
+from pellucid.errors import CaseError
+from pellucid.results.pictures.own import picture, plot
+from pellucid.results.pictures.style import house_style
+
+BLOCK = """
+schema = 1
+title = "A block falls"
+gravity = [0, -10, 0]
+grid = { lower = [0, 0, 0], upper = [1, 2, 0.1], cell = 0.1 }
+time = { end = 0.2, step = 1e-3 }
+output = { history = 0.01, frames = 0.05 }
+
+[[body]]
+name = "block"
+kind = "material-points"
+shape = { box = { lower = [0.3, 1, 0], upper = [0.7, 1.4, 0.1] } }
+points_per_cell = [2, 2, 1]
+material = { kind = "linear-elastic", density = 1000, young_modulus = 1e4, poisson_ratio = 0.3 }
+
+[[probe]]
+name = "height"
+body = "block"
+quantity = "position"
+component = "y"
+"""
+OUTPUTS = """
+[[picture]]
+name = "fall"
+title = "The block before and after."
+quantity = "velocity"
+component = "y"
+unit = "cm/s"
+times = [0]
+smallest = "height"
+
+[[film]]
+name = "moving"
+pictures = 3
+
+[[plot]]
+name = "path"
+y = "height"
+y_unit = "cm"
+x_unit = "ms"
+measured = [{ path = "fall.csv", y = "height", deviation = "sd", label = "by hand" }]
+
+[[check]]
+name = "fallen"
+column = "height"
+reference = "100 cm"
+tolerance = "1 cm"
+source = "g t^2/2"
+
+[[check]]
+name = "path"
+column = "height"
+curve = { path = "fall.csv", y = "height" }
+relative_tolerance = 1e-2
+source = "g t^2/2"
+"""
+
+
+def curve(folder, head="time [ms],height [cm],sd [mm]", factor=1.0):
+    rows = [f"{1e3 * t},{factor * (120.0 - 500.0 * t * t)},5" for t in (0.2, 0.05, 0.1, 0.15)]
+    (folder / "fall.csv").write_text("\n".join([head, *rows]) + "\n")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A case with all of these, and its run in `run`."""
+    folder = tmp_path_factory.mktemp("own")
+    curve(folder)
+    (folder / "case.toml").write_text(BLOCK + OUTPUTS)
+    result = CliRunner().invoke(app, ["run", str(folder / "case.toml"), "--out", str(folder / "run")])
+    assert result.exit_code == 0, result.output
+    return folder
+
+
+def test_the_report_has_them_with_their_captions(folder):
+    report = (folder / "run/report.html").read_text()
+    assert "The block before and after." in report
+    for name in ("fall.png", "path.png", "moving.gif"):
+        assert (folder / "run/figures" / name).is_file()
+    with Image.open(folder / "run/figures/moving.gif") as film:
+        assert film.n_frames == 3
+
+
+def test_checks_are_metrics_with_their_sources(folder):
+    run = pellucid.Run(folder / "run")
+    fallen, path = run.metrics["fallen"], run.metrics["path"]
+    assert fallen.value == pytest.approx(run.history["height"][-1])
+    assert (fallen.reference, fallen.tolerance, fallen.unit) == (1.0, 0.01, "m")
+    assert "g t^2/2" in fallen.meaning
+    at = np.interp([0.05, 0.1, 0.15, 0.2], run.history["time"], run.history["height"])
+    exact = 1.2 - 5.0 * np.array([0.05, 0.1, 0.15, 0.2]) ** 2
+    assert path.error == pytest.approx(np.sqrt(np.mean((at - exact) ** 2)), abs=1e-12)
+    assert path.tolerance == pytest.approx(1e-2 * exact[0])
+    assert fallen.passed
+    assert path.passed
+    assert set(json.loads((folder / "run/summary.json").read_text())["metrics"]) == {"fallen", "path"}
+
+
+def test_a_picture_shows_the_frames_nearest_to_times_and_extremes(folder):
+    run = pellucid.Run(folder / "run")
+    with house_style():
+        figure = picture(run, run.stored.picture[0])
+    *panels, bar = figure.axes
+    assert [axes.get_title() for axes in panels] == ["t = 0 s", "t = 0.2 s"]
+    assert bar.get_ylabel() == "velocity y [cm/s]"
+    assert bar.get_ylim()[0] == pytest.approx(-200.0, rel=0.02)
+
+
+def test_a_plot_has_its_units_and_the_measured_points(folder):
+    run = pellucid.Run(folder / "run")
+    with house_style():
+        (axes,) = plot(run, run.stored.plot[0]).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time [ms]", "height [cm]")
+    assert axes.lines[0].get_ydata()[0] == pytest.approx(120.0)
+    points = axes.containers[0].lines[0]
+    assert points.get_xdata() == pytest.approx([50, 100, 150, 200])
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["height", "by hand"]
+
+
+def test_verify_and_converge_take_them(folder):
+    case = str(folder / "case.toml")
+    result = CliRunner().invoke(app, ["verify", case])
+    assert result.exit_code == 0, result.output
+    assert "all 2 metrics pass" in result.output
+    result = CliRunner().invoke(app, ["converge", case, "--over", "time.step=2e-3,1e-3", "--metric", "fallen"])
+    assert result.exit_code == 0, result.output
+
+
+def test_a_check_that_falls_short_fails_verification(folder):
+    (folder / "wrong.toml").write_text((folder / "case.toml").read_text().replace("100 cm", "101.5 cm"))
+    result = CliRunner().invoke(app, ["verify", str(folder / "wrong.toml")])
+    assert result.exit_code == 3
+    assert "fallen" in result.output
+
+
+def test_they_may_change_when_a_run_goes_on(folder):
+    """Measured curves too: the run does not see them."""
+    text = (folder / "case.toml").read_text()
+    (folder / "more.toml").write_text(text)
+    out = folder / "more"
+    assert CliRunner().invoke(app, ["run", str(folder / "more.toml"), "--out", str(out), "--until", "0.1"]).exit_code == 0
+    curve(folder, factor=1.001)
+    result = CliRunner().invoke(app, ["resume", str(out), "--set", "plot.path.x_unit=s"])
+    curve(folder)
+    assert result.exit_code == 0, result.output
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "text"),
+    [
+        ('y = "height"\ny_unit', 'y = "heigth"\ny_unit', "plot.path.y", "did you mean `height`?"),
+        ('y = "height"\ny_unit', 'y = ["height", "kinetic_energy"]\ny_unit', "plot.path.y", "several units"),
+        ('y_unit = "cm"', 'y_unit = "kg"', "plot.path.y_unit", "dimension"),
+        ('path = "fall.csv", y = "height", dev', 'path = "no.csv", y = "height", dev', "plot.path.measured.0", "cannot read"),
+        ('deviation = "sd"', 'deviation = "sigma"', "plot.path.measured.0", "has no column sigma; it has time, height, sd"),
+        ('name = "path"\ny', 'name = "probes"\ny', "plot.probes.name", "the report has a figure of this name"),
+        ('name = "moving"', 'name = "fall"', "film.fall.name", "another figure has this name"),
+        ('quantity = "velocity"', 'quantity = "heat"', "picture.fall.quantity", "no body here has such a field"),
+        ('component = "y"\nunit', 'component = "xy"\nunit', "picture.fall.component", "has the components x, y, z"),
+        ('unit = "cm/s"', 'unit = "kPa"', "picture.fall.unit", "dimension"),
+        ("times = [0]", "instants = 3", "picture.fall", "leave it out beside"),
+        ('smallest = "height"', 'smallest = "width"', "picture.fall.smallest", "no column of the history"),
+        ('reference = "100 cm"', 'reference = "100 Pa"', "check.fallen.reference", "dimension"),
+        ('tolerance = "1 cm"', 'tolerance = "-1 cm"', "check.fallen.tolerance", "must be above 0"),
+        ('reference = "100 cm"', "", "check.fallen", "needs a `reference` or a `curve`"),
+    ],
+)
+def test_what_cannot_be_is_told_before_the_run(folder, old, new, place, text):
+    whole = BLOCK + OUTPUTS
+    assert old in whole
+    (folder / "bad.toml").write_text(whole.replace(old, new, 1))
+    with pytest.raises(CaseError) as caught:
+        pellucid.load(folder / "bad.toml")
+    told = str(caught.value)
+    assert place in told
+    assert text in told
+
+
+@pytest.mark.parametrize(
+    ("content", "text"),
+    [
+        ("", "is empty"),
+        ("time [ms],height [cm]\n", "has no row of numbers"),
+        ("time,height\n1,2\n", "names no unit of the column time"),
+        ("time [ms],height [cm]\n1,2\n2,x\n", 'line 3, column height: "x" is no number'),
+        ("time [ms],height [cm]\n1\n", "line 2, column height: nothing is no number"),
+        ("time [ms],height [Pa]\n1,2\n", "column height"),
+    ],
+)
+def test_a_file_without_such_a_curve_is_told(tmp_path, content, text):
+    (tmp_path / "fall.csv").write_text(content)
+    (tmp_path / "case.toml").write_text(BLOCK + OUTPUTS.replace(', deviation = "sd"', ""))
+    with pytest.raises(CaseError, match=r"fall\.csv") as caught:
+        pellucid.load(tmp_path / "case.toml")
+    assert text in str(caught.value)
+
+
+def test_units_may_stand_in_a_row_of_their_own(tmp_path):
+    (tmp_path / "fall.csv").write_text("time,height\n#ms,cm\n50,118.75\n")
+    (tmp_path / "case.toml").write_text(BLOCK + OUTPUTS.replace(', deviation = "sd"', ""))
+    x, y, none = pellucid.load(tmp_path / "case.toml").plot[0].measured[0].read("s", "m")
+    assert (x.tolist(), y.tolist(), none) == ([0.05], [1.1875], None)
