@@ -41,7 +41,7 @@ material = { kind = "linear-elastic", density = 1000, young_modulus = 1e6, poiss
 def snippets(language: str) -> list[Any]:
     """Every fenced block of a language, named by its page."""
     return [
-        pytest.param(text, id=f"{page.relative_to(ROOT)}-{number}")
+        pytest.param(text, page, id=f"{page.relative_to(ROOT)}-{number}")
         for page in PAGES
         if page.name != TESTED_ALONE
         for number, (tag, text) in enumerate(FENCE.findall(page.read_text(encoding="utf-8")))
@@ -55,17 +55,17 @@ def readme_command(ending: str) -> str:
     return lines[0]
 
 
-@pytest.mark.parametrize("text", snippets("toml"))
-def test_toml_snippet_validates(text: str) -> None:
+@pytest.mark.parametrize(("text", "page"), snippets("toml"))
+def test_toml_snippet_validates(text: str, page: Path) -> None:
     if "schema" not in tomlkit.parse(text):
         whole = tomlkit.parse(FRAME).unwrap() | tomlkit.parse(text).unwrap()
         text = tomlkit.dumps(whole)
-    loads(text, "snippet.toml")
+    loads(text, "snippet.toml", str(page.parent))
 
 
-@pytest.mark.parametrize("text", snippets("python"))
-def test_python_snippet_compiles(text: str) -> None:
-    compile(text, "snippet.py", "exec")
+@pytest.mark.parametrize(("text", "page"), snippets("python"))
+def test_python_snippet_compiles(text: str, page: Path) -> None:
+    compile(text, f"{page.stem}.py", "exec")
 
 
 def test_readme_commands_do_their_own_setup() -> None:

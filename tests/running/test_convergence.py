@@ -72,7 +72,7 @@ def test_a_case_of_ones_own_has_no_metrics(second_order: list[Path], tmp_path: P
     case.write_text(pellucid.dumps(pellucid.load("basics/sod").model_copy(update={"id": ""})))
     result = CliRunner().invoke(app, ["converge", str(case), "--metric", "density_l1", "--over", "grid.cell=0.02,0.01"])
     assert result.exit_code == 2
-    assert "has no metric `density_l1`; it has none; a case has metrics where a Python module" in result.stderr
+    assert "has no metric `density_l1`; it has none; a [[check]] gives a case one" in result.stderr
     assert not second_order
 
 

@@ -1,7 +1,7 @@
 """Pictures and films of a case: which bodies, coloured by what, when, from where, and where they are cut open."""
 
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
@@ -16,6 +16,11 @@ from pellucid.state import FIELDS
 DERIVED = {"speed": "m/s", "displacement": "m", "load": "Pa"}
 """What is worked out of fields, with units: the load is the pressure of fluids and von Mises' equivalent stress of solids."""
 Names = Annotated[tuple[str, ...], BeforeValidator(one_or_several)]
+
+
+def _one_or_several_times(times: Any) -> Any:
+    """Times of which a case may say a single one without brackets."""
+    return (times,) if isinstance(times, int | float) else times
 
 
 class CameraCase(Model):
@@ -91,7 +96,7 @@ class Picture(Pictured):
     instants: AtLeastOne | None = parameter(
         "", "how many of the recorded instants, evenly from the first to the last; without it 4", None
     )
-    times: Annotated[tuple[float, ...], BeforeValidator(one_or_several)] = parameter(
+    times: Annotated[tuple[float, ...], BeforeValidator(_one_or_several_times)] = parameter(
         "s", "instants instead: the recorded ones nearest to these", ()
     )
     largest: str | None = parameter("", "column of the history at whose largest value it shows the bodies", None)

@@ -9,7 +9,7 @@ from pellucid.gallery.exact_curves import vanishing
 from pellucid.references.dam_break import Column, martin_moyce
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 # The experimenters could not see when the flow began; all their series for this shape pass Z = 1.44 at T = 1.19 to 1.22.
 # So the front is compared in time that counts from that passage; the difference of the starts is a metric of its own.
@@ -23,7 +23,6 @@ HEIGHT_TOLERANCE = 0.05  # of the first height: the table's own digits are 0.01,
 
 CAPTIONS = {
     "front": "Front of the water, and its height at the wall, against time, beside the experiment and Ritter's bound.",
-    "water": "The water at six instants, coloured by speed.",
 }
 
 METRICS = ("start", "front", "front_speed", "wall_height", "ritter_bound", "density_spread")
@@ -91,7 +90,7 @@ def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Front and height against the experiment, and the water at six instants."""
+    """Front and height against the experiment."""
     column = Column.of(run.case)
     curves, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     times = run.history["time"]
@@ -110,21 +109,4 @@ def figures(run: Run) -> dict[str, Figure]:
             axes.plot(*martin_moyce(quantity), "o", color=COLOURS[1], markersize=4, label="Martin & Moyce 1952")
         axes.legend(frameon=True, loc="upper left" if axes is left else "upper right")
     right.set_xlim(0.0, 1.05 * float(column.height_time(times[-1])))
-    return {"front": curves, "water": _water(run)}
-
-
-def _water(run: Run) -> Figure:
-    name = run.case.body[0].name
-    frames = np.asarray(run.times(name), dtype=float)
-    figure = new_figure(10.0, 3.6)
-    shown = frames[np.linspace(0, len(frames) - 1, 6).astype(int)]
-    for axes, time in zip(figure.subplots(2, 3, sharex=True, sharey=True).flat, shown, strict=True):
-        points = run.fields(name, float(time))
-        x, y = np.asarray(points["position"])[:, :2].T
-        speed = np.linalg.norm(np.asarray(points["velocity"]), axis=1)
-        dots = axes.scatter(x, y, c=speed, s=1, cmap="viridis", vmin=0.0, vmax=1.8)
-        axes.set_aspect("equal")
-        axes.set_title(f"t = {time:.3f} s", fontsize=9)
-        axes.set(xlim=(run.case.grid.lower[0], run.case.grid.upper[0]), ylim=(run.case.grid.lower[1], 0.13))
-    figure.colorbar(dots, ax=figure.axes, label="speed [m/s]", shrink=0.8)
-    return figure
+    return {"front": curves}
