@@ -60,7 +60,7 @@ def panels_in_space(run: Run, quantity: str, halved: bool = False) -> Figure:
     width = min((WIDTH - 1.0) / across, MOST_HEIGHT / down * columns / rows)  # of a panel [inch]
     size = across * width + 1.0, down * width * rows / columns + 0.1
     figure, subplots = panels(len(chosen), across, *size, layout="compressed")
-    surfaces = {name: _surface(of_body, start[name]) for name, of_body in cells.items()}
+    surfaces = {name: faceted(of_body, start[name]) for name, of_body in cells.items()}
     nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * VIEW.axes()[2]
     for axes, time, state, values in zip(subplots, chosen, states, shown, strict=True):
         drawn: list[Drawable] = []
@@ -104,8 +104,8 @@ def through_the_middle(boxes: list[Box]) -> Plane:
     return Plane(FRONT, middle + ASIDE * float((largest[1] - largest[0]).max()))
 
 
-def _surface(cells: Cells, position: np.ndarray) -> Faceted:
-    """What shows a body; solids have sharp edges where they do at the start, membranes are smooth all over."""
+def faceted(cells: Cells, position: np.ndarray) -> Faceted:
+    """The surface that shows a body; solids have sharp edges where they do at the start, membranes are smooth all over."""
     triangles = cells.surface()
     if len(cells.tetrahedra):
         return split_at_creases(position, triangles)

@@ -1,0 +1,57 @@
+"""The view as a part of a page: its data, style and program, without anything from a network."""
+
+import base64
+import json
+from html import escape
+from importlib.resources import files
+
+import numpy as np
+
+from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL
+from pellucid.results.storage.run import Run
+from pellucid.results.view.scene import scene_of
+
+BUDGET = 12_000_000
+"""Bytes that a page with a view is to have at most."""
+LEAST = 1_500_000
+"""Bytes for the view where the rest of its page leaves fewer."""
+COLOURS = 256
+
+PART = """<div class="pellucid-view"><p class="without">{without}</p>
+<script type="application/json">{told}</script>
+<script type="application/octet-stream">{packed}</script></div>
+<style>
+{style}</style>
+<script>
+{program}</script>
+"""
+WITHOUT = "This browser draws nothing in space (it has no WebGL 2, or it is switched off)."
+
+
+def view_of(run: Run, taken: int = 0, without: str = "") -> str:
+    """The view of a run as HTML that needs nothing else; empty for a run in one dimension.
+
+    taken: bytes of the page beside it. without: what a reader is told besides where there is no WebGL.
+    """
+    program = (files(__package__) / "view.js").read_text(encoding="utf-8")
+    style = (files(__package__) / "view.css").read_text(encoding="utf-8")
+    room = max(LEAST, BUDGET - taken - len(program) - len(style) - 20_000)
+    scene = scene_of(run, int(room * 0.75))  # of four letters each has six bits
+    if scene is None:
+        return ""
+    told = scene.told | {"palettes": {name: _palette(name) for name in (SEQUENTIAL, DIVERGING)}}
+    return PART.format(
+        without=escape(f"{WITHOUT} {without}"),
+        told=json.dumps(told, allow_nan=False).replace("<", "\\u003c"),
+        packed=base64.b64encode(scene.packed).decode("ascii"),
+        style=style,
+        program=program,
+    )
+
+
+def _palette(name: str) -> str:
+    """Its colours, three bytes each, in base64."""
+    import matplotlib
+
+    colours = matplotlib.colormaps[name](np.linspace(0.0, 1.0, COLOURS))[:, :3]
+    return base64.b64encode(np.rint(255.0 * colours).astype(np.uint8).tobytes()).decode("ascii")
