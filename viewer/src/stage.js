@@ -4,6 +4,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { Actor } from "./actor.js";
 import { frameOf } from "./frame.js";
 
+const ROOM = 90; // pixels above and below a plane together, for what is written there
 const MARGIN = 1.06, AWAY = 20, EVERYTHING = 1e9;
 
 export class Stage {
@@ -58,10 +59,11 @@ export class Stage {
   // the window takes the shape of its place, the picture fills it
   fit() {
     const width = this.box.clientWidth, axes = this.scene.axes, [wide, tall] = [0, 1].map((k) => this.reach(axes[k]));
-    const height = Math.round(Math.min(Math.max(width * (this.scene.flat ? tall / wide : 0.62), 180), 0.8 * window.innerHeight, 640));
+    const shape = this.scene.flat ? (width * tall) / wide + ROOM : 0.62 * width;
+    const height = Math.round(Math.min(Math.max(shape, 180), 0.8 * window.innerHeight, 640));
     this.renderer.setPixelRatio(window.devicePixelRatio);
     this.renderer.setSize(width, height);
-    const half = MARGIN * Math.max(tall, (wide * height) / width);
+    const half = MARGIN * Math.max(this.scene.flat ? (tall * height) / (height - ROOM) : tall, (wide * height) / width);
     Object.assign(this.camera, { left: (-half * width) / height, right: (half * width) / height, top: half, bottom: -half });
     this.ask();
   }

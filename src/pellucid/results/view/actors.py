@@ -50,7 +50,7 @@ class Actor:
 def there(fields: Fields) -> np.ndarray:
     """Which points have not left the grid, and are somewhere, shape (n,)."""
     found = np.isfinite(fields["position"]).all(axis=1)
-    return np.asarray(found & (fields["mass"] > 0.0)) if "mass" in fields else found
+    return np.asarray(found & (fields["mass"] > 0.0) if "mass" in fields else found)
 
 
 def _radius(run: Run, start: Fields) -> float:

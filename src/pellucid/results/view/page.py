@@ -25,7 +25,7 @@ PART = """<div class="pellucid-view"><p class="without">{without}</p>
 <script>
 {program}</script>
 """
-WITHOUT = "This browser draws nothing in space (it has no WebGL 2, or it is switched off)."
+WITHOUT = "This browser draws nothing that turns: it has no WebGL 2, or scripts are switched off."
 
 
 def view_of(run: Run, taken: int = 0, without: str = "") -> str:

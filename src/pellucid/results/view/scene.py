@@ -64,8 +64,10 @@ def scene_of(run: Run, budget: int) -> Scene | None:
 
 def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> Scene:
     states = [[_instant(actor, float(time)) for actor in actors] for time in times]
-    fields = _fields(states, {"velocity"} if run.stored.steady else set())
-    pack, told, start = Pack(), [], [bounding_box(actor.start) for actor in actors]
+    varying = _fields(states, {"velocity"} if run.stored.steady else set())
+    fields = dict(list(varying.items())[:MOST_FIELDS])
+    pack, told = Pack(), []
+    boxes = [bounding_box(actor.start) for actor in actors]
     for k, actor in enumerate(actors):
         own = [instants[k] for instants in states]
         positions = [at.fields["position"][there(at.fields)] for at in own]
@@ -99,17 +101,17 @@ def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> S
                 "cells": {name: list(corners.shape) for name, corners in cells.items()},
                 "fields": list(map(list(fields).index, known)),
                 "failed": failed,
-                "hidden": _surrounds_all(start, k),
+                "hidden": _surrounds_all(boxes, k),
             }
         )
-    seen = [box for box, body in zip(start, told, strict=True) if not body["hidden"]]
+    open_boxes = [np.stack(box) for box, body in zip(boxes, told, strict=True) if not body["hidden"]]
     across = _across(run, actors)
-    cut = opening([np.stack(box) for box in seen]) if across is None else None
+    cut = opening(open_boxes) if across is None else None
     view = VIEW if across is None else FRONTS[across]
     whole = {
         "title": run.stored.title,
         "times": times.tolist(),
-        "notes": _notes(actors, len(times), recorded),
+        "notes": _notes(actors, len(times), recorded, list(varying)[MOST_FIELDS:]),
         "flat": across is not None,
         "axes": view.axes().tolist(),
         "cut": None if cut is None else [1, -cut.offset],
@@ -121,7 +123,7 @@ def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> S
 
 def _instant(actor: Actor, time: float) -> _Instant:
     fields = actor.at(time)
-    kept = {name: fields[name] for name in ("position", "mass", "failed") if name in fields}
+    kept = {name: values for name, values in fields.items() if name in ("position", "mass", "failed")}
     return _Instant(kept, actor.shown(fields))
 
 
@@ -134,7 +136,7 @@ def _fields(states: list[list[_Instant]], without: set[str]) -> dict[str, Limits
         values = [at.shown[name][there(at.fields)] for instants in states for at in instants if name in at.shown]
         together = np.concatenate(values)
         together = together[np.isfinite(together)]
-        if together.size and np.ptp(together) > 1e-6 * np.abs(together).max() and len(found) < MOST_FIELDS:
+        if together.size and np.ptp(together) > 1e-6 * np.abs(together).max():
             found[name] = limits([together])
     return found
 
@@ -144,8 +146,11 @@ def _told(name: str, colours: Limits, states: list[list[_Instant]]) -> dict[str,
     values = values[np.isfinite(values)]
     unit = FIELDS["position" if name == "displacement" else name].unit
     ends = {"low": colours.low, "high": colours.high, "least": float(values.min()), "most": float(values.max())}
-    word = WORDS.get(name, name.replace("_", " "))
-    return {"word": word, "unit": "" if unit == "1" else pretty(unit), "palette": colours.palette, **ends}
+    return {"word": _word(name), "unit": "" if unit == "1" else pretty(unit), "palette": colours.palette, **ends}
+
+
+def _word(name: str) -> str:
+    return WORDS.get(name, name.replace("_", " "))
 
 
 def _surrounds_all(boxes: list[Box], k: int) -> bool:
@@ -167,7 +172,7 @@ def _sides(actors: list[Actor]) -> np.ndarray:
     return np.ptp(np.concatenate([actor.start for actor in actors]), axis=0)
 
 
-def _notes(actors: list[Actor], instants: int, recorded: int) -> list[str]:
+def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str]) -> list[str]:
     """What of the run is not shown."""
     notes, stride = [], actors[0].stride
     if stride > 1:
@@ -176,4 +181,6 @@ def _notes(actors: list[Actor], instants: int, recorded: int) -> list[str]:
         notes.append(f"{counts} points are shown, each for {stride}, without the cells between them")
     if instants < recorded:
         notes.append(f"{instants} of {recorded} recorded instants are shown")
+    if left_out:
+        notes.append(f"without {', '.join(map(_word, left_out))}")
     return notes
