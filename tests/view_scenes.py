@@ -64,7 +64,7 @@ def write_run(out: Path, across: int = 8, **settings: object) -> Run:
     bodies = {
         "core": (core, Cells.of_points(len(core)), 0.5**3 / len(core)),
         "skin": (skin.vertices, Cells(triangles=skin.triangles), 1e-4),
-        "block": (mesh.nodes + (2.5, 0.5, 0.5), Cells(tetrahedra=mesh.cells), 1e-2),
+        "block": (mesh.nodes + np.array([2.5, 0.5, 0.5]), Cells(tetrahedra=mesh.cells), 1e-2),
     }
     for name, (start, cells, volume) in bodies.items():
         for k, time in enumerate(TIMES):
@@ -85,7 +85,7 @@ def fields_of(name: str, start: np.ndarray, volume: float, time: float) -> dict[
     fields = {
         "id": np.arange(len(start)),
         "mass": mass,
-        "position": start + [0.3 * time, 0.0, 0.0],
+        "position": start + np.array([0.3 * time, 0.0, 0.0]),
         "velocity": np.column_stack([0.1 + away * time, 0.0 * away, 0.0 * away]),
         "density": np.ones(len(start)),
         "stress": np.outer(away * (1.0 + time), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),

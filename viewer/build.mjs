@@ -10,6 +10,7 @@ const out = join(here, "../src/pellucid/results/view");
 const sources = ["build.mjs", "package.json", ...readdirSync(join(here, "src")).sort().map((name) => `src/${name}`)];
 const hash = createHash("sha256");
 for (const name of sources) hash.update(readFileSync(join(here, name)));
+const licence = join(here, "node_modules/three/LICENSE"), [owner] = readFileSync(licence, "utf-8").match(/Copyright.*/);
 const { version } = JSON.parse(readFileSync(join(here, "node_modules/three/package.json")));
 
 await build({
@@ -21,6 +22,6 @@ await build({
   target: "es2020",
   charset: "ascii",
   legalComments: "none",
-  banner: { js: `/* Built from viewer/, with three.js ${version} (MIT, see LICENSE.three.txt); sources ${hash.digest("hex")} */` },
+  banner: { js: `/* With three.js ${version}, ${owner}, SPDX-License-Identifier: MIT. Built from viewer/, sources ${hash.digest("hex")} */` },
 });
-copyFileSync(join(here, "node_modules/three/LICENSE"), join(out, "LICENSE.three.txt"));
+copyFileSync(licence, join(out, "LICENSE.three.txt"));

@@ -3,11 +3,9 @@ import { LEVELS } from "./data.js";
 
 const FAR = 1e6;
 
-export function frameOf(bodies) {
-  const low = [0, 1, 2].map((k) => Math.min(...bodies.map((body) => body.seen[0][k])));
-  const high = [0, 1, 2].map((k) => Math.max(...bodies.map((body) => body.seen[1][k])));
+export function frameOf({ low, high, reach }) {
   const middle = low.map((value, k) => (value + high[k]) / 2);
-  return { low, high, middle, size: Math.hypot(...high.map((value, k) => value - low[k])) / 2 || 1 };
+  return { low, high, reach, middle, size: Math.hypot(...high.map((value, k) => value - low[k])) / 2 || 1 };
 }
 
 // positions of a body at an instant; points that are gone are far away

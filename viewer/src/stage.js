@@ -10,8 +10,7 @@ const MARGIN = 1.06, AWAY = 20, EVERYTHING = 1e9;
 export class Stage {
   constructor(place, scene) {
     this.scene = scene;
-    const seen = scene.bodies.filter((body) => !body.hidden);
-    this.frame = frameOf(seen);
+    this.frame = frameOf(scene.window);
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
@@ -58,7 +57,7 @@ export class Stage {
 
   // the window takes the shape of its place, the picture fills it
   fit() {
-    const width = this.box.clientWidth, axes = this.scene.axes, [wide, tall] = [0, 1].map((k) => this.reach(axes[k]));
+    const width = this.box.clientWidth, [wide, tall] = [this.reach(0), this.reach(1)];
     const shape = this.scene.flat ? (width * tall) / wide + ROOM : 0.62 * width;
     const height = Math.round(Math.min(Math.max(shape, 180), 0.8 * window.innerHeight, 640));
     this.renderer.setPixelRatio(window.devicePixelRatio);
@@ -68,10 +67,9 @@ export class Stage {
     this.ask();
   }
 
-  // half of what the box of the bodies takes along a direction, and a ball at its end
-  reach(axis) {
-    const { low, high, size } = this.frame, ball = Math.max(...this.actors.map((actor) => actor.own.radius.value));
-    return low.reduce((sum, value, k) => sum + (Math.abs(axis[k]) * (high[k] - value)) / 2 / size, ball);
+  // how far the bodies reach from the middle to the right or up, with a ball at the end
+  reach(k) {
+    return this.frame.reach[k] / this.frame.size + Math.max(...this.actors.map((actor) => actor.own.radius.value));
   }
 
   // metres across a pixel of the page

@@ -11,6 +11,7 @@ from pellucid.results.view.page import view_of
 
 CANVAS = ".pellucid-view canvas"
 
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")

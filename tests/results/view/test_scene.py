@@ -118,7 +118,7 @@ def test_many_points_are_thinned_and_this_is_told(run, monkeypatch):
     total = sum(len(run.fields(body["name"])["position"]) for body in told["bodies"])
     shown = sum(body["points"] for body in told["bodies"])
     assert shown <= 200 + len(told["bodies"]) < total
-    assert told["notes"][0].startswith(f"{shown} of {total} points are shown")
+    assert told["notes"][0].startswith(f"Shown are {shown} of {total} points")
     assert told["bodies"][0]["radius"] > whole["bodies"][0]["radius"]
 
 
@@ -129,7 +129,7 @@ def test_instants_are_thinned_to_the_budget_and_this_is_told(run):
     assert len(found.packed) <= budget
     assert 2 <= len(found.told["times"]) < len(TIMES)
     assert found.told["times"][-1] == TIMES[-1]
-    assert found.told["notes"] == [f"{len(found.told['times'])} of 5 recorded instants are shown"]
+    assert found.told["notes"] == [f"Shown are {len(found.told['times'])} of 5 recorded instants"]
     assert len(scene_of(run, 1).told["times"]) == 2
 
 

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import zlib
 from html import escape
 from importlib.resources import files
 
@@ -15,6 +16,8 @@ BUDGET = 12_000_000
 """Bytes that a page with a view is to have at most."""
 LEAST = 1_500_000
 """Bytes for the view where the rest of its page leaves fewer."""
+SPARE = 300_000
+"""Bytes for the words and tables of the page, the case among them."""
 COLOURS = 256
 
 PART = """<div class="pellucid-view"><p class="without">{without}</p>
@@ -23,7 +26,13 @@ PART = """<div class="pellucid-view"><p class="without">{without}</p>
 <style>
 {style}</style>
 <script>
-{program}</script>
+{banner}
+(async () => {{
+  const packed = Uint8Array.from(atob("{program}"), (letter) => letter.charCodeAt(0));
+  const whole = new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate")));
+  document.head.append(Object.assign(document.createElement("script"), {{ textContent: await whole.text() }}));
+}})();
+</script>
 """
 WITHOUT = "This browser draws nothing that turns: it has no WebGL 2, or scripts are switched off."
 
@@ -35,7 +44,8 @@ def view_of(run: Run, taken: int = 0, without: str = "") -> str:
     """
     program = (files(__package__) / "view.js").read_text(encoding="utf-8")
     style = (files(__package__) / "view.css").read_text(encoding="utf-8")
-    room = max(LEAST, BUDGET - taken - len(program) - len(style) - 20_000)
+    banner, packed_program = program.splitlines()[0], _letters(zlib.compress(program.encode(), 9))
+    room = max(LEAST, BUDGET - taken - len(packed_program) - len(style) - SPARE)
     scene = scene_of(run, int(room * 0.75))  # of four letters each has six bits
     if scene is None:
         return ""
@@ -43,9 +53,10 @@ def view_of(run: Run, taken: int = 0, without: str = "") -> str:
     return PART.format(
         without=escape(f"{WITHOUT} {without}"),
         told=json.dumps(told, allow_nan=False).replace("<", "\\u003c"),
-        packed=base64.b64encode(scene.packed).decode("ascii"),
+        packed=_letters(scene.packed),
         style=style,
-        program=program,
+        banner=banner,
+        program=packed_program,
     )
 
 
@@ -54,4 +65,9 @@ def _palette(name: str) -> str:
     import matplotlib
 
     colours = matplotlib.colormaps[name](np.linspace(0.0, 1.0, COLOURS))[:, :3]
-    return base64.b64encode(np.rint(255.0 * colours).astype(np.uint8).tobytes()).decode("ascii")
+    return _letters(np.rint(255.0 * colours).astype(np.uint8).tobytes())
+
+
+def _letters(data: bytes) -> str:
+    """Bytes as base64."""
+    return base64.b64encode(data).decode("ascii")

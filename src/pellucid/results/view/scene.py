@@ -66,59 +66,69 @@ def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> S
     states = [[_instant(actor, float(time)) for actor in actors] for time in times]
     varying = _fields(states, {"velocity"} if run.stored.steady else set())
     fields = dict(list(varying.items())[:MOST_FIELDS])
-    pack, told = Pack(), []
     boxes = [bounding_box(actor.start) for actor in actors]
-    for k, actor in enumerate(actors):
-        own = [instants[k] for instants in states]
-        positions = [at.fields["position"][there(at.fields)] for at in own]
-        low, high = bounding_box(np.concatenate(positions))
-        seen = np.array([np.percentile(position, SEEN, axis=0) for position in positions if len(position)])
-        tetrahedra = actor.cells.tetrahedra
-        cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
-        cells |= {"lines": actor.cells.lines, "tetrahedra": tetrahedra}
-        for corners in cells.values():
-            pack.add(corners.astype(np.uint32).T)
-        for at in own:
-            pack.add(places(at.fields["position"], there(at.fields), low, high - low), "position")
-        known = [name for name in fields if name in own[0].shown]
-        for name in known:
-            for at in own:
-                pack.add(shades(at.shown[name], fields[name].low, fields[name].high), name)
-        failed = actor.can_fail and any(at.fields["failed"].any() for at in own)
-        for at in own if failed else ():
-            pack.add((at.fields["failed"] > 0).astype(np.uint8), "failed")
-        pack.forget()
-        told.append(
-            {
-                "name": actor.name,
-                "kind": actor.kind,
-                "colour": COLOURS[k % len(COLOURS)],
-                "points": len(actor.start),
-                "radius": actor.radius,
-                "low": low.tolist(),
-                "span": (high - low).tolist(),
-                "seen": [seen[:, 0].min(axis=0).tolist(), seen[:, 1].max(axis=0).tolist()],
-                "cells": {name: list(corners.shape) for name, corners in cells.items()},
-                "fields": list(map(list(fields).index, known)),
-                "failed": failed,
-                "hidden": _surrounds_all(boxes, k),
-            }
-        )
-    open_boxes = [np.stack(box) for box, body in zip(boxes, told, strict=True) if not body["hidden"]]
+    hidden = [_surrounds_all(boxes, k) for k in range(len(actors))]
+    shown = [k for k, of_body in enumerate(hidden) if not of_body]
     across = _across(run, actors)
-    cut = opening(open_boxes) if across is None else None
-    view = VIEW if across is None else FRONTS[across]
-    whole = {
+    cut = opening([np.stack(boxes[k]) for k in shown]) if across is None else None
+    axes = (VIEW if across is None else FRONTS[across]).axes()
+    pack = Pack()
+    bodies = []
+    for k, actor in enumerate(actors):
+        of_body = _packed(pack, actor, [instants[k] for instants in states], fields)
+        bodies.append({**of_body, "colour": COLOURS[k % len(COLOURS)], "hidden": hidden[k]})
+    told = {
         "title": run.stored.title,
         "times": times.tolist(),
         "notes": _notes(actors, len(times), recorded, list(varying)[MOST_FIELDS:]),
         "flat": across is not None,
-        "axes": view.axes().tolist(),
+        "axes": axes.tolist(),
+        "window": _window([instants[k] for instants in states for k in shown], axes),
         "cut": None if cut is None else [1, -cut.offset],
         "fields": [_told(name, colours, states) for name, colours in fields.items()],
-        "bodies": told,
+        "bodies": bodies,
     }
-    return Scene(whole, pack.close())
+    return Scene(told, pack.close())
+
+
+def _packed(pack: Pack, actor: Actor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
+    """What is told of a body; its arrays go into the pack, in the order in which viewer/src/data.js reads them."""
+    low, high = bounding_box(np.concatenate([at.fields["position"][there(at.fields)] for at in instants]))
+    cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
+    cells |= {"lines": actor.cells.lines, "tetrahedra": actor.cells.tetrahedra}
+    for corners in cells.values():
+        pack.add(corners.astype(np.uint32).T)
+    for at in instants:
+        pack.add(places(at.fields["position"], there(at.fields), low, high - low), "position")
+    known = [name for name in fields if name in instants[0].shown]
+    for name in known:
+        for at in instants:
+            pack.add(shades(at.shown[name], fields[name].low, fields[name].high), name)
+    failed = actor.can_fail and any(at.fields["failed"].any() for at in instants)
+    for at in instants if failed else ():
+        pack.add((at.fields["failed"] > 0).astype(np.uint8), "failed")
+    pack.forget()
+    return {
+        "name": actor.name,
+        "kind": actor.kind,
+        "points": len(actor.start),
+        "radius": actor.radius,
+        "low": low.tolist(),
+        "span": (high - low).tolist(),
+        "cells": {name: list(corners.shape) for name, corners in cells.items()},
+        "fields": list(map(list(fields).index, known)),
+        "failed": failed,
+    }
+
+
+def _window(instants: list[_Instant], axes: np.ndarray) -> dict[str, list[float]]:
+    """The box about what is shown at all times but for single points, and how far this reaches right and up of its middle."""
+    positions = [at.fields["position"][there(at.fields)] for at in instants]
+    positions = [position for position in positions if len(position)]
+    ends = np.array([np.percentile(position, SEEN, axis=0) for position in positions])
+    low, high = ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)
+    far = [np.percentile(abs((position - 0.5 * (low + high)) @ axes[:2].T), SEEN[1], axis=0) for position in positions]
+    return {"low": low.tolist(), "high": high.tolist(), "reach": np.max(far, axis=0).tolist()}
 
 
 def _instant(actor: Actor, time: float) -> _Instant:
@@ -178,9 +188,9 @@ def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str
     if stride > 1:
         shown, total = sum(len(actor.start) for actor in actors), sum(actor.total for actor in actors)
         counts = f"{shown:,} of {total:,}".replace(",", "\u202f")
-        notes.append(f"{counts} points are shown, each for {stride}, without the cells between them")
+        notes.append(f"Shown are {counts} points, each for {stride}, without the cells between them")
     if instants < recorded:
-        notes.append(f"{instants} of {recorded} recorded instants are shown")
+        notes.append(f"Shown are {instants} of {recorded} recorded instants")
     if left_out:
-        notes.append(f"without {', '.join(map(_word, left_out))}")
+        notes.append(f"Colours leave out {', '.join(map(_word, left_out))}")
     return notes
