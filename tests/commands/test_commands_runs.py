@@ -138,9 +138,25 @@ def test_bad_options_are_explained(calls: list, arguments: list[str], words: str
     assert not Path("runs").exists()
 
 
-@pytest.mark.parametrize("command", ["resume", "report"])
+@pytest.mark.parametrize("command", ["resume", "report", "view"])
 def test_a_folder_without_a_run_is_named(command: str, tmp_path: Path) -> None:
     for folder in (tmp_path, tmp_path / "nowhere"):
         result = CliRunner().invoke(app, [command, str(folder)])
         assert result.exit_code == 2
         assert str(folder) in result.stderr
+
+
+@pytest.mark.parametrize("has_browser", [True, False])
+def test_view_opens_the_report_or_says_where_it_is(has_browser: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, opened = RunFolder("a run"), []
+    with folder.made():
+        folder.start(pellucid.load("basics/sod"))
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or has_browser)
+    result = CliRunner().invoke(app, ["view", "a run"])
+    assert result.exit_code == 2
+    assert "`pellucid report a run` writes it" in result.stderr
+    folder.report.write_text("")
+    result = CliRunner().invoke(app, ["view", "a run"])
+    assert opened == [f"{folder.report.resolve().as_uri()}#view"]
+    assert f"the report is {folder.report.resolve()}" in result.stdout
+    assert ("there is no browser here" in result.stdout) != has_browser

@@ -1,4 +1,4 @@
-"""Commands on runs: run, resume, report."""
+"""Commands on runs: run, resume, report, view."""
 
 import sys
 from collections.abc import Iterator
@@ -123,6 +123,22 @@ def report(
     typer.echo(f"the report is {dir_ / 'report.html'}")
 
 
+def view(dir_: Folder) -> None:
+    """Open the report of a run in the browser, at the view that turns."""
+    import webbrowser
+
+    from pellucid.results.storage.run_folder import RunFolder
+
+    folder = RunFolder(dir_)
+    folder.read_stored()  # says where there is no run
+    if not folder.report.is_file():
+        raise UsageError(f"the run in {dir_} has no report yet: `pellucid report {dir_}` writes it")
+    page = folder.report.resolve()
+    if not webbrowser.open(f"{page.as_uri()}#view"):
+        typer.echo("there is no browser here; one on another machine opens the file as well, which needs nothing beside it")
+    typer.echo(f"the report is {page}")
+
+
 def share(ranks: int | None) -> None:
     """Let so many processes share the command. Raises UsageError where several do already."""
     if ranks is None:
@@ -182,4 +198,4 @@ def conclude(finished: "Run", folder: Path) -> None:
     typer.echo(f"results in {folder}")
 
 
-COMMANDS = (run, resume, report)
+COMMANDS = (run, resume, report, view)

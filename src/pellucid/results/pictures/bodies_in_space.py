@@ -51,7 +51,7 @@ class SpaceStage:
         places = np.concatenate([of_body["position"] for state in fields for of_body in state.values()])
         kept = places[self._cut.beyond(places) <= 0.0] if self._cut else places
         self._camera = camera_for(look.view, kept if len(kept) else places, columns or COLUMNS, margin=0.06)
-        self._surfaces = {name: _surface(of_body, self._start[name]) for name, of_body in self._cells.items()}
+        self._surfaces = {name: faceted(of_body, self._start[name]) for name, of_body in self._cells.items()}
         self._nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * look.view.axes()[2]
 
     @property
@@ -112,8 +112,8 @@ def through_the_middle(boxes: list[Box], front: Direction = FRONT) -> Plane:
     return Plane(front, middle + ASIDE * float((largest[1] - largest[0]).max()))
 
 
-def _surface(cells: Cells, position: np.ndarray) -> Faceted:
-    """What shows a body; solids have sharp edges where they do at the start, membranes are smooth all over."""
+def faceted(cells: Cells, position: np.ndarray) -> Faceted:
+    """The surface that shows a body; solids have sharp edges where they do at the start, membranes are smooth all over."""
     triangles = cells.surface()
     if len(cells.tetrahedra):
         return split_at_creases(position, triangles)

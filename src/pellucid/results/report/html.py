@@ -21,8 +21,8 @@ def number(value: float, digits: int = 4, padded: bool = False) -> str:
 
 
 def section(title: str, body: str) -> str:
-    """A section with its title."""
-    return f"<section><h2>{title}</h2>{body}</section>"
+    """A section with its title, and a place to go to in it."""
+    return f'<section id="{title.lower().replace(" ", "-")}"><h2>{title}</h2>{body}</section>'
 
 
 def table_of(head: Iterable[str], rows: Iterable[Iterable[str]], kind: str = "") -> str:

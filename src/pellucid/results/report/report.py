@@ -13,7 +13,7 @@ from pellucid.grid.model import GridCase
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import figures, painter
-from pellucid.results.pictures.case_module import captions
+from pellucid.results.pictures.case_module import captions, noticed
 from pellucid.results.pictures.films import FILM_DPI
 from pellucid.results.pictures.quantities import is_film
 from pellucid.results.pictures.stopped import place_of_stop
@@ -23,6 +23,7 @@ from pellucid.results.report.html import number, section, table_of
 from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.stored_case import StoredBody, StoredCase
+from pellucid.results.view.page import view_of
 from pellucid.state import FIELDS
 from pellucid.system.processes import Helper
 
@@ -79,16 +80,20 @@ def draw_report(
     progress = progress or WarningsOnly()
     notices: list[str] = []
     titles = painter.write_pictures(run, beside, progress, notices, helpers)
+    pictures = "".join(_figure(path, texts.get(path.stem, title)) for path, title in titles.items())
+    view = ""
+    with noticed(notices):
+        view = view_of(run, len(pictures), "The figures below show the run.")
     for text in notices:
         progress.message(f"left out of the report: {text}")
-    pictures = [_figure(path, texts.get(path.stem, title)) for path, title in titles.items()]
     sections = [
         head,
         *(f'<p class="note">Left out: {escape(text)}.</p>' for text in notices),
         facts_of_run,
         section("Checks", _metrics(run.metrics)) if run.metrics else "",
         section(f"Checks of the run beside, {beside.out.name}", _metrics(beside.metrics)) if beside and beside.metrics else "",
-        section("Figures", "".join(pictures)),
+        section("View", view) if view else "",
+        section("Figures", pictures),
         section("Energy balance", _balance(run)),
         section("Conservation", _conservation(run)) if run.folder.ended else "",
         section("The case", _case(run)),

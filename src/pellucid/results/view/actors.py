@@ -1,0 +1,64 @@
+"""Bodies as the view shows them: which of their points, as what, and one number a point of each field."""
+
+import numpy as np
+
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.results.pictures.bodies_in_space import faceted
+from pellucid.results.pictures.rendering.points import ball_radii
+from pellucid.results.storage.probes import scalar
+from pellucid.results.storage.run import Run
+
+GAPLESS = 1.3
+"""Of discs in a plane, whose radius is so many times that of their area: none of what is behind shows between them."""
+UNSEEN = frozenset(("id", "position", "start", "mass", "volume", "driven", "prescribed", "angle", "failed", "in_plane"))
+"""Numbers of points and the like, of which colours tell nothing; failed points have a colour of their own."""
+
+Fields = dict[str, np.ndarray]
+
+
+class Actor:
+    """A body of which every `stride`-th point is shown; where that is not each, the cells between them are not."""
+
+    def __init__(self, run: Run, name: str, stride: int) -> None:
+        self.name, self.stride, self._run = name, stride, run
+        start = run.fields(name, float(run.times(name)[0]))
+        self.total = len(start["position"])
+        self.start = start["position"][::stride]
+        self.cells = run.cells(name) if stride == 1 else Cells()
+        self.surface = faceted(self.cells, self.start)
+        self.radius = float(_radius(run, start) * np.cbrt(stride))
+        self.can_fail = "failed" in start
+
+    @property
+    def kind(self) -> str:
+        """Drawn as "surface", "lines" or "points"."""
+        return "surface" if len(self.surface.triangles) else "lines" if len(self.cells.lines) else "points"
+
+    def at(self, time: float) -> Fields:
+        """The stored fields of the points that are shown."""
+        return {name: values[:: self.stride] for name, values in self._run.fields(self.name, time).items()}
+
+    def shown(self, fields: Fields) -> Fields:
+        """Scalars, sizes of vectors, von Mises' equivalents of stresses, and how far points are from where they began."""
+        found = {"displacement": np.linalg.norm(fields["position"] - self.start, axis=1)}
+        for name, values in fields.items():
+            if name not in UNSEEN and (values.ndim == 1 or values.shape[1] in (3, 6)):
+                found[name] = scalar(values)
+        return {name: values.astype(np.float32) for name, values in found.items()}
+
+
+def there(fields: Fields) -> np.ndarray:
+    """Which points have not left the grid, and are somewhere, shape (n,)."""
+    found = np.isfinite(fields["position"]).all(axis=1)
+    return np.asarray(found & (fields["mass"] > 0.0) if "mass" in fields else found)
+
+
+def _radius(run: Run, start: Fields) -> float:
+    """Of the balls of a body [m]: these have the volume of its points, discs in a plane more than the area."""
+    grid = run.stored.grid
+    if "density" not in start or not (kept := there(start)).any():  # nodes of a film
+        return float(0.5 * np.ptp(start["position"], axis=0).max() / np.sqrt(len(start["position"])))
+    ball = float(np.median(ball_radii(start["mass"][kept], start["density"][kept])))
+    if grid is None or not any(grid.thin()):
+        return ball
+    return GAPLESS * float(np.sqrt(4.0 / 3.0 * ball**3 / grid.slice_thickness()))

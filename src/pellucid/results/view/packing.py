@@ -1,0 +1,63 @@
+"""Numbers made small for a page: whole numbers of few bits, as differences, their bytes apart, deflated together.
+
+The reader is viewer/src/data.js.
+"""
+
+import zlib
+
+import numpy as np
+
+LEVELS = 8191
+"""Steps along the sides of a body's box between the places of its points: an eighth of a pixel where it fills the window."""
+GONE = 65535
+"""In place of each coordinate of a point that is not there any more."""
+SHADES = 254
+"""Steps between the limits of a field; the one above stands for no number."""
+
+
+def places(position: np.ndarray, there: np.ndarray, low: np.ndarray, span: np.ndarray) -> np.ndarray:
+    """Positions [m], shape (n, 3), in steps from the corner `low` of a box with sides `span`, shape (3, n); GONE of those that
+    are not `there`, shape (n,)."""
+    sides = np.where(span > 0.0, span, 1.0)
+    steps = np.where(there[:, None], (position - low) / sides, 0.0)
+    found = np.rint(np.clip(steps, 0.0, 1.0) * LEVELS).astype(np.uint16)
+    found[~there] = GONE
+    return np.ascontiguousarray(found.T)
+
+
+def shades(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """A field, shape (n,), in steps between its limits; what is beyond them has the colour of the limit."""
+    known = np.isfinite(values)
+    found = np.rint(np.clip((np.where(known, values, low) - low) / (high - low), 0.0, 1.0) * SHADES)
+    found[~known] = SHADES + 1
+    return found.astype(np.uint8)
+
+
+class Pack:
+    """Arrays one after the other. Those of a `key` are stored as differences from the last of that key, others as
+    differences of each number from that before."""
+
+    def __init__(self) -> None:
+        self._deflate = zlib.compressobj(6)
+        self._parts: list[bytes] = []
+        self._last: dict[object, np.ndarray] = {}
+
+    def add(self, values: np.ndarray, key: object = None) -> None:
+        """Put in an array of unsigned whole numbers of one, two or four bytes."""
+        flat = np.ascontiguousarray(values).ravel()
+        before = self._last.get(key)
+        if before is None:
+            before = np.concatenate([np.zeros(1, flat.dtype), flat[:-1]]) if flat.size else flat
+        if key is not None:
+            self._last[key] = flat
+        difference = (flat - before).view(flat.dtype.str.replace("u", "i"))  # round the end of the numbers: nothing is lost
+        folded = ((difference << 1) ^ (difference >> (8 * flat.itemsize - 1))).view(flat.dtype)  # small ones, of either sign
+        self._parts.append(self._deflate.compress(folded.view(np.uint8).reshape(-1, flat.itemsize).T.tobytes()))
+
+    def forget(self) -> None:
+        """Begin anew with every key."""
+        self._last.clear()
+
+    def close(self) -> bytes:
+        """All of it, in zlib's format."""
+        return b"".join([*self._parts, self._deflate.flush()])

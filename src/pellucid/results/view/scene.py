@@ -1,0 +1,196 @@
+"""What the view shows of a run: some instants, points and fields of every body, as many as a page can hold."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.geometry.meshes.triangulation import bounding_box
+from pellucid.results.pictures.bodies_in_space import VIEW, Box, opening
+from pellucid.results.pictures.quantities import Limits, limits
+from pellucid.results.pictures.rendering.camera import View
+from pellucid.results.pictures.style import COLOURS, pretty
+from pellucid.results.storage.run import Run
+from pellucid.results.view.actors import Actor, Fields, there
+from pellucid.results.view.packing import Pack, places, shades
+from pellucid.state import FIELDS
+
+MOST_POINTS = 200_000
+"""Of all bodies together. Of more, points are left out evenly; the files have all."""
+MOST_FIELDS = 8
+SEEN = 0.2, 99.8
+"""Percentiles between which the window has room for points: single ones fly far."""
+FIRST = ("velocity", "displacement", "stress", "pressure", "damage", "areal_density", "concentration", "density", "thickness")
+WORDS = {"velocity": "speed", "stress": "von Mises stress"}
+FRONTS = (View(0.0, 0.0), View(-90.0, 0.0), View(-90.0, 90.0))
+"""From where a plane is seen, by the axis across it."""
+
+
+class Scene(NamedTuple):
+    """What the page is told in words and numbers, and the packed arrays that belong to it."""
+
+    told: dict[str, Any]
+    packed: bytes
+
+
+class _Instant(NamedTuple):
+    """A body at an instant: its stored fields that say where it is, and one number a point of others."""
+
+    fields: Fields
+    shown: Fields
+
+
+def scene_of(run: Run, budget: int) -> Scene | None:
+    """The scene of a run in at most so many bytes, or of two instants where these take more; None of one in one dimension."""
+    bodies = run.stored.bodies
+    if sum(run.stored.thin) > 1:
+        return None
+    points = sum(len(run.fields(body.name, names=("position",))["position"]) for body in bodies)
+    actors = [Actor(run, body.name, max(1, -(-points // MOST_POINTS))) for body in bodies]
+    if np.count_nonzero(_sides(actors) == 0.0) > 1:  # nodes of a line
+        return None
+    times = run.times(bodies[0].name)
+    count = min(3, len(times))  # which tell how much room an instant takes
+    while True:
+        chosen = times[np.unique(np.linspace(0, len(times) - 1, count).astype(int))]
+        scene = _scene(run, actors, chosen, len(times))
+        fitting = min(len(times), int(0.95 * budget * count / len(scene.packed)))
+        if len(scene.packed) > budget and count > 2:
+            count = max(2, min(fitting, count - 1))
+        elif count < len(times) and fitting > 1.1 * count:
+            count = fitting
+        else:
+            return scene
+
+
+def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> Scene:
+    states = [[_instant(actor, float(time)) for actor in actors] for time in times]
+    varying = _fields(states, {"velocity"} if run.stored.steady else set())
+    fields = dict(list(varying.items())[:MOST_FIELDS])
+    boxes = [bounding_box(actor.start) for actor in actors]
+    hidden = [_surrounds_all(boxes, k) for k in range(len(actors))]
+    shown = [k for k, of_body in enumerate(hidden) if not of_body]
+    across = _across(run, actors)
+    cut = opening([np.stack(boxes[k]) for k in shown]) if across is None else None
+    axes = (VIEW if across is None else FRONTS[across]).axes()
+    pack = Pack()
+    bodies = []
+    for k, actor in enumerate(actors):
+        of_body = _packed(pack, actor, [instants[k] for instants in states], fields)
+        bodies.append({**of_body, "colour": COLOURS[k % len(COLOURS)], "hidden": hidden[k]})
+    told = {
+        "title": run.stored.title,
+        "times": times.tolist(),
+        "notes": _notes(actors, len(times), recorded, list(varying)[MOST_FIELDS:]),
+        "flat": across is not None,
+        "axes": axes.tolist(),
+        "window": _window([instants[k] for instants in states for k in shown], axes),
+        "cut": None if cut is None else [1, -cut.offset],
+        "fields": [_told(name, colours, states) for name, colours in fields.items()],
+        "bodies": bodies,
+    }
+    return Scene(told, pack.close())
+
+
+def _packed(pack: Pack, actor: Actor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
+    """What is told of a body; its arrays go into the pack, in the order in which viewer/src/data.js reads them."""
+    low, high = bounding_box(np.concatenate([at.fields["position"][there(at.fields)] for at in instants]))
+    cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
+    cells |= {"lines": actor.cells.lines, "tetrahedra": actor.cells.tetrahedra}
+    for corners in cells.values():
+        pack.add(corners.astype(np.uint32).T)
+    for at in instants:
+        pack.add(places(at.fields["position"], there(at.fields), low, high - low), "position")
+    known = [name for name in fields if name in instants[0].shown]
+    for name in known:
+        for at in instants:
+            pack.add(shades(at.shown[name], fields[name].low, fields[name].high), name)
+    failed = actor.can_fail and any(at.fields["failed"].any() for at in instants)
+    for at in instants if failed else ():
+        pack.add((at.fields["failed"] > 0).astype(np.uint8), "failed")
+    pack.forget()
+    return {
+        "name": actor.name,
+        "kind": actor.kind,
+        "points": len(actor.start),
+        "radius": actor.radius,
+        "low": low.tolist(),
+        "span": (high - low).tolist(),
+        "cells": {name: list(corners.shape) for name, corners in cells.items()},
+        "fields": list(map(list(fields).index, known)),
+        "failed": failed,
+    }
+
+
+def _window(instants: list[_Instant], axes: np.ndarray) -> dict[str, list[float]]:
+    """The box about what is shown at all times but for single points, and how far this reaches right and up of its middle."""
+    positions = [at.fields["position"][there(at.fields)] for at in instants]
+    positions = [position for position in positions if len(position)]
+    ends = np.array([np.percentile(position, SEEN, axis=0) for position in positions])
+    low, high = ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)
+    far = [np.percentile(abs((position - 0.5 * (low + high)) @ axes[:2].T), SEEN[1], axis=0) for position in positions]
+    return {"low": low.tolist(), "high": high.tolist(), "reach": np.max(far, axis=0).tolist()}
+
+
+def _instant(actor: Actor, time: float) -> _Instant:
+    fields = actor.at(time)
+    kept = {name: values for name, values in fields.items() if name in ("position", "mass", "failed")}
+    return _Instant(kept, actor.shown(fields))
+
+
+def _fields(states: list[list[_Instant]], without: set[str]) -> dict[str, Limits]:
+    """The fields that are shown and the limits of their colours, those first that tell most; none that is the same all over."""
+    names = {name for instants in states for at in instants for name in at.shown} - without
+    ordered = sorted(names, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
+    found: dict[str, Limits] = {}
+    for name in ordered:
+        values = [at.shown[name][there(at.fields)] for instants in states for at in instants if name in at.shown]
+        together = np.concatenate(values)
+        together = together[np.isfinite(together)]
+        if together.size and np.ptp(together) > 1e-6 * np.abs(together).max():
+            found[name] = limits([together])
+    return found
+
+
+def _told(name: str, colours: Limits, states: list[list[_Instant]]) -> dict[str, Any]:
+    values = np.concatenate([at.shown[name] for instants in states for at in instants if name in at.shown])
+    values = values[np.isfinite(values)]
+    unit = FIELDS["position" if name == "displacement" else name].unit
+    ends = {"low": colours.low, "high": colours.high, "least": float(values.min()), "most": float(values.max())}
+    return {"word": _word(name), "unit": "" if unit == "1" else pretty(unit), "palette": colours.palette, **ends}
+
+
+def _word(name: str) -> str:
+    return WORDS.get(name, name.replace("_", " "))
+
+
+def _surrounds_all(boxes: list[Box], k: int) -> bool:
+    """Whether the box of a body is about those of all others, at least two: it would hide them, and is hidden at first."""
+    others = boxes[:k] + boxes[k + 1 :]
+    return len(others) > 1 and all((boxes[k][0] <= low).all() and (high <= boxes[k][1]).all() for low, high in others)
+
+
+def _across(run: Run, actors: list[Actor]) -> int | None:
+    """The axis across a plane in which everything lies; None in space."""
+    if any(run.stored.thin):
+        return run.stored.thin.index(True)
+    sides = _sides(actors)
+    return int(np.argmin(sides)) if sides.min() == 0.0 else None
+
+
+def _sides(actors: list[Actor]) -> np.ndarray:
+    """Of the box about all bodies at the start [m], shape (3,)."""
+    return np.ptp(np.concatenate([actor.start for actor in actors]), axis=0)
+
+
+def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str]) -> list[str]:
+    """What of the run is not shown."""
+    notes, stride = [], actors[0].stride
+    if stride > 1:
+        shown, total = sum(len(actor.start) for actor in actors), sum(actor.total for actor in actors)
+        counts = f"{shown:,} of {total:,}".replace(",", "\u202f")
+        notes.append(f"Shown are {counts} points, each for {stride}, without the cells between them")
+    if instants < recorded:
+        notes.append(f"Shown are {instants} of {recorded} recorded instants")
+    if left_out:
+        notes.append(f"Colours leave out {', '.join(map(_word, left_out))}")
+    return notes
