@@ -36,7 +36,8 @@ def figure(drawn: Any, caption: str) -> str:
     picture = BytesIO()
     drawn.savefig(picture, format="png")
     data, text = base64.b64encode(picture.getvalue()).decode("ascii"), escape(caption)
-    return f'<figure><img alt="{text}" style="width: 100%" src="data:image/png;base64,{data}"><figcaption>{text}</figcaption></figure>'
+    image = f'<img alt="{text}" style="width: 100%" src="data:image/png;base64,{data}">'
+    return f"<figure>{image}<figcaption>{text}</figcaption></figure>"
 
 
 def cell(value: Any) -> str:

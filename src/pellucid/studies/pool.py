@@ -3,7 +3,7 @@
 import logging
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
@@ -56,79 +56,80 @@ def read_slurm(text: str | None) -> dict[str, str]:
     return found
 
 
-def compute(
-    out: Path,
-    members: Sequence[Member],
-    workers: Workers,
-    progress: Progress,
-    told: Callable[[Member, Outcome], None] | None = None,
-) -> dict[str, Outcome]:
-    """The outcome of each member by its digest; those that are not done yet are run, the costly ones first.
+class Pool:
+    """Brings members to their ends in the folder `out`. Workers are started for the first member that has to run, and go with
+    the block; interrupted, they let the members of this machine leave checkpoints."""
 
-    Interrupted, it lets the members of this machine leave checkpoints, and raises what interrupted it.
-    """
-    prepare(out, members)
-    found = {member.digest: known for member in members if (known := outcome(out, member.digest)) is not None}
-    left = [member for member in members if member.digest not in found]
-    progress.begin("members", len(members))
-    progress.count(len(found))
-    if left:
-        with _client(workers, len(left)) as client:
-            for member, ended in _ended(client, out, left, workers):
-                found[member.digest] = ended
-                progress.count(len(found))
-                if told is not None:
-                    told(member, ended)
-    return found
+    def __init__(self, out: Path, workers: Workers, progress: Progress) -> None:
+        self._out, self._workers, self._progress = out, workers, progress
+        self._stack = ExitStack()
+        self._client: Any = None
 
+    def __enter__(self) -> "Pool":
+        return self
 
-def _ended(client: Any, out: Path, members: Sequence[Member], workers: Workers) -> Iterator[tuple[Member, Outcome]]:
-    as_completed = need("distributed").as_completed
-    costs = _costs(members)
-    local = workers.scheduler is None and not workers.slurm
-    jobs = {}
-    for member in members:
-        threads = workers.threads or (_share(costs[member.digest] / sum(costs.values())) if local else 1)
-        more: dict[str, Any] = {"resources": {THREADS: min(threads, _cores())}} if local else {}
-        key = f"member-{member.digest}-{uuid.uuid4()}"  # of this study alone: a scheduler may have others
-        job = client.submit(
-            run_member, out.resolve(), member.digest, threads, member.until, key=key, priority=costs[member.digest], **more
-        )
-        jobs[job] = member
-    for job in as_completed(list(jobs)):
-        error = job.exception() if job.status != "finished" else None
-        yield jobs[job], Outcome(FAILED, f"its worker failed: {error}") if error is not None else job.result()
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
 
+    @property
+    def at_once(self) -> int:
+        """Members that run at once on this machine."""
+        return self._workers.at_once or max(1, _cores() // (self._workers.threads or 1))
 
-@contextmanager
-def _client(workers: Workers, number: int) -> Iterator[Any]:
-    distributed = need("distributed")
-    with ExitStack() as stack:
-        if workers.scheduler:
+    def compute(self, members: Sequence[Member], told: Callable[[Member, Outcome], None] | None = None) -> dict[str, Outcome]:
+        """The outcome of each member by its digest; those that are not done yet are run, the costly ones first."""
+        prepare(self._out, members)
+        found = {member.digest: known for member in members if (known := outcome(self._out, member.digest)) is not None}
+        left = [member for member in members if member.digest not in found]
+        self._progress.begin("members", len(members))
+        self._progress.count(len(found))
+        for member, ended in self._ended(left) if left else ():
+            found[member.digest] = ended
+            self._progress.count(len(found))
+            if told is not None:
+                told(member, ended)
+        return found
+
+    def _ended(self, members: Sequence[Member]) -> Iterator[tuple[Member, Outcome]]:
+        if self._client is None:
+            self._client = self._start(len(members))
+        costs = _costs(members)
+        local = self._workers.scheduler is None and not self._workers.slurm
+        jobs = {}
+        for member in members:
+            threads = self._workers.threads or (_share(costs[member.digest] / sum(costs.values())) if local else 1)
+            more: dict[str, Any] = {"resources": {THREADS: min(threads, _cores())}} if local else {}
+            key = f"member-{member.digest}-{uuid.uuid4()}"  # of this study alone: a scheduler may have others
+            arguments = (self._out.resolve(), member.digest, threads, member.until)
+            job = self._client.submit(run_member, *arguments, key=key, priority=costs[member.digest], **more)
+            jobs[job] = member
+        for job in need("distributed").as_completed(list(jobs)):
+            error = job.exception() if job.status != "finished" else None
+            yield jobs[job], Outcome(FAILED, f"its worker failed: {error}") if error is not None else job.result()
+
+    def _start(self, number: int) -> Any:
+        distributed, enter = need("distributed"), self._stack.enter_context
+        if self._workers.scheduler:
             try:
-                client = distributed.Client(workers.scheduler, timeout=WAIT)
+                return enter(distributed.Client(self._workers.scheduler, timeout=WAIT))
             except (OSError, ValueError) as error:
-                raise UsageError(f"--scheduler {workers.scheduler}: no scheduler answers there: {error}") from None
-            yield stack.enter_context(client)
-            return
-        if workers.slurm:
-            cluster = stack.enter_context(_slurm(workers.slurm))
-            cluster.scale(jobs=min(number, workers.at_once or number))
-        else:
-            at_once = workers.at_once or max(1, _cores() // (workers.threads or 1))
-            cluster = distributed.LocalCluster(
-                n_workers=1,
-                threads_per_worker=min(at_once, number),
-                processes=False,  # members are processes of their own
-                dashboard_address=None,
-                resources={THREADS: max(_cores(), at_once)},
-                silence_logs=logging.ERROR,
-            )
-            stack.enter_context(cluster)
-        client = stack.enter_context(distributed.Client(cluster))
+                raise UsageError(f"--scheduler {self._workers.scheduler}: no scheduler answers there: {error}") from None
+        if self._workers.slurm:
+            cluster = enter(_slurm(self._workers.slurm))
+            cluster.scale(jobs=self._workers.at_once or number)
+            return enter(distributed.Client(cluster))
+        cluster = distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=self.at_once,
+            processes=False,  # members are processes of their own
+            dashboard_address=None,
+            resources={THREADS: max(_cores(), self.at_once)},
+            silence_logs=logging.ERROR,
+        )
+        client = enter(distributed.Client(enter(cluster)))
         allow_running()
-        stack.callback(end_running)  # before the client and the cluster are closed: members may need a while
-        yield client
+        self._stack.callback(end_running)  # before the client and the cluster are closed: members may need a while
+        return client
 
 
 def _slurm(options: Mapping[str, str]) -> Any:

@@ -30,22 +30,21 @@ class Range(NamedTuple):
 
     def at(self, share: float) -> float:
         """The number at a share of the range from 0 to 1, to seven digits: more would make other runs of equal ones."""
-        if self.is_logarithmic:
-            value = math.exp(math.log(self.low) + share * math.log(self.high / self.low))
-        else:
-            value = self.low + share * (self.high - self.low)
+        value = self.beyond(share)
         size = max(abs(value), 1e-7 * (self.high - self.low))
         return min(max(round(value, 6 - math.floor(math.log10(size))), self.low), self.high)
+
+    def beyond(self, share: float) -> float:
+        """The number at any share, outside of the range too."""
+        if self.is_logarithmic:
+            return math.exp(math.log(self.low) + share * math.log(self.high / self.low))
+        return self.low + share * (self.high - self.low)
 
     def share(self, value: float) -> float:
         """Where a number lies in the range, 0 at its lower end and 1 at its upper one."""
         if self.is_logarithmic:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
-
-    def slope(self, value: float) -> float:
-        """How fast the number grows there with the share."""
-        return value * math.log(self.high / self.low) if self.is_logarithmic else self.high - self.low
 
 
 def split_setting(option: str, text: str, example: str) -> tuple[str, str]:

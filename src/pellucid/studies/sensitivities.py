@@ -16,7 +16,7 @@ class Sensitivity(NamedTuple):
 
     output: str
     key: str
-    index: float
+    share: float
     interval: float
     """Half the width of its 95 % interval, by resampling."""
 
@@ -38,5 +38,5 @@ def sensitivities(table: Any, keys: Sequence[str], outputs: Sequence[str]) -> li
         problem = {"num_vars": len(keys), "names": list(keys)}
         result = analyse(problem, rows[list(keys)].to_numpy(float), rows[output].to_numpy(float), M=HARMONICS, seed=0)
         numbers = zip(keys, result["S1"], result["S1_conf"], strict=True)
-        found += [Sensitivity(output, key, float(index), float(half)) for key, index, half in numbers]
+        found += [Sensitivity(output, key, float(share), float(half)) for key, share, half in numbers]
     return found

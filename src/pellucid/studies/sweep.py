@@ -9,7 +9,7 @@ from pellucid.case.spec import required
 from pellucid.progress import Progress, WarningsOnly
 from pellucid.studies.extra import need
 from pellucid.studies.members import FAILED, Member, Outcome, members_of
-from pellucid.studies.pool import Workers, compute
+from pellucid.studies.pool import Pool, Workers
 from pellucid.studies.ranges import named
 from pellucid.studies.samples import rows_of
 from pellucid.studies.sensitivities import sensitivities
@@ -74,7 +74,8 @@ def run_sweep(
         if ended.state == FAILED:
             progress.message(f"member {member.digest} ({named(member.settings)}) failed: {ended.message}")
 
-    ended = compute(out, members, workers, progress, told)
+    with Pool(out, workers, progress) as pool:
+        ended = pool.compute(members, told)
     table, keys = tabulated(out, members, ended), keys_of(members)
     numeric = [key for key in keys if table[key].dtype.kind in "fiu" and table[key].nunique() > 1]
     found = sensitivities(table, numeric, outputs_of(table, keys)) if at_random else []

@@ -93,7 +93,7 @@ def _indices(found: Sequence[Sensitivity]) -> str:
     if not found:
         return ""
     rows = (
-        [escape(one.output.replace("_", " ")), escape(one.key), number(one.index, 3), number(one.interval, 2)] for one in found
+        [escape(one.output.replace("_", " ")), escape(one.key), number(one.share, 3), number(one.interval, 2)] for one in found
     )
     text = "<p>The share of the variance of a result that a parameter explains alone (RBD-FAST), with its 95 % interval.</p>"
     return text + table_of(("result", "parameter", "first-order index", "±"), rows, "numbers")

@@ -75,7 +75,7 @@ def metrics_of(run: Run) -> dict[str, float]:
 
 def probes_of(run: Run, names: Sequence[str]) -> dict[str, float]:
     """Probes over the run: the last value, the least, the largest, the mean over time."""
-    found = {}
+    found: dict[str, float] = {}
     time = run.history["time"]
     for name in names:
         values = run.history[name]
