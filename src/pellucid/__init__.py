@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from pellucid.results.storage.run import Run as Run
     from pellucid.running.launch import run_case
     from pellucid.simulation.simulation import Simulation as Simulation
+    from pellucid.studies.fit import fit as fit
+    from pellucid.studies.sweep import sweep as sweep
 
     run = run_case
 
@@ -34,6 +36,8 @@ _HOMES = {
     "run": "running.launch.run_case",
     "resume": "running.launch.resume_case",
     "Simulation": "simulation.simulation.Simulation",
+    "fit": "studies.fit.fit",
+    "sweep": "studies.sweep.sweep",
 }
 
 __all__ = ["__version__", *_HOMES]

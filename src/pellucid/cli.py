@@ -7,7 +7,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from pellucid.commands import cases, checks, machine, meshes, runs
+from pellucid.commands import cases, checks, machine, meshes, runs, studies
 from pellucid.errors import PellucidError, Terminated, printable
 from pellucid.ranks.group import processes
 from pellucid.system.interrupts import termination_raised
@@ -72,7 +72,7 @@ def _options(
 
 
 app.command("list")(cases.list_cases)
-for _module in (cases, meshes, runs, checks, machine):
+for _module in (cases, meshes, runs, checks, studies, machine):
     for _command in _module.COMMANDS:
         app.command()(_command)
 

@@ -147,7 +147,8 @@ def test_a_folder_without_a_run_is_named(command: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("has_browser", [True, False])
-def test_view_opens_the_report_or_says_where_it_is(has_browser: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_view_opens_the_report_or_says_where_it_is(has_browser: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     folder, opened = RunFolder("a run"), []
     with folder.made():
         folder.start(pellucid.load("basics/sod"))

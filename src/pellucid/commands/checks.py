@@ -56,7 +56,7 @@ def converge(
 ) -> None:
     """Run a case for several values of a field; print a metric's error, the ratio and the observed order."""
     from pellucid.progress import watching
-    from pellucid.running.convergence import observed_order, read_sweep, study, write_study
+    from pellucid.studies.convergence import observed_order, read_sweep, study, write_study
 
     sweep = read_sweep(over)
     base = read_case(case, quick, settings)

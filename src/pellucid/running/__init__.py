@@ -1,1 +1,1 @@
-"""Runs: cases computed and their results written, gone on with, foretold, verified, repeated for convergence."""
+"""Runs: cases computed and their results written, gone on with, foretold, verified."""

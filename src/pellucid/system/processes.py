@@ -127,6 +127,18 @@ def shared(jobs: Sequence[Any], work: Work, helpers: Sequence[Helper], count: Ca
     return [answers[number] for number in range(len(jobs))]
 
 
+def terminated_with_parent() -> None:
+    """Let SIGTERM reach this process when whoever began it closes its standard input, or is gone: a run then leaves a
+    checkpoint."""
+
+    def listen() -> None:
+        while os.read(0, 1024):
+            pass
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    Thread(target=listen, daemon=True).start()
+
+
 def free_cores() -> int:
     """Cores that this process may use beside the one that it runs on."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

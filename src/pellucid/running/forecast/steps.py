@@ -30,14 +30,15 @@ Limits = dict[tuple[str, str], StepLimit | None]
 """What bounds the step, by the name of the body and what there is of it."""
 
 
-def of_case(case: "Case") -> Foretold:
-    """From the model of a case; one with bodies that only tell when they are set up is set up, where that is quickly done."""
+def of_case(case: "Case", sets_up: bool = True) -> Foretold:
+    """From the model of a case; one with bodies that only tell when they are set up is set up, where that is quickly done,
+    and if `sets_up`."""
     if case.steady is not None:
         return _steady(case)
     limits = dict(_limits(case))
     unknown = [key[0] for key, limit in limits.items() if limit is None]
     if unknown and case.time.step is None:
-        simulation = set_up_quickly(case)
+        simulation = set_up_quickly(case) if sets_up else None
         if simulation is not None:
             return of_simulation(simulation)
         text = f"body `{unknown[0]}` tells what bounds the step when it is set up: see the first line of a run"

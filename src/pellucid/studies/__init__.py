@@ -1,0 +1,1 @@
+"""Studies: a case run many times, for the order of convergence, for the dependence on parameters, for fits to measurements."""

@@ -1,0 +1,89 @@
+"""What measurements say of parameters: estimates with confidence intervals, correlations, and what they do not determine."""
+
+from collections.abc import Mapping
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.studies.ranges import Range
+
+CONFIDENCE = 0.95
+UNDETERMINED = 0.5
+"""Half the width of an interval, as a share of the range of the parameter, from which on the data say nothing new."""
+TAKES_PART = 0.3
+"""Component of a direction in which nothing is determined, from which on its parameter is named."""
+AT_BOUND = 0.01
+
+
+class Estimate(NamedTuple):
+    """A parameter in SI units, with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+class Estimates(NamedTuple):
+    """Of all free parameters together; arrays in the order of these."""
+
+    by_key: dict[str, Estimate]
+    correlations: np.ndarray
+    """Shape (parameters, parameters)."""
+    singular_values: np.ndarray
+    """Of the slopes of the weighted residuals by shares of the ranges, shape (parameters,)."""
+    chi_square: float
+    """Sum of squares of the weighted residuals over its degrees of freedom."""
+    warnings: list[str]
+
+
+def estimated(
+    free: Mapping[str, Range], shares: np.ndarray, residuals: np.ndarray, slopes: np.ndarray, are_stated: bool
+) -> Estimates:
+    """Estimates from residuals of shape (values,) and their slopes by shares, (values, parameters), at the least misfit.
+
+    The covariance is that of the linear model, (JᵀJ)⁻¹; where standard deviations are not stated, the residuals tell them.
+    """
+    from scipy.stats import norm, t
+
+    left = len(residuals) - len(shares)
+    chi_square = float(residuals @ residuals) / left if left > 0 else float("nan")
+    _, sizes, directions = np.linalg.svd(slopes, full_matrices=False)
+    with np.errstate(divide="ignore"):
+        spreads = np.where(sizes > 1e-12 * max(sizes[0], 1e-300), 1.0 / sizes, np.inf)  # along the directions
+    quantile = norm.ppf(0.5 + CONFIDENCE / 2.0) if are_stated else t.ppf(0.5 + CONFIDENCE / 2.0, max(left, 1))
+    scale = float(quantile) * (1.0 if are_stated else sqrt(chi_square) if left > 0 else np.inf)
+    finite = np.where(np.isfinite(spreads), spreads, 1e6)
+    covariance = (directions.T * finite**2) @ directions
+    deviations = np.sqrt(np.diag(covariance))
+    halves = scale * deviations
+    by_key = {
+        key: Estimate(each.at(share), each.beyond(share - min(half, 50.0)), each.beyond(share + min(half, 50.0)))
+        for (key, each), share, half in zip(free.items(), map(float, shares), map(float, halves), strict=True)
+    }
+    told = [*_undetermined(list(free), scale * spreads, directions), *_at_bounds(free, shares)]
+    if are_stated and left > 0 and chi_square > 1.0 + 3.0 * sqrt(2.0 / left):
+        told.append(
+            f"the misfit is {chi_square:.3g} times what the stated deviations explain: the case does not follow the "
+            f"measurements, or these deviate more; the intervals are too narrow"
+        )
+    if left <= 0:
+        told.append(f"{len(residuals)} values for {len(shares)} parameters: nothing is left to tell how well they fit")
+    return Estimates(by_key, covariance / np.outer(deviations, deviations), sizes, chi_square, told)
+
+
+def _undetermined(keys: list[str], halves: np.ndarray, directions: np.ndarray) -> list[str]:
+    """Directions in which an interval is as wide as the range."""
+    told = []
+    for half, direction in zip(halves, directions, strict=True):
+        if half > UNDETERMINED:
+            named = [key for key, part in zip(keys, direction, strict=True) if abs(part) > TAKES_PART]
+            what = named[0] if len(named) == 1 else f"{' and '.join(named)} apart from each other"
+            told.append(f"the data do not determine {what}: give another curve that depends on it, or fix one value")
+    return told
+
+
+def _at_bounds(free: Mapping[str, Range], shares: np.ndarray) -> list[str]:
+    ends = {key: "lower" if share < AT_BOUND else "upper" for key, share in zip(free, shares, strict=True)}
+    at = [key for key, share in zip(free, shares, strict=True) if not AT_BOUND <= share <= 1.0 - AT_BOUND]
+    return [f"{key} is at the {ends[key]} end of its range: the best value may lie beyond" for key in at]

@@ -1,0 +1,150 @@
+"""Fits: the parameters with which a case follows measured curves best, and how well these determine them."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from pellucid.case.spec import required
+from pellucid.errors import UsageError
+from pellucid.findings import absent
+from pellucid.progress import Progress, WarningsOnly
+from pellucid.results.storage.files import write_text
+from pellucid.studies.estimates import Estimate, Estimates, estimated
+from pellucid.studies.extra import need
+from pellucid.studies.fit_page import write_fit_page
+from pellucid.studies.measured import Curve, read_curve
+from pellucid.studies.misfit import Misfit
+from pellucid.studies.pool import Pool, Workers
+from pellucid.studies.ranges import Range, range_of
+from pellucid.studies.searches import METHODS
+from pellucid.studies.table import tabulated, write_table
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from pellucid.case import Case
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a fit found."""
+
+    estimates: dict[str, Estimate]
+    """By the key of the parameter: value, low and high end of its 95 % interval, in SI units."""
+    correlations: "np.ndarray"
+    """Of the estimates, in their order, shape (parameters, parameters)."""
+    singular_values: "np.ndarray"
+    """Of the slopes of the weighted residuals by shares of the ranges, the largest first, shape (parameters,)."""
+    chi_square: float
+    """Sum of squares of the weighted residuals over its degrees of freedom: about 1 where the stated deviations explain it."""
+    warnings: list[str]
+    case: "Case"
+    """The case with the estimates."""
+    members: Any
+    """A pandas table of all runs."""
+
+
+def fit(
+    case: "Case",
+    measured: Mapping[str, Path | str | Sequence[Path | str]],
+    free: Mapping[str, tuple[Any, Any]],
+    *,
+    deviation: Mapping[str, str | float] | None = None,
+    method: str = "least-squares",
+    trials: int | None = None,
+    out: Path | str | None = None,
+    workers: int | None = None,
+    threads: int | None = None,
+    scheduler: str | None = None,
+    slurm: Mapping[str, str] | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Fit:
+    """Fit parameters of a case to measured curves.
+
+    `measured` has by the name of a probe a CSV file, or several; `free` has by dotted key the ends (low, high) of the range of
+    a parameter, gone through by its logarithm where it spans a decade. `deviation` has by probe the standard deviation of values
+    in files without a column of it. `method` is "least-squares" or "optuna", with at most `trials` steps or runs. Where members
+    run: see `sweep`. With `out` everything stays there, and the same call goes on where it was broken off.
+
+    Raises `CaseError` and `UsageError` before anything runs, and `UsageError` where runs in the ranges fail.
+    """
+    pairs = [(probe, Path(path)) for probe, paths in measured.items() for path in _several(paths)]
+    stated = dict(deviation or {})
+    if unknown := set(stated) - set(measured):
+        raise UsageError(absent("no measured curve is of the probe", min(unknown), measured))
+    curves = [read_curve(path, probe, required(case), stated.get(probe)) for probe, path in pairs]
+    ranges = {key: range_of(case, key, *ends, option="--free") for key, ends in free.items()}
+    parts = Workers(workers, threads, scheduler, dict(slurm or {}))
+    if out is not None:
+        return run_fit(case, curves, ranges, Path(out), parts, progress, method, trials, seed)
+    with TemporaryDirectory(prefix="pellucid-") as scratch:
+        return run_fit(case, curves, ranges, Path(scratch), parts, progress, method, trials, seed)
+
+
+def run_fit(
+    case: "Case",
+    curves: Sequence[Curve],
+    free: Mapping[str, Range],
+    out: Path,
+    workers: Workers,
+    progress: Progress | None,
+    method: str,
+    trials: int | None,
+    seed: int,
+) -> Fit:
+    """The fit, written into `out`: `estimates.json`, `fitted.toml`, `fit.png`, `report.html`, the table of members."""
+    workers.check()
+    for module in ("distributed", "pandas", "pyarrow", *(["optuna"] if method == "optuna" else [])):
+        need(module)
+    if not curves or not free:
+        raise UsageError(
+            "a fit needs a measured curve and a free parameter: --measured FILE.csv --probe NAME --free KEY=LOW:HIGH"
+        )
+    if (values := sum(len(curve.y) for curve in curves)) < len(free):
+        raise UsageError(f"{values} measured values cannot tell {len(free)} parameters: give more of them, or free fewer")
+    if method not in METHODS:
+        raise UsageError(absent("there is no method", method, METHODS))
+    if trials is not None and trials < 1:
+        raise UsageError(f"--trials {trials}: at least one is needed")
+    progress = progress or WarningsOnly()
+    search, usual = METHODS[method]
+    with Pool(out, workers, progress) as pool:
+        misfit = Misfit(case, free, curves, out, pool, progress)
+        shares = search(misfit, trials or usual, seed, pool.at_once)
+        slopes = misfit.jacobian(shares, central=True)
+        residuals, run = misfit.one(shares), misfit.run(shares)
+    if residuals is None or run is None:
+        raise UsageError("the run with the best parameters failed; narrow their ranges")
+    found = estimated(free, shares, residuals, slopes, all(curve.is_stated for curve in curves))
+    best = case.with_settings(misfit.settings(shares))
+    progress.begin("report")
+    for text in found.warnings:
+        progress.message(text)
+    members = list(misfit.members.values())
+    table = tabulated(out, members, misfit.ended)
+    write_table(table, out)
+    _write(out, best, found)
+    write_fit_page(out, case.title, found, curves, run, table)
+    return Fit(found.by_key, found.correlations, found.singular_values, found.chi_square, found.warnings, best, table)
+
+
+def _write(out: Path, best: "Case", found: Estimates) -> None:
+    from pellucid.case import dumps
+
+    data = {
+        "estimates": {key: one._asdict() for key, one in found.by_key.items()},
+        "correlations": found.correlations.tolist(),
+        "singular_values": found.singular_values.tolist(),
+        "chi_square": found.chi_square,
+        "warnings": found.warnings,
+    }
+    write_text(out / "estimates.json", json.dumps(data, indent=2) + "\n")
+    write_text(out / "fitted.toml", dumps(best))
+
+
+def _several(paths: Path | str | Sequence[Path | str]) -> Sequence[Path | str]:
+    return [paths] if isinstance(paths, (str, Path)) else paths

@@ -1,0 +1,92 @@
+"""The members of a study: each a case of its own, known by a digest of all that it is, and its places in the study's folder."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pellucid.errors import PellucidError
+from pellucid.results.storage.files import explained, usable, write_text
+from pellucid.results.storage.run import Run
+from pellucid.studies.ranges import all_checked
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+TEXTS = ("title", "source", "description", "times", "quick")
+"""Keys of a case that change nothing of its results."""
+DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
+
+
+@dataclass(frozen=True)
+class Member:
+    """One run of a study."""
+
+    settings: Mapping[str, Any]
+    case: "Case"
+    until: float | None
+    digest: str
+
+
+class Outcome(NamedTuple):
+    """How a member ended."""
+
+    state: str
+    message: str = ""
+
+
+class Places(NamedTuple):
+    """Where a member lies in the folder of its study."""
+
+    run: Path
+    case: Path
+    log: Path
+
+
+def members_of(case: "Case", rows: Sequence[Mapping[str, Any]], until: float | None = None) -> list[Member]:
+    """The members of these settings, each once. Raises CaseError with everything that is wrong with any of them."""
+    found: dict[str, Member] = {}
+    for row, own in zip(rows, all_checked(case, rows), strict=True):
+        digest = _digest(own, until)
+        found.setdefault(digest, Member(row, own, until, digest))
+    return list(found.values())
+
+
+def _digest(case: "Case", until: float | None) -> str:
+    """Twelve digits of the SHA-256 of the case, without texts that change nothing, and of the files that it reads."""
+    from pellucid.case.inputs import digests
+
+    data = {key: value for key, value in case.to_data().items() if key not in TEXTS}
+    whole = json.dumps([data, until, digests(case)], sort_keys=True)
+    return hashlib.sha256(whole.encode()).hexdigest()[:12]
+
+
+def places(out: Path, digest: str) -> Places:
+    """Where a member lies: its run in `members/`, the case that it was given, and what it said."""
+    return Places(out / "members" / digest, out / "cases" / f"{digest}.toml", out / "logs" / f"{digest}.txt")
+
+
+def prepare(out: Path, members: Sequence[Member]) -> None:
+    """Make the folder of a study, with the cases of its members."""
+    from pellucid.case import dumps
+
+    with explained(out), usable(out):
+        for name in ("members", "cases", "logs"):
+            (out / name).mkdir(parents=True, exist_ok=True)
+        for member in members:
+            file = places(out, member.digest).case
+            if not file.is_file():
+                write_text(file, dumps(member.case))
+
+
+def outcome(out: Path, digest: str) -> Outcome | None:
+    """How a member ended, by what it left: done, or stopped by itself, which it would do again. None where it has not ended."""
+    run = Run(places(out, digest).run)
+    if stopped := run.stopped:
+        return Outcome(FAILED, str(stopped.get("message", "the run stopped itself")))
+    try:
+        return Outcome(DONE) if run.folder.ended and run.summary else None
+    except PellucidError:  # a damaged summary: the run writes it again
+        return None

@@ -1,0 +1,159 @@
+"""The members of a study brought to their ends by dask.distributed: on this machine, on a cluster, by Slurm."""
+
+import logging
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from pellucid.case.memory import n_points
+from pellucid.errors import UsageError
+from pellucid.jit import check_threads
+from pellucid.progress import Progress
+from pellucid.running.forecast.steps import of_case
+from pellucid.studies.extra import need
+from pellucid.studies.members import FAILED, Member, Outcome, outcome, prepare
+from pellucid.studies.process import allow_running, end_running, run_member
+from pellucid.system.processes import free_cores
+
+THREADS = "threads"
+WAIT = 60  # s for a scheduler to answer
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who runs the members: this machine with so many at once, the workers of a scheduler, or jobs of Slurm."""
+
+    at_once: int | None = None
+    threads: int | None = None
+    scheduler: str | None = None
+    slurm: Mapping[str, str] = field(default_factory=dict)
+
+    def check(self) -> None:
+        """Raises UsageError for what cannot be."""
+        if self.threads is not None:
+            check_threads(self.threads)
+        if self.at_once is not None and self.at_once < 1:
+            raise UsageError(f"--workers {self.at_once}: at least one is needed")
+        if self.scheduler and self.slurm:
+            raise UsageError("--scheduler and --slurm both name where members run: leave one of them out")
+
+
+def read_slurm(text: str | None) -> dict[str, str]:
+    """Options of `dask_jobqueue.SLURMCluster` from "queue=short,cores=8,memory=16GB,walltime=02:00:00". Raises UsageError."""
+    found: dict[str, str] = {}
+    for item in (text or "").split(","):
+        key, equals, value = item.partition("=")
+        if text and not (equals and key.strip() and value.strip()):
+            raise UsageError(f"--slurm {text}: write KEY=VALUE,..., such as queue=short,cores=8,memory=16GB,walltime=02:00:00")
+        if text:
+            found[key.strip()] = value.strip()
+    if found and not {"cores", "memory"} <= found.keys():
+        raise UsageError(f"--slurm {text}: cores and memory of a job are needed, such as cores=8,memory=16GB")
+    return found
+
+
+class Pool:
+    """Brings members to their ends in the folder `out`. Workers are started for the first member that has to run, and go with
+    the block; interrupted, they let the members of this machine leave checkpoints."""
+
+    def __init__(self, out: Path, workers: Workers, progress: Progress) -> None:
+        self._out, self._workers, self._progress = out, workers, progress
+        self._stack = ExitStack()
+        self._client: Any = None
+
+    def __enter__(self) -> "Pool":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    @property
+    def at_once(self) -> int:
+        """Members that run at once on this machine."""
+        return self._workers.at_once or max(1, _cores() // (self._workers.threads or 1))
+
+    def compute(self, members: Sequence[Member], told: Callable[[Member, Outcome], None] | None = None) -> dict[str, Outcome]:
+        """The outcome of each member by its digest; those that are not done yet are run, the costly ones first."""
+        prepare(self._out, members)
+        found = {member.digest: known for member in members if (known := outcome(self._out, member.digest)) is not None}
+        left = [member for member in members if member.digest not in found]
+        self._progress.begin("members", len(members))
+        self._progress.count(len(found))
+        for member, ended in self._ended(left) if left else ():
+            found[member.digest] = ended
+            self._progress.count(len(found))
+            if told is not None:
+                told(member, ended)
+        return found
+
+    def _ended(self, members: Sequence[Member]) -> Iterator[tuple[Member, Outcome]]:
+        if self._client is None:
+            self._client = self._start(len(members))
+        costs = _costs(members)
+        local = self._workers.scheduler is None and not self._workers.slurm
+        jobs = {}
+        for member in members:
+            threads = self._workers.threads or (_share(costs[member.digest] / sum(costs.values())) if local else 1)
+            more: dict[str, Any] = {"resources": {THREADS: min(threads, _cores())}} if local else {}
+            key = f"member-{member.digest}-{uuid.uuid4()}"  # of this study alone: a scheduler may have others
+            arguments = (self._out.resolve(), member.digest, threads, member.until)
+            job = self._client.submit(run_member, *arguments, key=key, priority=costs[member.digest], **more)
+            jobs[job] = member
+        for job in need("distributed").as_completed(list(jobs)):
+            error = job.exception() if job.status != "finished" else None
+            yield jobs[job], Outcome(FAILED, f"its worker failed: {error}") if error is not None else job.result()
+
+    def _start(self, number: int) -> Any:
+        distributed, enter = need("distributed"), self._stack.enter_context
+        if self._workers.scheduler:
+            try:
+                return enter(distributed.Client(self._workers.scheduler, timeout=WAIT))
+            except (OSError, ValueError) as error:
+                raise UsageError(f"--scheduler {self._workers.scheduler}: no scheduler answers there: {error}") from None
+        if self._workers.slurm:
+            cluster = enter(_slurm(self._workers.slurm))
+            cluster.scale(jobs=self._workers.at_once or number)
+            return enter(distributed.Client(cluster))
+        cluster = distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=self.at_once,
+            processes=False,  # members are processes of their own
+            dashboard_address=None,
+            resources={THREADS: max(_cores(), self.at_once)},
+            silence_logs=logging.ERROR,
+        )
+        client = enter(distributed.Client(enter(cluster)))
+        allow_running()
+        self._stack.callback(end_running)  # before the client and the cluster are closed: members may need a while
+        return client
+
+
+def _slurm(options: Mapping[str, str]) -> Any:
+    numbers = {key: int(value) if value.isdecimal() else value for key, value in options.items()}
+    try:
+        return need("dask_jobqueue").SLURMCluster(**{"processes": 1, **numbers})
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"--slurm {','.join(f'{key}={value}' for key, value in options.items())}: {error}") from None
+
+
+def _cores() -> int:
+    return free_cores() + 1
+
+
+def _share(cost: float) -> int:
+    """Threads of a member that has this share of the cost of all: as many as its share of the cores, at least one."""
+    return max(1, int(_cores() * cost))
+
+
+def _costs(members: Sequence[Member]) -> dict[str, float]:
+    """How much the members will take, beside one another: points times steps, as far as their cases tell them."""
+    found = {}
+    for member in members:
+        points = n_points(member.case)
+        steps = of_case(member.case, sets_up=False).number
+        found[member.digest] = float(max(points, 1)) * (steps if isfinite(steps) and steps > 0.0 else 1.0)
+    return found

@@ -1,0 +1,98 @@
+"""A member as a process of its own, which ends with the worker that began it and leaves a checkpoint."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+from threading import Event, Lock
+
+from pellucid.errors import UsageError
+from pellucid.results.storage import lock
+from pellucid.results.storage.run_folder import RunFolder
+from pellucid.studies.members import FAILED, INTERRUPTED, Outcome, outcome, places
+
+BEGIN = """
+from pellucid.system.processes import terminated_with_parent
+terminated_with_parent()
+from pellucid.cli import main
+main()
+"""
+PAUSE = 0.2  # s between two looks at a folder in which another process writes
+TAIL = 20  # lines of a log that hold the reason of a failure
+BAD_ARGUMENT, SIGTERM = 2, 143
+
+_running: set[subprocess.Popen] = set()
+_changing = Lock()
+_ending = Event()
+
+
+def run_member(out: Path, digest: str, threads: int, until: float | None) -> Outcome:
+    """Bring a member to its end: from the start, or from its last checkpoint; what is done is left as it is."""
+    where = places(out, digest)
+    while _is_held(where.run):  # by the process of a study that was killed just now, or by another study
+        time.sleep(PAUSE)
+    found = outcome(out, digest)
+    if found is not None:
+        return found
+    options = ["--no-report", "--threads", f"{threads}", *(["--until", repr(until)] if until is not None else [])]
+    anew = ["run", f"{where.case}", "--out", f"{where.run}", *options]
+    begun = RunFolder(where.run).case.is_file()
+    status = _call(["resume", f"{where.run}", *options] if begun else anew, where.log)
+    if begun and status == BAD_ARGUMENT:  # it cannot go on: another version of the program began it
+        status = _call(anew, where.log)
+    return _ended(status, where.log) if status else outcome(out, digest) or Outcome(FAILED, "the run left no summary")
+
+
+def allow_running() -> None:
+    """Members may begin again, after `end_running`."""
+    _ending.clear()
+
+
+def end_running() -> None:
+    """Let all members that this process has begun write a checkpoint and end, and none begin any more."""
+    with _changing:
+        _ending.set()
+        running = list(_running)
+        for process in running:
+            if process.stdin is not None:
+                process.stdin.close()
+    for process in running:
+        process.wait()
+
+
+def _is_held(folder: Path) -> bool:
+    try:
+        lock.refuse_held(folder)
+    except UsageError:
+        return True
+    return False
+
+
+def _call(arguments: list[str], log: Path) -> int:
+    """The exit status of a command in a process of its own; what it says goes to `log`."""
+    command = [sys.executable, "-c", BEGIN, *arguments]
+    with log.open("wb") as said:
+        with _changing:
+            if _ending.is_set():
+                return SIGTERM
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=said, stderr=said, start_new_session=True)
+            _running.add(process)
+        try:
+            return process.wait()
+        finally:
+            with _changing:
+                _running.discard(process)
+                if process.stdin is not None:
+                    process.stdin.close()
+
+
+def _ended(status: int, log: Path) -> Outcome:
+    """How a process ended that gave a status other than 0, with the end of what it said."""
+    if status == SIGTERM or status == -15:
+        return Outcome(INTERRUPTED, "interrupted; the same command goes on from its checkpoint")
+    if status < 0:
+        return Outcome(FAILED, f"its process was ended by signal {-status}; see {log}")
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()[-TAIL:]
+    starts = [number for number, line in enumerate(lines) if line.startswith("pellucid: ")]
+    text = "\n".join(lines[starts[-1] :] if starts else lines[-1:]).removeprefix("pellucid: ")
+    return Outcome(FAILED, text or f"exit status {status}; see {log}")

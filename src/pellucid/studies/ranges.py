@@ -1,0 +1,146 @@
+"""What varies in a study, as its user writes it: KEY=V1,V2, KEY=LOW:HIGH, or a table of values."""
+
+import csv
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pellucid.case.settings import find, parse_value
+from pellucid.errors import CaseError, UsageError
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+DECADES = 10.0
+"""A range of positive numbers whose ends have this ratio, or a larger one, is gone through by its logarithm."""
+
+
+class Range(NamedTuple):
+    """All numbers from `low` to `high`, in SI units."""
+
+    low: float
+    high: float
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether it spans a decade or more."""
+        return self.low > 0.0 and self.high >= DECADES * self.low
+
+    def at(self, share: float) -> float:
+        """The number at a share of the range from 0 to 1, to seven digits: more would make other runs of equal ones."""
+        value = self.beyond(share)
+        size = max(abs(value), 1e-7 * (self.high - self.low))
+        return min(max(round(value, 6 - math.floor(math.log10(size))), self.low), self.high)
+
+    def beyond(self, share: float) -> float:
+        """The number at any share, outside of the range too."""
+        if self.is_logarithmic:
+            return math.exp(math.log(self.low) + share * math.log(self.high / self.low))
+        return self.low + share * (self.high - self.low)
+
+    def share(self, value: float) -> float:
+        """Where a number lies in the range, 0 at its lower end and 1 at its upper one."""
+        if self.is_logarithmic:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+
+def split_setting(option: str, text: str, example: str) -> tuple[str, str]:
+    """Key and value of KEY=VALUE. Raises UsageError with an example."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip() or not value.strip():
+        raise UsageError(f"{option} {text}: write {example}")
+    return key.strip(), value.strip()
+
+
+def read_values(texts: Sequence[str]) -> dict[str, Any]:
+    """Values by key from `--over`: a list, or the two ends (low, high) of a range as they are written. Raises UsageError."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        key, values = split_setting("--over", text, "KEY=V1,V2,... or KEY=LOW:HIGH, for example grid.cell=0.05,0.025")
+        if key in found:
+            raise UsageError(f"--over {text}: {key} is given twice; write all of its values behind one key")
+        together = parse_value(f"[{values}]")
+        if isinstance(together, list):
+            found[key] = together
+        elif ":" in values and "," not in values:
+            found[key] = read_ends("--over", text, values)
+        else:
+            found[key] = [parse_value(item.strip()) for item in values.split(",")]
+    return found
+
+
+def read_ends(option: str, text: str, values: str) -> tuple[Any, Any]:
+    """The ends of LOW:HIGH as they are written. Raises UsageError."""
+    low, colon, high = values.partition(":")
+    if not colon or not low.strip() or not high.strip() or ":" in high:
+        raise UsageError(f"{option} {text}: write KEY=LOW:HIGH, for example body.tissue.material.young_modulus=1kPa:50kPa")
+    return parse_value(low.strip()), parse_value(high.strip())
+
+
+def range_of(case: "Case", key: str, low: Any, high: Any, option: str = "--over") -> Range:
+    """A range in SI units, of a field of the case. Raises UsageError for ends that are no numbers or not in order."""
+    ends = [at_key(case.with_settings({key: end}), key) for end in (low, high)]
+    if not all(isinstance(end, (int, float)) and not isinstance(end, bool) for end in ends):
+        raise UsageError(f"{option} {key}={low}:{high}: {key} is no number, so it has no range; list its values: {key}=V1,V2")
+    if not ends[0] < ends[1]:
+        raise UsageError(f"{option} {key}={low}:{high}: the lower end is not below the upper one")
+    return Range(float(ends[0]), float(ends[1]))
+
+
+def at_key(case: "Case", key: str) -> Any:
+    """What stands in a case at a dotted key, in SI units; None where nothing does."""
+    here: Any = case.to_data()
+    try:
+        for part in find(here, key):
+            here = here[part]
+    except (KeyError, TypeError):
+        return None
+    return here
+
+
+def read_rows(path: Path) -> list[dict[str, Any]]:
+    """Settings from a CSV file: a row of keys, then a row for each member. Raises UsageError with file and line."""
+    with readable(path, "--from"), path.open(newline="", encoding="utf-8-sig") as file:
+        lines = [(number, row) for number, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
+    if len(lines) < 2:
+        raise UsageError(f"--from {path}: it needs a row of keys, such as grid.cell, and a row of values for each member")
+    keys = [key.strip() for key in lines[0][1]]
+    if "" in keys or len(set(keys)) < len(keys):
+        raise UsageError(f"{path}:{lines[0][0]}: a key is missing or given twice in the first row, {', '.join(keys)}")
+    for number, row in lines[1:]:
+        if len(row) != len(keys) or not all(cell.strip() for cell in row):
+            raise UsageError(
+                f"{path}:{number}: it has {sum(map(bool, row))} values for {len(keys)} keys; give each key its value"
+            )
+    return [dict(zip(keys, (parse_value(cell.strip()) for cell in row), strict=True)) for _, row in lines[1:]]
+
+
+@contextmanager
+def readable(path: Path, option: str) -> Iterator[None]:
+    """Turn what the system says of a file that cannot be read into a UsageError."""
+    try:
+        yield
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UsageError(f"{option} {path}: cannot be read as CSV: {reason}") from None
+
+
+def named(settings: Mapping[str, Any]) -> str:
+    """Settings in a line, for messages."""
+    return ", ".join(f"{key} = {value}" for key, value in settings.items())
+
+
+def all_checked(case: "Case", rows: Sequence[Mapping[str, Any]]) -> "list[Case]":
+    """The case with each row of settings. Raises CaseError with everything that is wrong with any of them."""
+    cases, problems = [], {}
+    for row in rows:
+        try:
+            cases.append(case.with_settings(row))
+        except CaseError as error:
+            problems.update({(problem.key, problem.setting, problem.text): problem for problem in error.problems})
+    if problems:
+        raise CaseError(list(problems.values()), f"the {len(rows)} members; none was run")
+    return cases

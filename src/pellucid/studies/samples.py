@@ -1,0 +1,68 @@
+"""The members of a sweep as rows of settings: every combination, a Latin hypercube, a list."""
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from pellucid.errors import UsageError
+from pellucid.studies.ranges import Range, range_of
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+MOST = 100_000
+"""Members of one sweep."""
+
+
+def rows_of(
+    case: "Case",
+    over: Mapping[str, Any],
+    samples: int | None = None,
+    listed: Sequence[Mapping[str, Any]] = (),
+    seed: int = 0,
+) -> list[dict[str, Any]]:
+    """Settings of each member.
+
+    `over` has by key a list of values or the ends (low, high) of a range. Without `samples` every value is combined with every
+    other; with it that many members are drawn as a Latin hypercube. Each row of `listed` is combined with each of these.
+    Raises UsageError, and CaseError for ends that a field cannot have.
+    """
+    if not over and not listed:
+        raise UsageError("nothing varies: give --over KEY=V1,V2,... or --from TABLE.csv")
+    if both := set(over) & {key for row in listed for key in row}:
+        raise UsageError(f"{min(both)} varies by --over and by --from: leave one of them out")
+    choices = {key: range_of(case, key, *v) if isinstance(v, tuple) else list(v) for key, v in over.items()}
+    if empty := [key for key, values in choices.items() if not isinstance(values, Range) and not values]:
+        raise UsageError(f"{empty[0]} has no values")
+    ranges = [key for key, values in choices.items() if isinstance(values, Range)]
+    if samples is None and ranges:
+        raise UsageError(f"{ranges[0]} has a range: say with --samples N how many members to draw from it, or list its values")
+    if samples is not None and samples < 1:
+        raise UsageError(f"--samples {samples}: at least one member is needed")
+    if samples is not None and not over:
+        raise UsageError("--samples draws from --over KEY=LOW:HIGH: give one")
+    drawn = _combined(choices) if samples is None else _hypercube(choices, samples, seed)
+    rows = [{**one, **other} for one in (listed or [{}]) for other in drawn]
+    if len(rows) > MOST:
+        raise UsageError(f"{len(rows)} members; a sweep has at most {MOST}: take fewer values, or draw some with --samples N")
+    return rows
+
+
+def _combined(choices: Mapping[str, Any]) -> list[dict[str, Any]]:
+    count = 1
+    for values in choices.values():
+        count *= len(values)
+    if count > MOST:
+        raise UsageError(f"{count} members; a sweep has at most {MOST}: take fewer values, or draw some with --samples N")
+    return [dict(zip(choices, values, strict=True)) for values in product(*choices.values())]
+
+
+def _hypercube(choices: Mapping[str, Any], samples: int, seed: int) -> list[dict[str, Any]]:
+    from scipy.stats import qmc
+
+    shares = qmc.LatinHypercube(len(choices), rng=seed).random(samples)
+    return [{key: _taken(values, share) for (key, values), share in zip(choices.items(), row, strict=True)} for row in shares]
+
+
+def _taken(values: Any, share: float) -> Any:
+    return values.at(share) if isinstance(values, Range) else values[int(share * len(values))]

@@ -1,0 +1,99 @@
+"""The page of a sweep: its members, curves overlaid, the dependence on each parameter, sensitivities."""
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, WIDTH, house_style, label, panels
+from pellucid.results.report.html import number, table_of
+from pellucid.results.storage.run import Run
+from pellucid.studies.members import DONE, Member, places
+from pellucid.studies.page import figure, frame_table, titled, write_page
+from pellucid.studies.sensitivities import LEAST, Sensitivity
+from pellucid.studies.table import outputs_of
+
+MOST_CURVES, MOST_OUTPUTS = 200, 12
+
+
+def write_sweep_page(
+    out: Path, members: Sequence[Member], table: Any, keys: Sequence[str], found: Sequence[Sensitivity]
+) -> Path:
+    """Write `report.html` of a sweep; return its path. `keys` vary."""
+    done = table[table["state"] == DONE]
+    failed = table[table["state"] != DONE]
+    outputs = outputs_of(done, keys)[:MOST_OUTPUTS]
+    numeric = [key for key in keys if done[key].dtype.kind in "fiu" and done[key].nunique() > 1]
+    with house_style():
+        curves = _curves(out, [member for member in members if member.digest in set(done["member"])], done, numeric)
+        dependence = [_dependence(done, output, keys) for output in outputs]
+    few = "" if found else f'<p class="note">Sensitivities need at least {LEAST} members drawn with --samples.</p>'
+    title = members[0].case.title
+    summary = f"<p>{len(done)} of {len(table)} members are done; {', '.join(map(escape, keys))} vary.</p>"
+    listed = frame_table(table, ["member", "state", *keys, *outputs])
+    failures = frame_table(failed, ["member", *keys, "message"]) if len(failed) else ""
+    sections = [
+        summary,
+        titled("Failures", failures),
+        titled("Curves", *curves),
+        titled("Dependence", *dependence, few),
+        titled("Sensitivities", _indices(found)),
+        titled("Members", listed),
+    ]
+    return write_page(out / "report.html", f"Sweep: {title}", sections)
+
+
+def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[str]) -> list[str]:
+    """Every probe over time, a line for each member, coloured by the first parameter that is a number."""
+    import matplotlib
+
+    probes = [probe.name for probe in members[0].case.probe] if members else []
+    if not probes:
+        return []
+    shown = members[:: -(-len(members) // MOST_CURVES)]
+    runs = [Run(places(out, member.digest).run) for member in shown]
+    values = table.set_index("member")[numeric[0]] if numeric else None
+    drawn, axes = panels(len(probes), 2, WIDTH, 3.0 * -(-len(probes) // 2))
+    for axis, name in zip(axes, probes, strict=True):
+        for count, (member, run) in enumerate(zip(shown, runs, strict=True)):
+            if values is None:
+                colour: Any = COLOURS[count % len(COLOURS)]
+            else:
+                spread = values.max() - values.min()
+                colour = matplotlib.colormaps[SEQUENTIAL](0.9 * (values[member.digest] - values.min()) / spread)
+            axis.plot(run.history["time"], run.history[name], color=colour, linewidth=1.0)
+        label(axis, "time", name, "s", runs[0].units[name])
+    caption = f"The probes of {len(shown)} members"
+    if values is not None:
+        low, high = (number(float(end)) for end in (values.min(), values.max()))
+        caption += f", coloured by {numeric[0]} from {low} (dark) to {high} (bright)"
+    return [figure(drawn, f"{caption}.".replace("<sup>", "^").replace("</sup>", ""))]
+
+
+def _dependence(table: Any, output: str, keys: Sequence[str]) -> str:
+    """One result against each parameter, all members."""
+    drawn, axes = panels(len(keys), 3, WIDTH, 2.6 * -(-len(keys) // 3))
+    for axis, key in zip(axes, keys, strict=True):
+        values = table[key]
+        if values.dtype.kind not in "fiu":
+            values = values.astype(str)
+        elif values.min() > 0.0 and values.max() >= 10.0 * values.min():
+            axis.set_xscale("log")
+        axis.plot(values.to_numpy(), table[output].to_numpy(), "o", markersize=4)
+        means = table.groupby(key)[output].mean()
+        if 1 < len(means) < len(np.unique(table["member"])):
+            axis.plot(means.index.astype(str) if table[key].dtype.kind not in "fiu" else means.index, means, "-", linewidth=1.0)
+        label(axis, key, output)
+    return figure(drawn, f"{output.replace('_', ' ')} against each parameter; lines join the means of equal values.")
+
+
+def _indices(found: Sequence[Sensitivity]) -> str:
+    if not found:
+        return ""
+    rows = (
+        [escape(one.output.replace("_", " ")), escape(one.key), number(one.share, 3), number(one.interval, 2)] for one in found
+    )
+    text = "<p>The share of the variance of a result that a parameter explains alone (RBD-FAST), with its 95 % interval.</p>"
+    return text + table_of(("result", "parameter", "first-order index", "±"), rows, "numbers")

@@ -1,0 +1,86 @@
+"""One table of a study: a row for each member, with its settings, how it ended, its metrics and reduced probes."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pellucid.errors import PellucidError, shown
+from pellucid.results.storage.files import replacing
+from pellucid.results.storage.run import Run
+from pellucid.studies.extra import need
+from pellucid.studies.members import DONE, Member, Outcome, places
+from pellucid.studies.ranges import at_key
+
+REDUCED = ("last", "min", "max", "mean")
+
+
+def tabulated(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]) -> Any:
+    """A pandas table, its rows in the order of the members: `member`, `state`, settings by their keys in SI units, `steps`,
+    `wall_seconds`, metrics by name, probes as `<probe>_last`, `_min`, `_max` and `_mean` over time, and `message`."""
+    rows = [_row(out, member, ended[member.digest]) for member in members]
+    columns = dict.fromkeys(name for row in rows for name in row if name != "message")
+    return need("pandas").DataFrame(rows, columns=[*columns, "message"])
+
+
+def write_table(table: Any, out: Path) -> list[Path]:
+    """Write `members.csv` and `members.parquet`; return their paths."""
+    need("pyarrow")
+    csv, parquet = out / "members.csv", out / "members.parquet"
+    with replacing(csv) as file:
+        table.to_csv(file, index=False)
+    with replacing(parquet) as file:
+        table.to_parquet(file, index=False)
+    return [csv, parquet]
+
+
+def keys_of(members: Sequence[Member]) -> list[str]:
+    """The keys that vary, in their order."""
+    return list(dict.fromkeys(key for member in members for key in member.settings))
+
+
+def outputs_of(table: Any, keys: Sequence[str]) -> list[str]:
+    """Columns of the table that are results, numbers of which not all are the same."""
+    inner = {"member", "state", "message", "steps", "wall_seconds", *keys}
+    found = [name for name in table.columns if name not in inner and table[name].dtype.kind in "fiu"]
+    return [name for name in found if table[name].nunique() > 1]
+
+
+def _row(out: Path, member: Member, ended: Outcome) -> dict[str, Any]:
+    row: dict[str, Any] = {"member": member.digest, "state": ended.state}
+    row |= {key: _plain(at_key(member.case, key), value) for key, value in member.settings.items()}
+    if ended.state == DONE:
+        run = Run(places(out, member.digest).run)
+        row |= {"steps": run.summary["steps"], "wall_seconds": run.summary["wall_seconds"]}
+        row |= metrics_of(run) | probes_of(run, [probe.name for probe in member.case.probe])
+    return row | {"message": ended.message}
+
+
+def _plain(value: Any, said: Any) -> Any:
+    """A setting as one cell: a number or a word as it stands in the case, anything else as its user would write it."""
+    value = said if value is None else value
+    return value if isinstance(value, (int, float, str)) else shown(value, 200)
+
+
+def metrics_of(run: Run) -> dict[str, float]:
+    """The metrics of a run that its summary has, or, where it was killed before it wrote them, that its files give."""
+    stored = run.summary["metrics"]
+    try:
+        found: Mapping[str, Any] = stored or {name: metric.to_data() for name, metric in run.metrics.items()}
+    except PellucidError:
+        return {}
+    return {name: float("nan") if metric["value"] is None else float(metric["value"]) for name, metric in found.items()}
+
+
+def probes_of(run: Run, names: Sequence[str]) -> dict[str, float]:
+    """Probes over the run: the last value, the least, the largest, the mean over time."""
+    found: dict[str, float] = {}
+    time = run.history["time"]
+    for name in names:
+        values = run.history[name]
+        span = time[-1] - time[0]
+        mean = float(np.trapezoid(values, time) / span) if span > 0.0 else float(values[-1])
+        reduced = (float(values[-1]), *map(float, (np.nanmin(values), np.nanmax(values))), mean)
+        found |= {f"{name}_{word}": value for word, value in zip(REDUCED, reduced, strict=True)}
+    return found
