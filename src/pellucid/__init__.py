@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pellucid.errors import Interrupted as Interrupted
     from pellucid.errors import PellucidError as PellucidError
     from pellucid.errors import RunStopped as RunStopped
-    from pellucid.results.storage.run import Run as Run
+    from pellucid.results.run import Run as Run
     from pellucid.running.launch import run_case
     from pellucid.simulation.simulation import Simulation as Simulation
     from pellucid.studies.fit import fit as fit
@@ -32,7 +32,7 @@ _HOMES = {
     "Interrupted": "errors.Interrupted",
     "PellucidError": "errors.PellucidError",
     "RunStopped": "errors.RunStopped",
-    "Run": "results.storage.run.Run",
+    "Run": "results.run.Run",
     "run": "running.launch.run_case",
     "resume": "running.launch.resume_case",
     "Simulation": "simulation.simulation.Simulation",

@@ -205,8 +205,8 @@ def watching() -> Iterator[Progress]:
 
 
 def for_terminal() -> Progress:
-    """The live line where stderr is a terminal, else the quiet one."""
-    return TerminalProgress() if sys.stderr.isatty() else QuietProgress()
+    """The live line where stderr is a terminal or the program a notebook, else the quiet one."""
+    return TerminalProgress() if sys.stderr.isatty() or "ipykernel" in sys.modules else QuietProgress()
 
 
 def state_line(*, step: int, time: float, dt: float, rate: float, energy_error: float, left: float) -> str:

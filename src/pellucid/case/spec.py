@@ -1,6 +1,7 @@
 """A case: everything that a run needs, as data. The same classes are the case file and the Python interface."""
 
 from collections.abc import Iterator, Mapping
+from html import escape
 from math import hypot
 from pathlib import Path as FilePath
 from typing import Any, Literal
@@ -250,6 +251,24 @@ class Case(Model):
     def quick_variant(self) -> "Case":
         """The case with its own quick settings, for a run within seconds; the case itself where it has none."""
         return self.with_settings(self.quick) if self.quick else self
+
+    def __repr__(self) -> str:
+        bodies = ", ".join(body.name for body in self.body)
+        return f"Case({self.title!r}, bodies {bodies}, to t = {self.time.end:g} s)"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """The case in a notebook: title, bodies and clock, and the whole file folded."""
+        from pellucid.case.writing import dumps
+
+        rows = [(f"body {body.name}", body.kind) for body in self.body]
+        if self.grid_or_none is not None:
+            rows.insert(0, ("grid", " × ".join(map(str, self.grid.counts())) + f" cells of {self.grid.cell:g} m"))
+        rows.append(("time", f"to {self.time.end:g} s"))
+        table = "".join(f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows)
+        whole = f"<details><summary>the case file</summary><pre>{escape(dumps(self))}</pre></details>"
+        return f"<b>{escape(self.title)}</b><table>{table}</table>{whole}"
 
     def to_data(self) -> dict[str, Any]:
         """The case as plain tables, lists, texts and numbers in SI units, defaults included, None left out."""

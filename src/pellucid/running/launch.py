@@ -11,15 +11,15 @@ import numpy as np
 from pellucid.compilation.reporting import compilation_told, laws_blamed
 from pellucid.errors import CaseError, RunStopped, UsageError
 from pellucid.jit import set_threads
-from pellucid.progress import Progress, WarningsOnly
+from pellucid.progress import Progress, WarningsOnly, for_terminal
 from pellucid.ranks.domain import domain
 from pellucid.registry import Registry
+from pellucid.results.run import Run
 from pellucid.results.storage import checkpoint
 from pellucid.results.storage.files import explained
 from pellucid.results.storage.identity import check_bodies, check_case, check_start, with_changes
 from pellucid.results.storage.probes import check_probes
 from pellucid.results.storage.recorder import Recorder
-from pellucid.results.storage.run import Run
 from pellucid.results.storage.run_folder import RunFolder
 from pellucid.results.storage.start import read_start
 from pellucid.running.forecast import foretold, pace_learned
@@ -34,16 +34,17 @@ def run_case(
     out: Path | str | None = None,
     threads: int | None = None,
     until: float | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     report: bool = True,
     foretell: bool = False,
 ) -> Run:
     """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
 
     `until` [s] ends it with the first step that reaches this time, `report=False` leaves out figures and report, `foretell`
-    says before it begins how many steps it will take. An earlier run in `out` is replaced. Raises `UsageError` for what is no
-    case, for a folder with other files in it or in use, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint,
-    `OutputError` for a full disk.
+    says before it begins how many steps it will take, `progress=True` shows on a terminal or in a
+    notebook how far it is. An earlier run in `out` is replaced. Raises `UsageError` for what is no case, for a folder with
+    other files in it or in use, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full
+    disk.
     """
     from pellucid.case.spec import required
 
@@ -232,9 +233,11 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
             raise UsageError(f"{path} has changed since the run began: put the old file back to go on, or start a new run")
 
 
-def _seen(progress: Progress | None) -> Progress:
-    """Who tells of a run: of processes that share it the first."""
-    return progress if progress is not None and domain.group.is_first else WarningsOnly()
+def _seen(progress: Progress | bool | None) -> Progress:
+    """Who tells of a run: of processes that share it the first; True: one for a terminal or notebook."""
+    if progress is True:
+        progress = for_terminal()
+    return progress if progress and domain.group.is_first else WarningsOnly()
 
 
 def _take_part(simulation: Any, recorder: Recorder, until: float | None, foretell: bool) -> Run:

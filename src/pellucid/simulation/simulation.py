@@ -2,7 +2,7 @@
 
 import time as wall_clock
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -182,6 +182,15 @@ class Simulation:
             self._watch.contact(self.contact_pairs, self.clock)
         else:  # beside impulses of contact on nodes, which have no balance of their own
             self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
+
+    def __iter__(self) -> Iterator["Simulation"]:
+        """Step to the end of the case; gives the simulation itself after each step, for loops of one's own.
+
+        Raises RunStopped as `step` does.
+        """
+        while not self.clock.finished(None):
+            self.step()
+            yield self
 
     def advance_bodies(self) -> None:
         """One step, of which the energy balance is not judged."""

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pellucid.geometry.meshes.triangulation import bounding_box
-from pellucid.results.pictures.bodies_in_space import VIEW, Box, opening
-from pellucid.results.pictures.quantities import Limits, limits
+from pellucid.results.pictures.bodies_in_space import Box, opening
+from pellucid.results.pictures.quantities import VIEW, Limits, limits
 from pellucid.results.pictures.rendering.camera import View
 from pellucid.results.pictures.style import COLOURS, pretty
 from pellucid.results.storage.run import Run

@@ -1,0 +1,120 @@
+"""A run in the hands of its user: in a notebook, a table, a dataset, a scene of VTK."""
+
+from functools import partial
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.errors import UsageError
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.results.report.header import facts, header
+from pellucid.results.report.html import table_of
+from pellucid.results.storage.run import Run as StoredRun
+from pellucid.state import FIELDS
+from pellucid.system.extras import needed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+need = partial(needed, extra="notebook", what="tables, datasets and scenes")
+HEIGHT = 760  # pixels of the frame in a notebook
+FRAME = '<iframe srcdoc="{page}" style="width:100%;height:{height}px;border:0" allow="fullscreen"></iframe>'
+PAGE = "<!doctype html><meta charset='utf-8'><style>body{{font:14px system-ui,sans-serif;margin:8px}}</style>{body}"
+TRIANGLE, QUADRILATERAL, TETRAHEDRON, LINE, VERTEX = 5, 9, 10, 3, 1
+"""Types of cells of VTK."""
+
+
+class Run(StoredRun):
+    """What a run left in a folder, read when it is first used: columns of its `history`, shape (rows,) each, with their
+    `units`; `fields(body, time)`, shapes (n,), (n, 3) or (n, 6) in SI units; `metrics`; `summary`."""
+
+    def to_pandas(self) -> Any:
+        """The history as a `pandas.DataFrame` over the time [s], with the units of the columns in `attrs["units"]`.
+
+        Raises `UsageError` where pandas is not installed.
+        """
+        table = need("pandas").DataFrame(dict(self.history)).set_index("time")
+        table.attrs["units"] = dict(self.units)
+        return table
+
+    def to_xarray(self, body: str, names: "tuple[str, ...] | None" = None) -> Any:
+        """Fields of a body at all frames as an `xarray.Dataset` over `time` [s], `point` and, for vectors and tensors, the
+        components; each with its `units`. `names`: of these fields alone.
+
+        Raises `UsageError` where xarray is not installed, and for a body or field that the run does not have.
+        """
+        xarray, times = need("xarray"), self.times(body)
+        frames = [self.fields(body, float(time), names) for time in times]
+        data = {}
+        for name, first in frames[0].items():
+            field, rest = FIELDS.get(name), first.shape[1:]
+            axes = ("time", "point", *(f"component_of_{n}" for n in rest))
+            attributes = {"units": field.unit, "long_name": field.meaning} if field is not None else {}
+            data[name] = (axes, np.stack([frame[name] for frame in frames]), attributes)
+        coordinates: dict[str, Any] = {"time": ("time", times, {"units": "s"})}
+        for n, components in ((3, ["x", "y", "z"]), (6, ["xx", "yy", "zz", "yz", "xz", "xy"])):
+            if any(values[1].shape[2:] == (n,) for values in data.values()):
+                coordinates[f"component_of_{n}"] = components
+        return xarray.Dataset(data, coordinates, {"body": body, "title": self.stored.title})
+
+    def to_pyvista(self, body: str, time: float | None = None) -> Any:
+        """A body at the frame nearest to `time` [s], the last by default, as a `pyvista.UnstructuredGrid` of its points,
+        elements or tetrahedra with its fields.
+
+        Raises `UsageError` where pyvista is not installed, and for a body that the run does not have.
+        """
+        fields = dict(self.fields(body, time))
+        elements, kinds = _cells_of(self.cells(body))
+        grid = need("pyvista").UnstructuredGrid(elements, kinds, fields.pop("position").astype(float))
+        for name, values in fields.items():
+            grid.point_data[name] = values
+        return grid
+
+    def plot(self, *columns: str, x: str = "time") -> "Figure":
+        """Columns of the history against time or another one, all probes by default: a figure of matplotlib.
+
+        Raises `UnknownName` for a column that the history does not have, `UsageError` where there is nothing to plot.
+        """
+        from pellucid.results.pictures.style import house_style, label, panels
+
+        names = columns or tuple(self.stored.probes)
+        if not names:
+            text = "the case has no probes: name columns of the history, such as kinetic_energy"
+            raise UsageError(text)
+        with house_style():
+            figure, drawn = panels(len(names), min(3, len(names)), height=2.8 * -(-len(names) // 3))
+            for axes, name in zip(drawn, names, strict=True):
+                axes.plot(self.history[x], self.history[name])
+                label(axes, x, name, self.units[x], self.units[name])
+        return figure
+
+    def _repr_html_(self) -> str:
+        """The run in a notebook: how it ended, its checks, and the view that turns."""
+        from pellucid.results.view.page import view_of
+
+        rows = [
+            [escape(name), f"{metric.value:.4g}", f"{metric.reference:.4g}", "✓" if metric.passed else "✗"]
+            for name, metric in self.metrics.items()
+        ]
+        checks = table_of(("check", "found", "reference", ""), rows) if rows else ""
+        body = header(self) + facts(self) + checks + view_of(self)
+        return FRAME.format(page=escape(PAGE.format(body=body)), height=HEIGHT)
+
+
+def _cells_of(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+    """Cells as VTK has them: the number of corners before the corners of each, flat, and the type of each."""
+    parts, kinds = [], []
+    points = np.asarray(cells.points).reshape(-1, 1)
+    for kind, corners in (
+        (VERTEX, points),
+        (LINE, cells.lines),
+        (TRIANGLE, cells.triangles),
+        (QUADRILATERAL, cells.quadrilaterals),
+        (TETRAHEDRON, cells.tetrahedra),
+    ):
+        if len(corners):
+            counts = np.full((len(corners), 1), corners.shape[1])
+            parts.append(np.hstack([counts, corners]).ravel())
+            kinds.append(np.full(len(corners), kind, np.uint8))
+    return np.concatenate(parts), np.concatenate(kinds)

@@ -1,0 +1,16 @@
+"""Packages of extras, imported where they are needed."""
+
+from importlib import import_module
+from typing import Any
+
+from pellucid.errors import UsageError
+
+
+def needed(module: str, extra: str, what: str) -> Any:
+    """A module of an extra. Raises UsageError with what to install where it is not there; what: who needs it, in the plural."""
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        package = module.partition(".")[0].replace("_", "-")
+        text = f"{what} need {package}, and {error.name} is not installed"
+        raise UsageError(f"{text}\n    pip install 'pellucid[{extra}]'") from None
