@@ -2,15 +2,25 @@
 
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
-from tempfile import TemporaryFile
+from tempfile import TemporaryDirectory, TemporaryFile
 
-PACKAGES = ("pellucid", "numpy", "scipy", "numba", "h5py", "pydantic", "tomlkit", "pint", "typer", "rich", "matplotlib")
-EXTRAS = {"meshlane": "mesh", "tetgen": "mesh"}
+FOR_USERS = "mesh", "sweep", "notebook", "mpi"
+"""The extras that do more than build the package."""
+BROWSERS = "chromium", "google-chrome", "chrome", "chromium-browser", "msedge"
+"""Those that draw a page without a screen and print what it says."""
+FLAGS = "--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-sync", "--dump-dom"
+SOFTWARE = "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"
+PAGE = """<p id="told"></p><script>
+const context = document.createElement("canvas").getContext("webgl2");
+document.getElementById("told").textContent = context ? "WebGL 2: " + context.getParameter(context.VERSION) : "no WebGL 2";
+</script>"""
+TRIAD, REPEATS = 4_000_000, 3  # of the arrays in which the bandwidth is measured
 
 _THREADING = """
 import numba, numpy
@@ -25,9 +35,20 @@ print(numba.threading_layer(), numba.get_num_threads())
 """
 
 _DRAWING = """
-import io
+import io, time
+import numpy as np
+from pellucid.results.pictures.rendering.axes import show
+from pellucid.results.pictures.rendering.camera import View, camera_for
+from pellucid.results.pictures.rendering.drawables import Balls
+from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.style import new_figure
-new_figure().savefig(io.BytesIO(), format="png")
+begun, places = time.perf_counter(), np.random.default_rng(1).uniform(size=(2000, 3))
+camera, figure = camera_for(View(-50.0, 22.0), places, 400), new_figure()
+picture = render([Balls(places, np.full(2000, 0.02), np.full((2000, 3), 0.5))], camera, None)
+show(figure.subplots(), picture, camera)
+figure.savefig(io.BytesIO(), format="png")
+assert 0.1 < np.mean(picture[..., 3] > 0.0) <= 1.0, "the picture is blank"
+print(f"{time.perf_counter() - begun:.1f}")
 """
 
 Row = tuple[str, str, str]
@@ -38,17 +59,29 @@ def examine() -> list[Row]:
     return [
         ("python", f"{platform.python_version()} ({sys.executable})", ""),
         ("system", f"{platform.platform()}, {os.cpu_count()} cores", ""),
-        *((name, _version(name) or "missing", "" if _version(name) else "pip install . in the clone") for name in PACKAGES),
-        *(
-            (name, _version(name) or "not installed", f"optional: pip install '.[{extra}]' in the clone")
-            for name, extra in EXTRAS.items()
-        ),
+        ("pellucid", _version("pellucid") or "missing", ""),
+        *((name, _version(name) or "missing", "" if _version(name) else "pip install pellucid") for name, _ in _packages("")),
+        *(_optional(name, extra) for extra in FOR_USERS for name, _ in _packages(extra)),
         _threading(),
         _kernel_cache(),
         _drawing(),
+        _browser(),
         _memory(),
+        _bandwidth(),
         _disk(),
     ]
+
+
+def _packages(extra: str) -> list[tuple[str, str]]:
+    """Names of the packages of an extra, or of those that are always needed, and what else is said of them."""
+    found = [re.split(r"(?<=[\w\]])(?=[^\w.\-\[\]])", line, maxsplit=1) for line in requires("pellucid") or []]
+    named = [(name.partition("[")[0], rest[0] if rest else "") for name, *rest in found]
+    return [(name, rest) for name, rest in named if (f"extra == '{extra}'" in rest if extra else "extra ==" not in rest)]
+
+
+def _optional(name: str, extra: str) -> Row:
+    found = _version(name)
+    return name, found or "not installed", "" if found else f"optional: pip install 'pellucid[{extra}]'"
 
 
 def _version(name: str) -> str:
@@ -93,8 +126,29 @@ def _writable(folder: Path) -> bool:
 def _drawing() -> Row:
     status, text = _in_own_process(_DRAWING)
     if status == 0:
-        return "drawing in 3-D", "pellucid's own renderer draws into figures of matplotlib, without a screen", ""
-    return "drawing in 3-D", "no figure can be written", f"reinstall matplotlib: {text}"
+        return "stills and films", f"pellucid's own renderer and matplotlib drew one in {text} s, without a screen", ""
+    return "stills and films", "none can be drawn", f"reinstall matplotlib: {text}"
+
+
+def _browser() -> Row:
+    """Whether a browser of this machine draws the view of a report, which is WebGL 2 by three.js."""
+    what, command = "view that turns", next(filter(None, map(shutil.which, BROWSERS)), None)
+    if command is None:
+        return what, "no browser was found that could be tried", "open report.html in any browser, on any machine"
+    with TemporaryDirectory(prefix="pellucid-") as folder:
+        page = Path(folder) / "page.html"
+        page.write_text(PAGE, encoding="utf-8")
+        told = ""
+        for more in ((), SOFTWARE):  # without a graphics card the browser draws itself, if it is told to
+            call = [command, *FLAGS, *more, f"--user-data-dir={folder}/profile", page.as_uri()]
+            try:
+                done = subprocess.run(call, capture_output=True, text=True, timeout=60, check=False)
+            except (OSError, subprocess.TimeoutExpired) as error:
+                return what, f"{command} did not open a page ({type(error).__name__})", "try another browser"
+            told = next(iter(re.findall(r'<p id="told">(.+?)</p>', done.stdout)), "it said nothing")
+            if told.startswith("WebGL 2"):
+                return what, f"{Path(command).name} draws it, {told}{', in software' if more else ''}", ""
+    return what, f"{Path(command).name}: {told}", "switch WebGL on in the browser, or open report.html elsewhere"
 
 
 def _memory() -> Row:
@@ -104,6 +158,15 @@ def _memory() -> Row:
     except (AttributeError, ValueError, OSError):
         return "memory", "unknown on this system", ""
     return "memory", f"{total / 2**30:.1f} GiB, {free / 2**30:.1f} GiB free", ""
+
+
+def _bandwidth() -> Row:
+    from pellucid.bench.machine import triad_bandwidth
+
+    cores = os.cpu_count() or 1
+    speeds = [triad_bandwidth(threads, TRIAD, REPEATS) / 1e9 for threads in dict.fromkeys((1, cores))]
+    told = " and ".join(f"{speed:.1f} GB/s" for speed in speeds)
+    return "memory bandwidth", f"{told} with {' and '.join(map(str, dict.fromkeys((1, cores))))} threads", ""
 
 
 def _disk() -> Row:
