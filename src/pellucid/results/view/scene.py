@@ -67,7 +67,7 @@ def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> S
     varying = _fields(states, {"velocity"} if run.stored.steady else set())
     fields = dict(list(varying.items())[:MOST_FIELDS])
     boxes = [bounding_box(actor.start) for actor in actors]
-    hidden = [_surrounds_all(boxes, k) for k in range(len(actors))]
+    hidden = [actor.kind == "points" and _surrounds_all(boxes, k) for k, actor in enumerate(actors)]
     shown = [k for k, of_body in enumerate(hidden) if not of_body]
     across = _across(run, actors)
     cut = opening([np.stack(boxes[k]) for k in shown]) if across is None else None
