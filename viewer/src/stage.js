@@ -58,7 +58,7 @@ export class Stage {
   // the window takes the shape of its place, the picture fills it
   fit() {
     const width = this.box.clientWidth, [wide, tall] = [this.reach(0), this.reach(1)];
-    const shape = this.scene.flat ? (width * tall) / wide + ROOM : 0.62 * width;
+    const shape = this.scene.flat ? (width * tall) / wide + ROOM : Math.max(0.62 * width, Math.min(width, 320));
     const height = Math.round(Math.min(Math.max(shape, 180), 0.8 * window.innerHeight, 640));
     this.renderer.setPixelRatio(window.devicePixelRatio);
     this.renderer.setSize(width, height);
