@@ -13,12 +13,11 @@ from pellucid.case import load
 from pellucid.gallery.gan2011 import piezo_pictures
 from pellucid.gallery.lian2014 import shapes
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures import bodies_in_space, figures, painter, surfaces_in_space
+from pellucid.results.pictures import bodies_in_space, figures, painter
 from pellucid.results.pictures.case_module import drawn_by_module
 
 WIDTHS = [
     (bodies_in_space, "COLUMNS"),
-    (surfaces_in_space, "COLUMNS"),
     (shapes, "PANEL_COLUMNS"),
     (shapes, "FILM_COLUMNS"),
     (piezo_pictures, "COLUMNS"),

@@ -1,8 +1,10 @@
 // A body on the stage: its points, surface or lines, and the face where a cut goes through tetrahedra.
-import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineSegments, Mesh, Points, ShaderMaterial } from "three";
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineSegments, Mesh, Points, ShaderMaterial, Vector2 } from "three";
 import { placed } from "./frame.js";
 import { section } from "./section.js";
 import { points, surface } from "./shaders.js";
+
+const STROKE = [-1, 0, 1].flatMap((x) => [-1, 0, 1].map((y) => [x, y])); // lines a pixel wide side by side make a wide one
 
 export class Actor {
   constructor(body, frame, shared, flat) {
@@ -15,9 +17,9 @@ export class Actor {
       lit: { value: flat || body.kind === "lines" ? 0 : 1 },
       radius: { value: body.radius / frame.size },
     };
-    this.uniforms = { ...shared, ...this.own, whole: { value: 0 } };
+    this.uniforms = { ...shared, ...this.own, whole: { value: 0 }, shift: { value: new Vector2() } };
     this.object = new Group();
-    this.object.add(this.drawn());
+    this.object.add(...this.drawn());
     if (body.tetrahedra.length) {
       const uniforms = { ...this.uniforms, whole: { value: 1 }, lit: { value: 0 } };
       this.face = new Mesh(new BufferGeometry(), new ShaderMaterial({ ...surface, uniforms, side: DoubleSide }));
@@ -34,10 +36,13 @@ export class Actor {
     geometry.setAttribute("shade", new BufferAttribute(new Uint8Array(count), 1, true));
     geometry.setAttribute("failed", new BufferAttribute(new Uint8Array(count), 1));
     if (kind !== "points") geometry.setIndex(new BufferAttribute(kind === "surface" ? triangles : lines, 1));
-    const look = new ShaderMaterial({ ...(kind === "points" ? points : surface), uniforms: this.uniforms, side: DoubleSide });
-    const object = new (kind === "points" ? Points : kind === "surface" ? Mesh : LineSegments)(geometry, look);
-    object.frustumCulled = false;
-    return object;
+    const Kind = { points: Points, surface: Mesh, lines: LineSegments }[kind], copies = kind === "lines" ? STROKE : [[0, 0]];
+    return copies.map((shift) => {
+      const uniforms = { ...this.uniforms, shift: { value: new Vector2(...shift) } };
+      const object = new Kind(geometry, new ShaderMaterial({ ...(kind === "points" ? points : surface), uniforms, side: DoubleSide }));
+      object.frustumCulled = false;
+      return object;
+    });
   }
 
   show(instant, field, failures) {

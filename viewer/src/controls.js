@@ -10,7 +10,7 @@ export function addControls(place, stage) {
   const rows = [instants(stage, change), element("div", { className: "row" }, ...colours(stage, change)), bodies(stage, change)];
   if (!stage.scene.flat) rows[1].append(...cut(stage));
   const hint = stage.scene.flat ? "Drag to move" : "Drag to turn, with two fingers or the right button to move";
-  const notes = [...stage.scene.notes.map((note) => `${note}; the files have all`), `${hint}; after a click the wheel zooms; a double click brings the first view back`];
+  const notes = [...stage.scene.notes, ...(stage.scene.notes.length ? ["The files have all"] : []), `${hint}; after a click the wheel zooms; a double click brings the first view back`];
   place.append(...rows, element("p", { className: "notes" }, `${notes.join(". ")}.`));
   tell();
 }

@@ -1,13 +1,13 @@
 // What the colours mean, and how long things are.
 import { element, number, prefixed, round } from "./words.js";
 
-const WIDEST = 0.22; // of the bar, as a share of the window
+const WIDEST = 0.22, ROOM = 110; // of the bar, as a share of the window; pixels for its words at the least
 
 export function addLegend(stage) {
   const legend = element("div", { className: "legend" }), bar = element("div", { className: "bar" });
   stage.box.append(legend, bar);
   stage.afterwards.push(() => {
-    const length = round(WIDEST * stage.canvas.clientWidth * stage.metres);
+    const length = round(Math.max(WIDEST * stage.canvas.clientWidth, ROOM) * stage.metres);
     bar.style.width = `${length / stage.metres}px`;
     bar.textContent = prefixed(length, "m");
   });

@@ -42,18 +42,20 @@ void main() {
   float square = dot(at, at);
   if (square > 1.0) discard;
   float rise = sqrt(1.0 - square);
-  gl_FragDepth = gl_FragCoord.z + radius * (1.0 - rise) / depth; // behind a membrane that goes through the centres
+  gl_FragDepth = gl_FragCoord.z + radius * (2.0 - rise) / depth; // behind a membrane whose plane they reach through
   gl_FragColor = vec4(shown(vec3(at, rise)), 1.0);
 }`,
 };
 
 export const surface = {
   vertexShader: `${given}
+uniform vec2 shift, pixel;
 varying vec3 vNormal;
 void main() {
   give();
   vNormal = normalMatrix * normal;
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  gl_Position.xy += shift * pixel;
 }`,
   fragmentShader: `${colour}${cut}
 uniform float whole;

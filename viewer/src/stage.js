@@ -1,5 +1,5 @@
 // The picture: a camera of parallel light that turns, the bodies, what cuts them.
-import { DataTexture, LinearFilter, OrthographicCamera, RGBAFormat, Scene, Vector3, Vector4, WebGLRenderer } from "three";
+import { DataTexture, LinearFilter, OrthographicCamera, RGBAFormat, Scene, Vector2, Vector3, Vector4, WebGLRenderer } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { Actor } from "./actor.js";
 import { frameOf } from "./frame.js";
@@ -20,7 +20,7 @@ export class Stage {
     this.box.className = "stage";
     this.box.append(this.canvas);
     place.prepend(this.box);
-    this.shared = { palette: { value: null }, cut: { value: new Vector4(0, 0, 0, EVERYTHING) }, pixels: { value: 1 }, depth: { value: 2 * AWAY } };
+    this.shared = { palette: { value: null }, cut: { value: new Vector4(0, 0, 0, EVERYTHING) }, pixels: { value: 1 }, pixel: { value: new Vector2() }, depth: { value: 2 * AWAY } };
     this.drawn = new Scene();
     this.actors = scene.bodies.map((body) => new Actor(body, this.frame, this.shared, scene.flat));
     scene.bodies.forEach((body, k) => (this.actors[k].object.visible = !body.hidden));
@@ -58,7 +58,7 @@ export class Stage {
   // the window takes the shape of its place, the picture fills it
   fit() {
     const width = this.box.clientWidth, [wide, tall] = [this.reach(0), this.reach(1)];
-    const shape = this.scene.flat ? (width * tall) / wide + ROOM : 0.62 * width;
+    const shape = this.scene.flat ? (width * tall) / wide + ROOM : Math.max(0.62 * width, Math.min(width, 320));
     const height = Math.round(Math.min(Math.max(shape, 180), 0.8 * window.innerHeight, 640));
     this.renderer.setPixelRatio(window.devicePixelRatio);
     this.renderer.setSize(width, height);
@@ -104,6 +104,7 @@ export class Stage {
       this.camera.updateProjectionMatrix();
       const pixels = (this.canvas.height * this.camera.zoom) / (this.camera.top - this.camera.bottom);
       this.shared.pixels.value = pixels;
+      this.shared.pixel.value.set(2 / this.canvas.width, 2 / this.canvas.height).multiplyScalar(window.devicePixelRatio);
       this.renderer.render(this.drawn, this.camera);
       for (const after of this.afterwards) after();
     });

@@ -7,14 +7,16 @@ from pydantic import BeforeValidator
 
 from pellucid.case.columns import unknown_column
 from pellucid.case.plot import Figure, unit_problems
+from pellucid.conditions.support import Face
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.model import AtLeastOne, AtLeastTwo, Model, Vector, check, one_or_several, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.state import FIELDS
 
-DERIVED = {"speed": "m/s", "displacement": "m", "load": "Pa"}
-"""What is worked out of fields, with units: the load is the pressure of fluids and von Mises' equivalent stress of solids."""
+DERIVED = {"speed": "m/s", "displacement": "m", "load": "Pa", "normal_velocity": "m/s"}
+"""What is worked out of fields, with units: the load is the pressure of fluids and von Mises' equivalent stress of solids, the
+normal velocity that of surfaces in space."""
 Names = Annotated[tuple[str, ...], BeforeValidator(one_or_several)]
 
 
@@ -55,6 +57,8 @@ class Pictured(Figure):
     limits: tuple[float, float] | None = parameter(
         "", "values at the ends of the colours in that unit; without it as the values are, but for a few extreme ones", None
     )
+    mirror: tuple[Face, ...] = parameter("", "faces of the grid that are planes of symmetry, whose mirror images are shown", ())
+    arrows: bool = parameter("", "whether surfaces in space have arrows of the velocity in them", False)
     camera: CameraCase = parameter("", "where the eye is, in space", CameraCase())
     cut: CutCase | None = parameter("", "where bodies in space are cut open", None)
 
@@ -72,6 +76,8 @@ class Pictured(Figure):
             yield from parts.unknown(BodyModel, (*path, "cut", "through"), self.cut.through)
         if self.cut is not None and not all(parts.active_axes):
             yield Finding((*path, "cut"), "the case is flat: there is nothing to cut open", "leave it out")
+        if self.mirror and parts.lacks_grid:
+            yield from parts.no_grid((*path, "mirror"), "faces are those of a grid")
         if sum(parts.active_axes) == 1:
             yield Finding(path, "the case is a line, of which there is no picture", "use a [[plot]] of probes")
         shown = [body for body in parts.of(BodyModel) if not self.bodies or body.name in self.bodies]

@@ -5,11 +5,12 @@ import pytest
 from films import case
 
 import pellucid
+from pellucid.results.pictures.bodies_in_space import SpaceStage
 from pellucid.results.pictures.figures import has_momentum
 from pellucid.results.pictures.own import bodies_at
 from pellucid.results.pictures.quantities import Look
+from pellucid.results.pictures.stage import film_of
 from pellucid.results.pictures.style import house_style
-from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 SPHERE = "surface = {{ icosphere = {{ centre = [0, 0, 0], radius = 1, refinements = {} }} }}"
 SQUEEZED = """
@@ -55,9 +56,10 @@ def squeezed(tmp_path_factory):
 
 
 def test_a_surface_moves_with_its_density_and_its_flow(squeezed, monkeypatch):
-    monkeypatch.setattr("pellucid.results.pictures.surfaces_in_space.COLUMNS", 120)
+    monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 120)
+    times = squeezed.times("film")
     with house_style():
-        film = film_of_surfaces(squeezed, ["film"])
+        film = film_of(SpaceStage(squeezed, Look("load", arrows=True), times), times.tolist())
         figures = [film.draw(time) for time in film.times]
     pictures = [figure.axes[0].images[0].get_array() for figure in figures]
     assert pictures[0].shape == pictures[-1].shape

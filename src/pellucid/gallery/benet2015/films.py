@@ -13,8 +13,6 @@ from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures import style
 from pellucid.results.pictures.annotations import Axes, Run
-from pellucid.results.pictures.films import Animation
-from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid may have
 
@@ -65,11 +63,6 @@ def enclosed_area(run: Run, name: str, time: float) -> float:
     """Area inside a closed film in the plane [m²], of the polygon through its nodes."""
     x, y = run.fields(name, time)["position"][:, :2].T
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-
-
-def motion_of_surface(run: Run) -> dict[str, Animation]:
-    """The only film of the case, in space: its density and what flows in it."""
-    return {"motion": film_of_surfaces(run, [film_of(run).name])}
 
 
 def kept(run: Run, name: str) -> dict[str, Metric]:

@@ -7,9 +7,7 @@ from pellucid.gallery.benet2015.films import films_of
 from pellucid.gallery.exact_curves import compared, vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.style import COLOURS, label, new_panels
-from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 CAPTIONS = {"profile": "Profiles at the end, and what the radius of the film in space differs by from that of revolution."}
 
@@ -67,8 +65,3 @@ def figures(run: Run) -> dict[str, Figure]:
     right.plot(height, 1e3 * off, ".", color=COLOURS[1], markersize=3)
     label(right, "z", "difference of the radii", "m", "mm")
     return {"profile": figure}
-
-
-def films(run: Run) -> dict[str, Animation]:
-    """The film in space as it is squeezed."""
-    return {"motion": film_of_surfaces(run, [_films(run)[1]])}

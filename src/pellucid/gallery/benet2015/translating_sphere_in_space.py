@@ -1,8 +1,5 @@
 """Translating sphere in space against the exact steady motion."""
 
-from pellucid.gallery.benet2015.films import motion_of_surface
 from pellucid.gallery.benet2015.translating import CAPTIONS, METRICS, figures, metrics
 
-__all__ = ["CAPTIONS", "METRICS", "figures", "films", "metrics"]
-
-films = motion_of_surface
+__all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]

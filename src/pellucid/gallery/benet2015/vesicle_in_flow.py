@@ -10,10 +10,8 @@ from pellucid.geometry.algorithms.equivalent_ellipse import of_surface
 from pellucid.references.drops import approach, deformation
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly
 from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
-from pellucid.results.pictures.surfaces_in_space import film_of_surfaces
 
 CLOSE, CELLS = 0.05, 6.0  # error at so many cells a radius; it falls at second order
 PANELS = 3
@@ -71,11 +69,6 @@ def metrics(run: Run) -> dict[str, Metric]:
 def figures(run: Run) -> dict[str, Figure]:
     """The deformation against time; sections."""
     return {"deformation": _deformation(run), "sections": _sections(run)}
-
-
-def films(run: Run) -> dict[str, Animation]:
-    """The drop: how fast its film moves along the normal, and how it goes round as a tank tread."""
-    return {"motion": film_of_surfaces(run, ["film"])}
 
 
 def _deformation(run: Run) -> Figure:

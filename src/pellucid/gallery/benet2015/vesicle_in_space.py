@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import film_of, motion_of_surface
+from pellucid.gallery.benet2015.films import film_of
 from pellucid.gallery.benet2015.vesicle_shapes import metrics
 from pellucid.references.vesicles import SHAPE_ENERGIES
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-__all__ = ["CAPTIONS", "METRICS", "figures", "films", "metrics"]
+__all__ = ["CAPTIONS", "METRICS", "figures", "metrics"]
 
 CAPTIONS = {"energy": "Bending energy against time with that of the shape equations, and the profile at the end."}
 
@@ -28,6 +28,3 @@ def figures(run: Run) -> dict[str, Figure]:
     right.set_aspect("equal")
     label(right, "distance from the axis", "z", "m", "m")
     return {"energy": figure}
-
-
-films = motion_of_surface

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pellucid.results.pictures.annotations import Axes, Figure, Run
+from pellucid.results.pictures.mirrors import cells_with_images, with_images
 from pellucid.results.pictures.quantities import Fields, Look, is_film, limits_of, values_of, word_of
 from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
 from pellucid.results.pictures.style import COLOURS, colour_bar, label, new_panels
@@ -44,7 +45,7 @@ class PlaneStage:
         self._bodies = [body for body in bodies if not is_film(body)]
         self._skins = [body.name for body in bodies if is_film(body)]
         self._flat = [axis for axis in range(3) if not run.stored.thin[axis]]
-        self._start = {body.name: _thinned(run.fields(body.name, 0.0, ("position",)))["position"] for body in self._bodies}
+        self._start = {body.name: self._fields(body.name, 0.0)["position"] for body in self._bodies}
         states = [self._state(float(time)) for time in times]
         self._colours = limits_of([values for _, values in states], look)
         skins = [self._skin(name, float(time)) for name in self._skins for time in times]
@@ -71,7 +72,9 @@ class PlaneStage:
         limited, palette = self._colours, self._colours.palette
         axes.scatter(x[known], y[known], size, values[known], linewidths=0, cmap=palette, vmin=limited.low, vmax=limited.high)
         for name in self._skins:
-            self._draw_skin(axes, self._skin(name, time), self._run.cells(name).lines)
+            place = self._skin(name, time)
+            cells = cells_with_images(self._run.cells(name), len(place) // 2 ** len(self._look.mirrors), self._look.mirrors)
+            self._draw_skin(axes, place, cells.lines)
         axes.set(xlim=(self._low[0], self._high[0]), ylim=(self._low[1], self._high[1]), aspect="equal")
         axes.locator_params(nbins=MOST_TICKS)  # else there are more after the layout, with longer labels that find no room
         axes.grid(False)
@@ -86,14 +89,17 @@ class PlaneStage:
         """Places on the paper [m], shape (n, 2), and what colours the points, shape (n,), of those that are there."""
         places, values = [np.empty((0, 2))], [np.empty(0)]
         for body in self._bodies:
-            fields = _thinned(self._run.fields(body.name, time))
+            fields = self._fields(body.name, time)
             there = _there(fields)
             places.append(fields["position"][there][:, self._flat])
             values.append(values_of(body, fields, self._look, self._start[body.name])[there])
         return np.concatenate(places), np.concatenate(values)
 
+    def _fields(self, name: str, time: float) -> Fields:
+        return with_images(_thinned(self._run.fields(name, time)), self._look.mirrors)
+
     def _skin(self, name: str, time: float) -> np.ndarray:
-        return self._run.fields(name, time, ("position",))["position"][:, self._flat]
+        return with_images(self._run.fields(name, time, ("position",)), self._look.mirrors)["position"][:, self._flat]
 
     def _draw_skin(self, axes: Axes, position: np.ndarray, lines: np.ndarray) -> None:
         """A film as a dark line, light at its sides, so that it stands out from every colour."""

@@ -3,9 +3,11 @@
 import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.geometry.meshes.triangulation import bounding_box
+from pellucid.geometry.meshes.triangulation import bounding_box, vertex_normals
 from pellucid.results.pictures.annotations import Axes, Figure, Run
-from pellucid.results.pictures.quantities import Fields, Look, limits_of, values_of, word_of
+from pellucid.results.pictures.arrows import draw_arrows, spread
+from pellucid.results.pictures.mirrors import cells_with_images, with_images
+from pellucid.results.pictures.quantities import NORMAL_VELOCITY, Fields, Look, limits_of, values_of, word_of
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.camera import Plane, camera_for
 from pellucid.results.pictures.rendering.creases import Faceted, split_at_creases
@@ -16,13 +18,14 @@ from pellucid.results.pictures.rendering.sections import cut_face
 from pellucid.results.pictures.style import colour_bar
 
 COLUMNS = 700  # pixels of a panel
-FAILED = (0.92, 0.10, 0.09)
-"""Of points that bear no stress any more."""
+GREY, FAILED = (0.77, 0.78, 0.82), (0.92, 0.10, 0.09)
+"""Of points without a value, and of those that bear no stress any more."""
 Direction = tuple[float, float, float]
 FRONT: Direction = (0.0, -1.0, 0.0)
 """The side from which bodies are opened: the eye is there."""
 
 ASIDE = 1e-3  # of the size of what is surrounded
+AT_REST = 1e-2  # of the fastest motion of the figure: what is slower has no arrows
 IN_FRONT = 0.01  # of the size of the picture, by which membranes are drawn nearer to the eye than solids that they lie on
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner [m], shape (3,) each."""
@@ -38,10 +41,11 @@ class SpaceStage:
     def __init__(self, run: Run, look: Look, times: np.ndarray, columns: int | None = None) -> None:
         shown = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
         self._run, self._look = run, look
-        self._cells = {body.name: cells for body in shown if not len((cells := run.cells(body.name)).lines)}
-        self._bodies = {body.name: body for body in shown if body.name in self._cells}
-        self._start = {name: run.fields(name, 0.0, ("position",))["position"] for name in self._bodies}
-        fields = [{name: run.fields(name, float(time)) for name in self._bodies} for time in times]
+        self._bodies = {body.name: body for body in shown if not len(run.cells(body.name).lines)}
+        self._start = {name: self._fields(name, 0.0)["position"] for name in self._bodies}
+        halves = {name: len(place) // 2 ** len(look.mirrors) for name, place in self._start.items()}
+        self._cells = {name: cells_with_images(run.cells(name), n, look.mirrors) for name, n in halves.items()}
+        fields = [{name: self._fields(name, float(time)) for name in self._bodies} for time in times]
         values = [self._values(name, of_body) for state in fields for name, of_body in state.items()]
         self._colours = limits_of(values, look)
         self._solids = [position for name, position in self._start.items() if len(self._cells[name].tetrahedra)]
@@ -52,6 +56,8 @@ class SpaceStage:
         kept = places[self._cut.beyond(places) <= 0.0] if self._cut else places
         self._camera = camera_for(look.view, kept if len(kept) else places, columns or COLUMNS, margin=0.06)
         self._surfaces = {name: faceted(of_body, self._start[name]) for name, of_body in self._cells.items()}
+        self._arrowed = {name: spread(place) for name, place in self._start.items() if look.arrows}
+        self._fastest = max((_fastest(of_body) for state in fields for of_body in state.values()), default=0.0)
         self._nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * look.view.axes()[2]
 
     @property
@@ -66,23 +72,42 @@ class SpaceStage:
 
         drawn: list[Drawable] = []
         for name, cells in self._cells.items():
-            fields = self._run.fields(name, time)
+            fields = self._fields(name, time)
             colours = coloured(self._values(name, fields), self._colours[:2], self._colours.palette)
+            colours[np.isnan(colours).any(axis=1)] = GREY
             lies_on = len(self._solids) > 0 and len(cells.tetrahedra) == 0 and len(self._surfaces[name].triangles) > 0
             drawn.append(_drawable(fields, self._surfaces[name], colours, self._nearer if lies_on else 0.0 * self._nearer))
             if self._cut and len(cells.tetrahedra):
                 drawn.append(cut_face(fields["position"], cells.tetrahedra, colours, self._cut))
         show(axes, render(drawn, self._camera, self._cut), self._camera)
         scale_bar(axes, self._camera)
+        self._draw_arrows(axes, time)
         words = f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}"
         corner_words(axes, words, "cut open" if self._cut else "")
+
+    def _draw_arrows(self, axes: Axes, time: float) -> None:
+        surfaces = {name: self._fields(name, time) for name in self._arrowed if len(self._cells[name].surface())}
+        fastest = max(map(_fastest, surfaces.values()), default=0.0)
+        for name, fields in surfaces.items() if fastest > AT_REST * self._fastest else ():
+            flow = self._cells[name].surface(), fields["velocity"], self._arrowed[name], fastest
+            draw_arrows(axes, self._camera, fields["position"], *flow)
 
     def bar(self, figure: Figure) -> None:
         """What the colours mean."""
         colour_bar(figure, word_of(list(self._bodies.values()), self._look), self._colours, self._colours.palette)
 
+    def _fields(self, name: str, time: float) -> Fields:
+        return with_images(self._run.fields(name, time), self._look.mirrors)
+
     def _values(self, name: str, fields: Fields) -> np.ndarray:
+        if self._look.quantity == NORMAL_VELOCITY and len(triangles := self._cells[name].surface()):
+            normal = vertex_normals(fields["position"], triangles)
+            fields = {**fields, NORMAL_VELOCITY: np.einsum("ni,ni->n", fields["velocity"], normal)}
         return values_of(self._bodies[name], fields, self._look, self._start[name])
+
+
+def _fastest(fields: Fields) -> float:
+    return float(np.linalg.norm(fields["velocity"], axis=1).max())
 
 
 def is_open_in_front(run: Run) -> bool:

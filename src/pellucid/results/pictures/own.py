@@ -12,6 +12,7 @@ from pellucid.results.pictures.bodies_in_space import SpaceStage, through_the_mi
 from pellucid.results.pictures.curves_in_plane import CurveStage, are_curves
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
+from pellucid.results.pictures.mirrors import mirrors_at
 from pellucid.results.pictures.quantities import Look
 from pellucid.results.pictures.rendering.camera import Plane, View
 from pellucid.results.pictures.stage import Stage, film_of, side_by_side
@@ -67,7 +68,9 @@ def _look(run: Run, asked: Pictured) -> Look:
         else:
             plane = Plane(tuple(normal), float(normal @ np.array(cut.at)))
     view = View(camera.turn, camera.rise)
-    return Look(asked.quantity, asked.component, asked.unit, asked.limits, asked.bodies, view, plane)
+    mirrors = mirrors_at(asked.mirror, run.stored.grid)
+    colours = asked.quantity, asked.component, asked.unit, asked.limits
+    return Look(*colours, asked.bodies, view, plane, mirrors=mirrors, arrows=asked.arrows)
 
 
 def _extremes(run: Run, asked: Picture) -> Iterator[float]:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.models import BODIES
+from pellucid.results.pictures.mirrors import Mirror
 from pellucid.results.pictures.rendering.camera import Plane, View
 from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL, Extend, with_unit
 from pellucid.results.storage.probes import scalar
@@ -14,6 +15,8 @@ from pellucid.state import FIELDS
 from pellucid.units import to_si
 
 VIEW = View(-50.0, 22.0)
+NORMAL_VELOCITY = "normal_velocity"
+"""Of surfaces in space, along their normals."""
 
 Fields = dict[str, np.ndarray]
 """The fields of a body at an instant, by name."""
@@ -22,7 +25,7 @@ Fields = dict[str, np.ndarray]
 class Look(NamedTuple):
     """How bodies are shown: what colours them and in which unit, which of them (all where none is named), from where, and
     where they are cut open: at a plane, or through the middle of the largest solid where `halved`, else only what surrounds
-    others."""
+    others; with their images in planes of symmetry, and arrows of the velocity in surfaces."""
 
     quantity: str
     component: str | None = None
@@ -32,6 +35,8 @@ class Look(NamedTuple):
     view: View = VIEW
     cut: Plane | None = None
     halved: bool = False
+    mirrors: tuple[Mirror, ...] = ()
+    arrows: bool = False
 
 
 BOTH_SIGNS = 0.2
@@ -77,8 +82,8 @@ def word_of(bodies: Sequence[StoredBody], look: Look) -> str:
 
 def _meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
     """Name and SI unit of a quantity."""
-    if quantity in ("speed", "displacement"):
-        return quantity, FIELDS["velocity" if quantity == "speed" else "position"].unit
+    if quantity in ("speed", "displacement", NORMAL_VELOCITY):
+        return quantity, FIELDS["position" if quantity == "displacement" else "velocity"].unit
     if quantity != "load":
         return quantity, FIELDS[quantity].unit
     own = {_pictured(body) for body in bodies}

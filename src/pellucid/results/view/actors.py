@@ -27,7 +27,6 @@ class Actor:
         self.cells = run.cells(name) if stride == 1 else Cells()
         self.surface = faceted(self.cells, self.start)
         self.radius = float(_radius(run, start) * np.cbrt(stride))
-        self.can_fail = "failed" in start
 
     @property
     def kind(self) -> str:

@@ -16,6 +16,7 @@ from pellucid.state import FIELDS
 
 MOST_POINTS = 200_000
 """Of all bodies together. Of more, points are left out evenly; the files have all."""
+MOST_INSTANTS = 250
 MOST_FIELDS = 8
 SEEN = 0.2, 99.8
 """Percentiles between which the window has room for points: single ones fly far."""
@@ -33,9 +34,11 @@ class Scene(NamedTuple):
 
 
 class _Instant(NamedTuple):
-    """A body at an instant: its stored fields that say where it is, and one number a point of others."""
+    """A body at an instant: positions [m], which points are there, which have failed, one number a point of each field."""
 
-    fields: Fields
+    position: np.ndarray
+    there: np.ndarray
+    failed: np.ndarray
     shown: Fields
 
 
@@ -49,15 +52,17 @@ def scene_of(run: Run, budget: int) -> Scene | None:
     if np.count_nonzero(_sides(actors) == 0.0) > 1:  # nodes of a line
         return None
     times = run.times(bodies[0].name)
-    count = min(3, len(times))  # which tell how much room an instant takes
+    most = min(MOST_INSTANTS, len(times))
+    count = min(3, most)  # which tell how much room an instant takes
     while True:
         chosen = times[np.unique(np.linspace(0, len(times) - 1, count).astype(int))]
         scene = _scene(run, actors, chosen, len(times))
-        fitting = min(len(times), int(0.95 * budget * count / len(scene.packed)))
+        fitting = int(0.95 * budget * count / len(scene.packed))
         if len(scene.packed) > budget and count > 2:
-            count = max(2, min(fitting, count - 1))
-        elif count < len(times) and fitting > 1.1 * count:
-            count = fitting
+            most = count - 1
+            count = max(2, min(fitting, most))
+        elif min(fitting, most) > 1.1 * count:
+            count = min(fitting, most)
         else:
             return scene
 
@@ -67,7 +72,7 @@ def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> S
     varying = _fields(states, {"velocity"} if run.stored.steady else set())
     fields = dict(list(varying.items())[:MOST_FIELDS])
     boxes = [bounding_box(actor.start) for actor in actors]
-    hidden = [_surrounds_all(boxes, k) for k in range(len(actors))]
+    hidden = [actor.kind == "points" and _surrounds_all(boxes, k) for k, actor in enumerate(actors)]
     shown = [k for k, of_body in enumerate(hidden) if not of_body]
     across = _across(run, actors)
     cut = opening([np.stack(boxes[k]) for k in shown]) if across is None else None
@@ -93,20 +98,20 @@ def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> S
 
 def _packed(pack: Pack, actor: Actor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
     """What is told of a body; its arrays go into the pack, in the order in which viewer/src/data.js reads them."""
-    low, high = bounding_box(np.concatenate([at.fields["position"][there(at.fields)] for at in instants]))
+    low, high = bounding_box(np.concatenate([at.position[at.there] for at in instants]))
     cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
     cells |= {"lines": actor.cells.lines, "tetrahedra": actor.cells.tetrahedra}
     for corners in cells.values():
         pack.add(corners.astype(np.uint32).T)
     for at in instants:
-        pack.add(places(at.fields["position"], there(at.fields), low, high - low), "position")
+        pack.add(places(at.position, at.there, low, high - low), "position")
     known = [name for name in fields if name in instants[0].shown]
     for name in known:
         for at in instants:
             pack.add(shades(at.shown[name], fields[name].low, fields[name].high), name)
-    failed = actor.can_fail and any(at.fields["failed"].any() for at in instants)
+    failed = any(bool(at.failed.any()) for at in instants)
     for at in instants if failed else ():
-        pack.add((at.fields["failed"] > 0).astype(np.uint8), "failed")
+        pack.add(at.failed.astype(np.uint8), "failed")
     pack.forget()
     return {
         "name": actor.name,
@@ -123,7 +128,7 @@ def _packed(pack: Pack, actor: Actor, instants: list[_Instant], fields: dict[str
 
 def _window(instants: list[_Instant], axes: np.ndarray) -> dict[str, list[float]]:
     """The box about what is shown at all times but for single points, and how far this reaches right and up of its middle."""
-    positions = [at.fields["position"][there(at.fields)] for at in instants]
+    positions = [at.position[at.there] for at in instants]
     positions = [position for position in positions if len(position)]
     ends = np.array([np.percentile(position, SEEN, axis=0) for position in positions])
     low, high = ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)
@@ -133,8 +138,8 @@ def _window(instants: list[_Instant], axes: np.ndarray) -> dict[str, list[float]
 
 def _instant(actor: Actor, time: float) -> _Instant:
     fields = actor.at(time)
-    kept = {name: values for name, values in fields.items() if name in ("position", "mass", "failed")}
-    return _Instant(kept, actor.shown(fields))
+    failed = fields["failed"] > 0 if "failed" in fields else np.zeros(len(fields["position"]), bool)
+    return _Instant(fields["position"], there(fields), failed, actor.shown(fields))
 
 
 def _fields(states: list[list[_Instant]], without: set[str]) -> dict[str, Limits]:
@@ -143,7 +148,7 @@ def _fields(states: list[list[_Instant]], without: set[str]) -> dict[str, Limits
     ordered = sorted(names, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
     found: dict[str, Limits] = {}
     for name in ordered:
-        values = [at.shown[name][there(at.fields)] for instants in states for at in instants if name in at.shown]
+        values = [at.shown[name][at.there] for instants in states for at in instants if name in at.shown]
         together = np.concatenate(values)
         together = together[np.isfinite(together)]
         if together.size and np.ptp(together) > 1e-6 * np.abs(together).max():

@@ -1,0 +1,48 @@
+"""Bodies of which a half, a quarter or an eighth was computed, with their mirror images."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.grid.model import GridCase
+from pellucid.state import COMPONENT_NAMES
+
+
+class Mirror(NamedTuple):
+    """A plane of symmetry across an axis."""
+
+    axis: int
+    place: float  # m
+
+
+def mirrors_at(faces: tuple[str, ...], grid: GridCase | None) -> tuple[Mirror, ...]:
+    """Planes of symmetry at faces of the grid, such as "x-lower"."""
+    if grid is None:
+        return ()
+    ends = {"lower": grid.lower, "upper": grid.extent_upper()}
+    named = [(("xyz".index(face[0])), ends[face[2:]]) for face in faces]
+    return tuple(Mirror(axis, float(end[axis])) for axis, end in named)
+
+
+def with_images(fields: Mapping[str, np.ndarray], mirrors: tuple[Mirror, ...]) -> dict[str, np.ndarray]:
+    """Fields of points, shape (n, ...), and of their images in all planes, shape (2^k n, ...): places, vectors and symmetric
+    tensors are mirrored."""
+    found = dict(fields)
+    for axis, place in mirrors:
+        for name, values in found.items():
+            image = values.copy()
+            if name == "position":
+                image[:, axis] = 2.0 * place - image[:, axis]
+            elif values.ndim == 2 and values.shape[1] in COMPONENT_NAMES:
+                odd = [component.count("xyz"[axis]) == 1 for component in COMPONENT_NAMES[values.shape[1]]]
+                image[:, odd] *= -1.0
+            found[name] = np.concatenate([values, image])
+    return found
+
+
+def cells_with_images(cells: Cells, n: int, mirrors: tuple[Mirror, ...]) -> Cells:
+    """Cells of n points, and of the images of these."""
+    copies = range(2 ** len(mirrors))
+    return Cells(*(np.concatenate([corners + n * copy for copy in copies]) for corners in cells))
