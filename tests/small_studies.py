@@ -1,6 +1,7 @@
 """A case whose runs take no time, for studies: points fly freely, as fast as the case says, members run in this process."""
 
 import csv
+import sys
 from pathlib import Path
 
 from free_flight import FakeSimulation, fake_module, free_flight
@@ -8,6 +9,7 @@ from free_flight import FakeSimulation, fake_module, free_flight
 from pellucid.case import Case, load
 from pellucid.errors import PellucidError, RunStopped
 from pellucid.running.launch import run_case
+from pellucid.studies import pool
 from pellucid.studies.members import FAILED, Outcome, outcome, places
 
 SPEED = "body.gas.velocity.0"
@@ -49,13 +51,14 @@ def run_here(out: Path, digest: str, threads: int, until: float | None) -> Outco
 
 def run_members_here(monkeypatch) -> list[str]:
     """Let studies run their members in this process by the simulation above; give the digests of those that are run."""
-    import sys
-
-    from pellucid.studies import pool
-
     module = fake_module()
     module.Simulation = Paced
     monkeypatch.setitem(sys.modules, "pellucid.simulation.simulation", module)
+    return run_members_here_as_they_are(monkeypatch)
+
+
+def run_members_here_as_they_are(monkeypatch) -> list[str]:
+    """The same with the simulation of the package."""
     monkeypatch.setattr(pool, "run_member", run_here)
     BEGUN.clear()
     return BEGUN

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 PACKAGES = ("pellucid", "numpy", "scipy", "numba", "h5py", "pydantic", "tomlkit", "pint", "typer", "rich", "matplotlib")
-EXTRAS = {"meshlane": "mesh", "tetgen": "mesh"}
+EXTRAS = {"meshlane": "mesh", "tetgen": "mesh", "distributed": "sweep", "optuna": "sweep", "SALib": "sweep"}
 
 _THREADING = """
 import numba, numpy

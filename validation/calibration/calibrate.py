@@ -38,7 +38,7 @@ CALIBRATIONS = {
         {f"{MATERIAL}.young_modulus": 3000.0, f"{MATERIAL}.poisson_ratio": 0.4},
         {f"{MATERIAL}.young_modulus": (1e3, 2e4), f"{MATERIAL}.poisson_ratio": (0.2, 0.48)},
         {"force": 0.03, "bulge": 0.03},
-        {"steady.tolerance": 2e-4},
+        {"steady.tolerance": 1e-4},
         1.0,
     ),
     "zona": Calibration(
