@@ -19,7 +19,7 @@ MOST_CURVES, MOST_OUTPUTS = 200, 12
 
 
 def write_sweep_page(
-    out: Path, members: Sequence[Member], table: Any, keys: Sequence[str], found: Sequence[Sensitivity]
+    out: Path, title: str, members: Sequence[Member], table: Any, keys: Sequence[str], found: Sequence[Sensitivity]
 ) -> Path:
     """Write `report.html` of a sweep; return its path. `keys` vary."""
     done = table[table["state"] == DONE]
@@ -30,7 +30,6 @@ def write_sweep_page(
         curves = _curves(out, [member for member in members if member.digest in set(done["member"])], done, numeric)
         dependence = [_dependence(done, output, keys) for output in outputs]
     few = "" if found else f'<p class="note">Sensitivities need at least {LEAST} members drawn with --samples.</p>'
-    title = members[0].case.title
     summary = f"<p>{len(done)} of {len(table)} members are done; {', '.join(map(escape, keys))} vary.</p>"
     listed = frame_table(table, ["member", "state", *keys, *outputs])
     failures = frame_table(failed, ["member", *keys, "message"]) if len(failed) else ""
