@@ -31,7 +31,7 @@ def test_a_table_has_settings_and_reduced_probes(begun: list[str], tmp_path) -> 
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "s" / "members.parquet"), table, check_dtype=False)
     assert list(pd.read_csv(tmp_path / "s" / "members.csv")["member"]) == list(table["member"])
     page = (tmp_path / "s" / "report.html").read_text()
-    assert page.count("<img") == 4, "the curves, and the dependence of the reductions that vary"
+    assert page.count("<img") == 2, "the curves, and the dependence"
 
 
 def test_what_is_done_is_not_run_again(begun: list[str], tmp_path) -> None:
@@ -66,6 +66,23 @@ def test_bad_members_are_told_before_anything_runs(begun: list[str], tmp_path) -
     assert "--set grid.cell=-1: must be greater than 0 m" in result.stderr
     assert begun == []
     assert not (tmp_path / "s").exists()
+
+
+def test_numbers_beside_words_are_one_column(begun: list[str], tmp_path) -> None:
+    table = sweep({"body.gas.points_per_cell": [[5, 4, 1], 1]}, tmp_path / "s")
+    assert list(table["body.gas.points_per_cell"]) == ["[5, 4, 1]", "1"]
+
+
+def test_an_end_that_members_do_not_reach_is_refused(begun: list[str], tmp_path) -> None:
+    with pytest.raises(UsageError, match="is after the end of the case"):
+        sweep({"time.end": [1.0, 0.4]}, tmp_path / "s", until=0.5)
+    assert begun == []
+
+
+def test_the_folder_of_a_run_is_refused(begun: list[str], tmp_path) -> None:
+    pellucid.run(case(), tmp_path / "r", report=False)
+    with pytest.raises(UsageError, match="is the folder of a run"):
+        sweep({SPEED: [1.0]}, tmp_path / "r")
 
 
 def test_a_page_shows_sensitivities(tmp_path) -> None:

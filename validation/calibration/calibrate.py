@@ -43,7 +43,7 @@ CALIBRATIONS = {
     ),
     "zona": Calibration(
         {f"{ZONA}.young_modulus": 17900.0, f"{ZONA}.damage.elastic_limit": 0.06},
-        {f"{ZONA}.young_modulus": (5e3, 8e4), f"{ZONA}.damage.elastic_limit": (0.03, 0.1)},
+        {f"{ZONA}.young_modulus": (1e3, 1e5), f"{ZONA}.damage.elastic_limit": (0.03, 0.14)},
         {"force": 0.08},
         {"body.zona.surface.disc.rings": 30, "time.courant": 0.2},
         3e-4,
