@@ -10,6 +10,7 @@ from pellucid.errors import UsageError
 from pellucid.studies import extra
 from pellucid.studies.sensitivities import Sensitivity
 from pellucid.studies.sweep_page import write_sweep_page
+from pellucid.system import extras
 
 
 @pytest.fixture
@@ -97,6 +98,6 @@ def test_a_missing_package_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> N
     def missing(name: str) -> None:
         raise ModuleNotFoundError("No module named 'pandas'", name="pandas")
 
-    monkeypatch.setattr(extra, "import_module", missing)
+    monkeypatch.setattr(extras, "import_module", missing)
     with pytest.raises(UsageError, match=r"pip install 'pellucid\[sweep\]'"):
         extra.need("pandas")
