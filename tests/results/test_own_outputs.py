@@ -174,6 +174,8 @@ def test_they_may_change_when_a_run_goes_on(folder):
         ('component = "y"\nunit', 'component = "xy"\nunit', "picture.fall.component", "has the components x, y, z"),
         ('unit = "cm/s"', 'unit = "kPa"', "picture.fall.unit", "dimension"),
         ("times = [0]", "instants = 3", "picture.fall", "leave it out beside"),
+        ("times = [0]", "times = '1 s'", "picture.fall.times", "1 s is not between 0 and time.end = 0.2 s"),
+        ('reference = "100 cm"', 'at = 1\nreference = "100 cm"', "check.fallen.at", "give a time that the run reaches"),
         ('smallest = "height"', 'smallest = "width"', "picture.fall.smallest", "no column of the history"),
         ('reference = "100 cm"', 'reference = "100 Pa"', "check.fallen.reference", "dimension"),
         ('tolerance = "1 cm"', 'tolerance = "-1 cm"', "check.fallen.tolerance", "must be above 0"),
