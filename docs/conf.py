@@ -1,4 +1,4 @@
-"""Sphinx configuration: `sphinx-build docs docs/_build`."""
+"""Sphinx configuration: `sphinx-build -W docs docs/_build`."""
 
 from importlib.metadata import version as installed_version
 
@@ -7,9 +7,11 @@ author = "The pellucid developers"
 copyright = "2026, The pellucid developers"
 release = installed_version("pellucid")
 
-extensions = ["myst_parser"]
-myst_enable_extensions = ["dollarmath", "deflist"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+myst_enable_extensions = ["colon_fence", "dollarmath", "deflist"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build"]
-html_theme = "alabaster"
-html_theme_options = {"description": "Membranes, fluids and soft tissue with particles", "page_width": "1100px"}
+autodoc_typehints = "description"
+autodoc_member_order = "bysource"
+html_theme = "furo"
+html_title = f"pellucid {release}"

@@ -14,9 +14,10 @@ from pellucid import loads
 from pellucid.cli import app
 
 ROOT = Path(__file__).parents[1]
-TESTED_ALONE = "extending.md"  # whose blocks belong together: see test_extending.py
+TESTED_ALONE = {"extending.md", *(page.name for page in (ROOT / "docs" / "tutorials").glob("*.md"))}
+# blocks that belong together: see test_extending.py and test_tutorials.py
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^```([^\s`]*)[^\n`]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)(?:#[^)]*)?\)")
 
 # what a fragment in the documents is put into
@@ -43,7 +44,7 @@ def snippets(language: str) -> list[Any]:
     return [
         pytest.param(text, page, id=f"{page.relative_to(ROOT)}-{number}")
         for page in PAGES
-        if page.name != TESTED_ALONE
+        if page.name not in TESTED_ALONE
         for number, (tag, text) in enumerate(FENCE.findall(page.read_text(encoding="utf-8")))
         if tag == language
     ]
