@@ -167,7 +167,7 @@ def test_they_may_change_when_a_run_goes_on(folder):
         ('y = "height"\ny_unit', 'y = ["height", "kinetic_energy"]\ny_unit', "plot.path.y", "several units"),
         ('y_unit = "cm"', 'y_unit = "kg"', "plot.path.y_unit", "dimension"),
         ('path = "fall.csv", y = "height", dev', 'path = "no.csv", y = "height", dev', "plot.path.measured.0", "cannot read"),
-        ('deviation = "sd"', 'deviation = "sigma"', "plot.path.measured.0", "has no column sigma; it has time, height, sd"),
+        ('deviation = "sd"', 'deviation = "sigma"', "plot.path.measured.0", "fall.csv:1: no column is named sigma; there are time, height, sd"),
         ('name = "path"\ny', 'name = "probes"\ny', "plot.probes.name", "the report has a figure of this name"),
         ('name = "moving"', 'name = "fall"', "film.fall.name", "another figure has this name"),
         ('quantity = "velocity"', 'quantity = "heat"', "picture.fall.quantity", "no body here has such a field"),
@@ -198,10 +198,10 @@ def test_what_cannot_be_is_told_before_the_run(folder, old, new, place, text):
     [
         ("", "is empty"),
         ("time [ms],height [cm]\n", "has no row of numbers"),
-        ("time,height\n1,2\n", "names no unit of the column time"),
-        ("time [ms],height [cm]\n1,2\n2,x\n", 'line 3, column height: "x" is no number'),
-        ("time [ms],height [cm]\n1\n", "line 2, column height: nothing is no number"),
-        ("time [ms],height [Pa]\n1,2\n", "column height"),
+        ("time,height\n1,2\n", "fall.csv:1: the column time has no unit"),
+        ("time [ms],height [cm]\n1,2\n2,x\n", 'fall.csv:3: height = "x" is no finite number'),
+        ("time [ms],height [cm]\n1\n", "fall.csv:2: 1 cells below 2 names"),
+        ("time [ms],height [Pa]\n1,2\n", "the unit of the column height"),
     ],
 )
 def test_a_file_without_such_a_curve_is_told(tmp_path, content, text):
