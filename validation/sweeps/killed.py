@@ -30,6 +30,7 @@ def require(holds: bool, otherwise: str) -> None:
 def main() -> None:
     out, seed = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0
     random.seed(seed)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell that begins this in the background ignores it
     command = [sys.executable, "-m", "pellucid", "sweep", *SWEEP, "--over", f"body.zona.material.young_modulus={MODULI}"]
     kills = 0
     while True:
