@@ -8,7 +8,22 @@ from typer.testing import CliRunner
 from pellucid.cli import app
 from pellucid.errors import Interrupted, RunStopped
 
-COMMANDS = ("list", "show", "validate", "run", "resume", "verify", "converge", "bench", "report", "view", "schema", "doctor")
+COMMANDS = (
+    "list",
+    "show",
+    "validate",
+    "run",
+    "resume",
+    "verify",
+    "converge",
+    "sweep",
+    "fit",
+    "bench",
+    "report",
+    "view",
+    "schema",
+    "doctor",
+)
 HEAVY = ("numba", "h5py", "scipy", "matplotlib", "pint")
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import ClassVar, Literal
 
-from pellucid.case.columns import unit_of, unknown_column
+from pellucid.case.columns import beyond_end, unit_of, unknown_column
 from pellucid.case.measured import CurveError, MeasuredCurve
 from pellucid.findings import Finding, Path
 from pellucid.model import check, name_parameter, parameter
@@ -55,6 +55,7 @@ class Check(Part):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A column that the history will not have, quantities of another dimension, a file without such a curve."""
         yield from unknown_column(self.column, (*path, "column"), parts)
+        yield from beyond_end([] if self.at is None else [self.at], (*path, "at"), parts)
         unit = unit_of(self.column, parts)
         if unit is None:
             return

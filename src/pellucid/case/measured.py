@@ -3,6 +3,7 @@
 import csv
 import re
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,16 +12,42 @@ from pellucid.units import UnitError, to_si
 
 NAMED = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
 """A name of a column, perhaps with its unit: "force [mN]"."""
-EXAMPLE = '"time [ms], force [mN]" in the first row, or a second row "#ms, mN"'
+EXAMPLE = 'such as "time [ms], force [mN]", or a second row such as "ms, mN"; a pure number has 1'
 
 
 class CurveError(ValueError):
     """A file that has no such curve. Its text names the file, and line and column where they are known."""
 
 
+class Table(NamedTuple):
+    """Columns of a CSV file, by name."""
+
+    path: Path
+    units: dict[str, str]
+    """As the file says them, "" where it does not."""
+    values: dict[str, np.ndarray]
+    """Of shape (n,) each."""
+    lines: list[int]
+    """Of the file, of the rows."""
+
+    def column(self, name: str, unit: str) -> np.ndarray:
+        """The numbers of a column in an SI unit, "" for pure numbers. Raises CurveError."""
+        if name not in self.values:
+            raise CurveError(f"{self.path}:1: no column is named {name}; there are {', '.join(self.values)}")
+        said, wanted = self.units[name].strip("-"), "" if unit == "1" else unit
+        if said in ("", "1") and not wanted:
+            return self.values[name]
+        if not said:
+            raise CurveError(f"{self.path}:1: the column {name} has no unit: write one, {EXAMPLE}")
+        try:
+            return self.values[name] * to_si(f"1 {said}", wanted)
+        except UnitError as error:
+            raise CurveError(f"{self.path}: the unit of the column {name}: {error}") from None
+
+
 class MeasuredCurve(Model):
-    """Two columns of a CSV file with a row of names. The unit of each stands in brackets behind its name, or in a second row
-    that begins with #, as in the history of a run; "1" is that of a pure number."""
+    """Two columns of a CSV file with a row of names. The unit of each stands in brackets behind its name, or in a second row,
+    with or without # before it, as in the history of a run; "1" is that of a pure number."""
 
     path: InputFile = parameter("", "the CSV file")
     x: str = parameter("", "name of the column along the abscissa; without it the first", "")
@@ -37,60 +64,54 @@ class MeasuredCurve(Model):
         """Abscissae, values and their deviations, where there are any, in these SI units, each of shape (n,); the abscissae
         ascend. Raises CurveError."""
         table = read_table(Path(self.path))
-        names = list(table)
+        names = list(table.values)
         if len(names) < 2:
-            raise CurveError(f"{self.path} has one column alone; a curve has two")
-        x, y = self._column(table, self.x or names[0], x_unit), self._column(table, self.y or names[1], y_unit)
-        spread = self._column(table, self.deviation, y_unit) if self.deviation else None
+            raise CurveError(f"{self.path}:1: one column alone, {names[0]}; a curve has two")
+        x, y = table.column(self.x or names[0], x_unit), table.column(self.y or names[1], y_unit)
+        spread = table.column(self.deviation, y_unit) if self.deviation else None
         order = np.argsort(x, kind="stable")
         return x[order], y[order], None if spread is None else spread[order]
 
-    def _column(self, table: "dict[str, tuple[str, np.ndarray]]", name: str, wanted: str) -> np.ndarray:
-        if name not in table:
-            raise CurveError(f"{self.path} has no column {name}; it has {', '.join(table)}")
-        unit, values = table[name]
-        if not unit:
-            raise CurveError(f"{self.path} names no unit of the column {name}: write {EXAMPLE}; a pure number has 1")
-        try:
-            return values if unit == "1" and not wanted else values * to_si(f"1 {unit}", wanted)
-        except UnitError as error:
-            raise CurveError(f"{self.path}, column {name}: {error}") from None
 
-
-def read_table(path: Path) -> "dict[str, tuple[str, np.ndarray]]":
-    """The columns of a CSV file by name, each with its unit, "" where none is said, and its numbers, shape (n,).
-
-    Raises CurveError for a file that is not there or holds something else.
-    """
+def read_table(path: Path) -> Table:
+    """The columns of a CSV file. Raises CurveError for a file that is not there or holds something else."""
     try:
-        lines = [(number, row) for number, row in enumerate(csv.reader(path.read_text("utf-8-sig").splitlines()), 1) if row]
+        rows = list(enumerate(csv.reader(path.read_text("utf-8-sig").splitlines()), 1))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise CurveError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
+    lines = [(number, [cell.strip() for cell in row]) for number, row in rows if any(map(str.strip, row))]
     if not lines:
-        raise CurveError(f"{path} is empty")
+        raise CurveError(f"{path} is empty: write a row of names with units, {EXAMPLE}")
     heads = [NAMED.fullmatch(cell) for cell in lines[0][1]]
-    names = [head["name"] if head else cell.strip() for head, cell in zip(heads, lines[0][1], strict=True)]
-    units = [head["unit"] or "" if head else "" for head in heads]
+    names = [head["name"] if head else cell for head, cell in zip(heads, lines[0][1], strict=True)]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
-        raise CurveError(f"{path} has two columns {repeated[0]}")
-    rows = lines[1:]
-    if rows and rows[0][1][0].lstrip().startswith("#"):
-        said = [cell.strip().lstrip("#").strip() for cell in rows[0][1]]
+        raise CurveError(f"{path}:{lines[0][0]}: two columns are named {repeated[0]}")
+    units = [head["unit"] or "" if head else "" for head in heads]
+    del lines[0]
+    if lines and _number(lines[0][1][0]) is None:
+        said = [cell.lstrip("#").strip() for cell in lines.pop(0)[1]]
         units = [unit or other for unit, other in zip(units, [*said, *[""] * len(units)], strict=False)]
-        rows = rows[1:]
-    if not rows:
+    if not lines:
         raise CurveError(f"{path} has no row of numbers")
-    return {name: (unit, _numbers(path, rows, k, name)) for k, (name, unit) in enumerate(zip(names, units, strict=True))}
+    values = {name: _numbers(path, lines, k, names) for k, name in enumerate(names)}
+    return Table(path, dict(zip(names, units, strict=True)), values, [number for number, _ in lines])
 
 
-def _numbers(path: Path, rows: list[tuple[int, list[str]]], column: int, name: str) -> np.ndarray:
+def _numbers(path: Path, lines: list[tuple[int, list[str]]], column: int, names: list[str]) -> np.ndarray:
     values = []
-    for line, row in rows:
-        try:
-            values.append(float(row[column]))
-        except (IndexError, ValueError):
-            told = f'"{row[column].strip()}"' if column < len(row) else "nothing"
-            raise CurveError(f"{path}, line {line}, column {name}: {told} is no number") from None
-        if not np.isfinite(values[-1]):
-            raise CurveError(f"{path}, line {line}, column {name}: {row[column].strip()} is not finite")
+    for line, row in lines:
+        if len(row) != len(names):
+            raise CurveError(f"{path}:{line}: {len(row)} cells below {len(names)} names, {', '.join(names)}")
+        found = _number(row[column])
+        if found is None:
+            raise CurveError(f'{path}:{line}: {names[column]} = "{row[column]}" is no finite number')
+        values.append(found)
     return np.array(values)
+
+
+def _number(text: str) -> float | None:
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if np.isfinite(number) else None

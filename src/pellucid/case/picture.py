@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from pellucid.case.columns import unknown_column
+from pellucid.case.columns import beyond_end, unknown_column
 from pellucid.case.plot import Figure, unit_problems
 from pellucid.conditions.support import Face
 from pellucid.findings import Finding, Path, hint, listed
@@ -114,8 +114,9 @@ class Picture(Pictured):
             raise ValueError("`instants` are chosen evenly: leave it out beside `times`, `largest` and `smallest`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Columns that the history will not have too."""
+        """Columns that the history will not have, and times beyond the end, too."""
         yield from super().problems(path, parts)
+        yield from beyond_end(self.times, (*path, "times"), parts)
         for key in ("largest", "smallest"):
             if (name := getattr(self, key)) is not None:
                 yield from unknown_column(name, (*path, key), parts)

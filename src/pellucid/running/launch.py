@@ -52,7 +52,7 @@ def run_case(
     with domain.together():
         progress, case = _seen(progress), required(case)
         _check_alike(case, out, until)
-        _check_until(until, case)
+        check_until(until, case)
         if out is not None and domain.group.is_first:
             RunFolder(out).check_replaceable()  # before the set-up, which may take long
             if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
@@ -123,7 +123,7 @@ def _go_on(
         raise UsageError(_why_not_resumed(folder, error)) from error
     if settings:
         case = with_changes(case, settings)
-    _check_until(until, case)
+    check_until(until, case)
     found = _last_checkpoint(folder, progress)
     if found is None:
         progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
@@ -176,7 +176,8 @@ def _check_alike(case: "Case", out: Path | str | None, until: float | None) -> N
         raise UsageError(f"{text}: give all the same, or start each by itself, without mpiexec")
 
 
-def _check_until(until: float | None, case: "Case") -> None:
+def check_until(until: float | None, case: "Case") -> None:
+    """Raise `UsageError` for a time [s] at which a run of the case cannot end."""
     if until is not None and not until > 0.0:
         raise UsageError(f"until = {until!r} must be a positive time [s]; leave it out to run to the end of the case")
     if until is not None and case.time.passed(until):

@@ -66,9 +66,9 @@ def fit(
     """Fit parameters of a case to measured curves.
 
     `measured` has by the name of a probe a CSV file, or several; `free` has by dotted key the ends (low, high) of the range of
-    a parameter, gone through by its logarithm where it spans a decade. `deviation` has by probe the standard deviation of values
-    in files without a column of it. `method` is "least-squares" or "optuna", with at most `trials` steps or runs. Where members
-    run: see `sweep`. With `out` everything stays there, and the same call goes on where it was broken off.
+    a parameter, gone through by its logarithm where it spans a decade. `deviation` has by probe the standard deviation of
+    values in files without a column of it. `method` is "least-squares" or "optuna", with at most `trials` steps or runs. Where
+    members run: see `sweep`. With `out` everything stays there, and the same call goes on where it was broken off.
 
     Raises `CaseError` and `UsageError` before anything runs, and `UsageError` where runs in the ranges fail.
     """

@@ -1,17 +1,16 @@
 """Measured curves: a CSV file with a row of names, a row of units and numbers, beside a probe of a case."""
 
-import csv
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pellucid.case.measured import CurveError, Table, read_table
 from pellucid.errors import UsageError
 from pellucid.findings import absent
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run import Run
-from pellucid.studies.ranges import readable
 from pellucid.units import UnitError, to_si
 
 if TYPE_CHECKING:
@@ -65,25 +64,29 @@ def read_curve(path: Path, probe: str, case: "Case", deviation: str | float | No
     units = {TIME: "s", **ProbeReader(case.probe).units()}
     if probe not in units or probe == TIME:
         raise UsageError(absent("the case has no probe", probe, [name for name in units if name != TIME]))
-    names, said, rows, lines = _read(path)
+    try:
+        return _curve(read_table(path), probe, case, units, deviation)
+    except CurveError as error:
+        raise UsageError(f"--measured: {error}") from None
+
+
+def _curve(table: Table, probe: str, case: "Case", units: Mapping[str, str], deviation: str | float | None) -> Curve:
+    path, names, lines = table.path, list(table.values), table.lines
     across = TIME if TIME in names else next((name for name in names if name in units and name != probe), "")
     if not across:
-        raise UsageError(f"{path}:1: no column is named time or like a probe; it has {', '.join(names)}")
+        raise CurveError(f"{path}:1: no column is named time or like a probe; it has {', '.join(names)}")
     along = probe if probe in names else next((name for name in names if name != across and DEVIATION not in name), "")
     if not along:
-        raise UsageError(f"{path}:1: no column is named {probe}; it has {', '.join(names)}")
-
-    def column(name: str, unit: str) -> np.ndarray:
-        index = names.index(name)
-        return np.array([row[index] for row in rows]) * _factor(path, name, said[index], unit)
-
-    x, y, unit = column(across, units[across]), column(along, units[probe]), units[probe]
+        raise CurveError(f"{path}:1: no column is named {probe}; it has {', '.join(names)}")
+    if len(lines) < 2:
+        raise CurveError(f"{path}: one row of numbers; a curve has two or more")
+    x, y, unit = table.column(across, units[across]), table.column(along, units[probe]), units[probe]
     stated = next((name for name in (f"{probe}_{DEVIATION}", DEVIATION) if name in names), None)
     if across == TIME and (wrong := np.flatnonzero((x < 0.0) | np.array([case.time.passed(t) for t in x]))).size:
         where = f"{path}:{lines[wrong[0]]}: t = {x[wrong[0]]:.6g} s"
-        raise UsageError(f"{where} is not between 0 and the end of the case, time.end = {case.time.end:g} s; set that later")
+        raise CurveError(f"{where} is not between 0 and the end of the case, time.end = {case.time.end:g} s; set that later")
     if stated is not None:
-        spread = column(stated, unit)
+        spread = table.column(stated, unit)
         where = f"{path}:{lines[int(np.argmin(spread))]}: {stated}"
     else:
         spread = np.full(len(y), float(np.std(y)) if deviation is None else _in_si(deviation, unit))
@@ -101,46 +104,3 @@ def _in_si(deviation: str | float, unit: str) -> float:
             return to_si(str(deviation), unit)
         except UnitError as error:
             raise UsageError(f"--deviation {deviation}: {error}") from None
-
-
-def _factor(path: Path, name: str, said: str, unit: str) -> float:
-    """By which numbers of a column are multiplied to be in SI units."""
-    if said in ("", "1", "-") and unit in ("", "1"):
-        return 1.0
-    try:
-        return to_si(f"1 {said}", unit if unit != "1" else "")
-    except UnitError as error:
-        raise UsageError(f"{path}:2: the unit of {name}: {error}") from None
-
-
-def _read(path: Path) -> tuple[list[str], list[str], list[list[float]], list[int]]:
-    """Names, units, numbers, and the lines of the file that these stand in."""
-    with readable(path, "--measured"), path.open(newline="", encoding="utf-8-sig") as file:
-        lines = [(n, [cell.strip() for cell in row]) for n, row in enumerate(csv.reader(file), 1) if any(map(str.strip, row))]
-    if len(lines) < 4:
-        raise UsageError(f"{path}: a row of names, such as time,force, a row of units, such as s,mN, and two rows of numbers")
-    names, units = lines[0][1], [cell.lstrip("#").strip() for cell in lines[1][1]]
-    if all(_is_number(cell) for cell in units):
-        raise UsageError(f"{path}:2: numbers stand where units are expected, such as s,mN")
-    _same_length(path, lines[1], names)
-    return names, units, [_numbers(path, line, names) for line in lines[2:]], [number for number, _ in lines[2:]]
-
-
-def _numbers(path: Path, line: tuple[int, list[str]], names: Sequence[str]) -> list[float]:
-    _same_length(path, line, names)
-    for name, cell in zip(names, line[1], strict=True):
-        if not _is_number(cell):
-            raise UsageError(f'{path}:{line[0]}: {name} = "{cell}" is no finite number')
-    return [float(cell) for cell in line[1]]
-
-
-def _same_length(path: Path, line: tuple[int, list[str]], names: Sequence[str]) -> None:
-    if len(line[1]) != len(names):
-        raise UsageError(f"{path}:{line[0]}: {len(line[1])} cells below {len(names)} names, {', '.join(names)}")
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return bool(np.isfinite(float(text)))
-    except ValueError:
-        return False

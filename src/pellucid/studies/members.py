@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pellucid.errors import PellucidError
+from pellucid.errors import PellucidError, UsageError
 from pellucid.results.storage.files import explained, usable, write_text
 from pellucid.results.storage.run import Run
+from pellucid.results.storage.run_folder import RunFolder
 from pellucid.studies.ranges import all_checked
 
 if TYPE_CHECKING:
@@ -46,9 +47,13 @@ class Places(NamedTuple):
 
 
 def members_of(case: "Case", rows: Sequence[Mapping[str, Any]], until: float | None = None) -> list[Member]:
-    """The members of these settings, each once. Raises CaseError with everything that is wrong with any of them."""
+    """The members of these settings, each once. Raises CaseError with everything that is wrong with any of them, UsageError
+    for an `until` after their end."""
+    from pellucid.running.launch import check_until
+
     found: dict[str, Member] = {}
     for row, own in zip(rows, all_checked(case, rows), strict=True):
+        check_until(until, own)
         digest = _digest(own, until)
         found.setdefault(digest, Member(row, own, until, digest))
     return list(found.values())
@@ -69,9 +74,11 @@ def places(out: Path, digest: str) -> Places:
 
 
 def prepare(out: Path, members: Sequence[Member]) -> None:
-    """Make the folder of a study, with the cases of its members."""
+    """Make the folder of a study, with the cases of its members. Raises UsageError for the folder of a run."""
     from pellucid.case import dumps
 
+    if RunFolder(out).is_of_a_run:
+        raise UsageError(f"{out} is the folder of a run, and its report would be lost: give another folder")
     with explained(out), usable(out):
         for name in ("members", "cases", "logs"):
             (out / name).mkdir(parents=True, exist_ok=True)

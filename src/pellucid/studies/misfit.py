@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.errors import UsageError
+from pellucid.errors import CaseError, UsageError
 from pellucid.progress import Progress
 from pellucid.results.storage.run import Run
 from pellucid.studies.measured import TIME, Curve
@@ -30,6 +30,7 @@ class Misfit:
         self.case, self.free, self.curves, self.out = case, free, curves, out
         self.members: dict[str, Member] = {}
         self.ended: dict[str, Outcome] = {}
+        self._known: dict[tuple[float, ...], Member | None] = {}
         self._pool, self._progress = pool, progress
         last = max(float(curve.x.max()) for curve in curves)
         only_time = all(curve.against == TIME for curve in curves)
@@ -40,22 +41,24 @@ class Misfit:
         return {key: each.at(float(share)) for (key, each), share in zip(self.free.items(), shares, strict=True)}
 
     def run(self, shares: np.ndarray) -> Run | None:
-        """The run with these values; None of one that failed."""
+        """The run with these values; None of one that failed, or of a case that cannot be."""
         member = self._member(shares)
-        return Run(places(self.out, member.digest).run) if self.ended[member.digest].state == DONE else None
+        if member is None or self.ended[member.digest].state != DONE:
+            return None
+        return Run(places(self.out, member.digest).run)
 
     def residuals(self, several: Sequence[np.ndarray]) -> list[np.ndarray | None]:
-        """The residuals at several places at once, each of shape (values,); None where the run fails."""
-        members = {member.digest: member for member in map(self._member, several)}
-        new = {digest: member for digest, member in members.items() if digest not in self.ended}
+        """The residuals at several places at once, each of shape (values,); None where there is no run."""
+        members = [self._member(shares) for shares in several]
+        new = {member.digest: member for member in members if member is not None and member.digest not in self.ended}
         if new:
             self.members |= new
             self.ended |= self._pool.compute(list(new.values()))
         found = [self._of_run(self.run(shares)) for shares in several]
-        for digest, shares, values in zip((self._member(shares).digest for shares in several), several, found, strict=True):
-            if new.pop(digest, None) is not None:
+        for member, values in zip(members, found, strict=True):
+            if member is not None and new.pop(member.digest, None) is not None:
                 told = "its run failed" if values is None else f"sum of squares {float(values @ values):.5g}"
-                self._progress.note(f"{named(self.settings(shares))}: {told}")
+                self._progress.note(f"{named(member.settings)}: {told}")
         return found
 
     def _of_run(self, run: Run | None) -> np.ndarray | None:
@@ -93,5 +96,11 @@ class Misfit:
         pairs = zip(self.free.values(), shares, strict=True)
         return np.array([each.share(each.at(float(share))) for each, share in pairs])
 
-    def _member(self, shares: np.ndarray) -> Member:
-        return members_of(self.case, [self.settings(shares)], self._until)[0]
+    def _member(self, shares: np.ndarray) -> Member | None:
+        place = tuple(map(float, shares))
+        if place not in self._known:
+            try:
+                self._known[place] = members_of(self.case, [self.settings(shares)], self._until)[0]
+            except CaseError:  # values that are possible one by one and not together
+                self._known[place] = None
+        return self._known[place]

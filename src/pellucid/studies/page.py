@@ -53,7 +53,7 @@ def frame_table(table: Any, columns: Iterable[str]) -> str:
     """Columns of a pandas table."""
     names = list(columns)
     rows = ([cell(value) for value in row] for row in table[names].itertuples(index=False, name=None))
-    return table_of([escape(name.replace("_", " ")) for name in names], rows, "numbers")
+    return table_of(map(escape, names), rows, "numbers")
 
 
 def titled(title: str, *parts: str) -> str:

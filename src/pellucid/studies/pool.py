@@ -122,7 +122,7 @@ class Pool:
             n_workers=1,
             threads_per_worker=self.at_once,
             processes=False,  # members are processes of their own
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # any port that is free
             resources={THREADS: max(_cores(), self.at_once)},
             silence_logs=logging.ERROR,
         )

@@ -27,6 +27,7 @@ def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np
     middle = np.full(len(misfit.free), 0.5)
     first = misfit.one(middle)
     if first is None:
+        misfit.case.with_settings(misfit.settings(middle))  # says what is wrong with it, if it is not the run
         failed = misfit.ended[next(iter(misfit.members))].message
         raise UsageError(f"the run in the middle of the ranges, {named(misfit.settings(middle))}, failed: {failed}")
     bad = FAILED_RUN * (np.abs(first) + 1.0)
@@ -35,8 +36,16 @@ def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np
         found = misfit.one(shares)
         return bad if found is None else found
 
-    ends = {"ftol": GAINED / len(first), "xtol": RESOLVED * STEP, "gtol": None}
-    found = least_squares(residuals, middle, misfit.jacobian, bounds=(0.0, 1.0), max_nfev=trials, **ends)
+    found = least_squares(
+        residuals,
+        middle,
+        misfit.jacobian,
+        bounds=(0.0, 1.0),
+        ftol=GAINED / len(first),
+        xtol=RESOLVED * STEP,
+        gtol=None,
+        max_nfev=trials,
+    )
     return np.asarray(found.x)
 
 

@@ -81,5 +81,5 @@ def run_sweep(
     found = sensitivities(table, numeric, outputs_of(table, keys)) if at_random else []
     progress.begin("report")
     write_table(table, out)
-    write_sweep_page(out, members, table, keys, found)
+    write_sweep_page(out, case.title, members, table, keys, found)
     return table

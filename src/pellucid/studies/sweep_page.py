@@ -5,13 +5,12 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, WIDTH, house_style, label, panels
 from pellucid.results.report.html import number, table_of
 from pellucid.results.storage.run import Run
 from pellucid.studies.members import DONE, Member, places
 from pellucid.studies.page import figure, frame_table, titled, write_page
+from pellucid.studies.ranges import DECADES
 from pellucid.studies.sensitivities import LEAST, Sensitivity
 from pellucid.studies.table import outputs_of
 
@@ -19,7 +18,7 @@ MOST_CURVES, MOST_OUTPUTS = 200, 12
 
 
 def write_sweep_page(
-    out: Path, members: Sequence[Member], table: Any, keys: Sequence[str], found: Sequence[Sensitivity]
+    out: Path, title: str, members: Sequence[Member], table: Any, keys: Sequence[str], found: Sequence[Sensitivity]
 ) -> Path:
     """Write `report.html` of a sweep; return its path. `keys` vary."""
     done = table[table["state"] == DONE]
@@ -28,17 +27,16 @@ def write_sweep_page(
     numeric = [key for key in keys if done[key].dtype.kind in "fiu" and done[key].nunique() > 1]
     with house_style():
         curves = _curves(out, [member for member in members if member.digest in set(done["member"])], done, numeric)
-        dependence = [_dependence(done, output, keys) for output in outputs]
+        dependence = _dependence(done, outputs, keys)
     few = "" if found else f'<p class="note">Sensitivities need at least {LEAST} members drawn with --samples.</p>'
-    title = members[0].case.title
-    summary = f"<p>{len(done)} of {len(table)} members are done; {', '.join(map(escape, keys))} vary.</p>"
+    summary = f"<p>{len(done)} of {len(table)} members are done. Parameters: {', '.join(map(escape, keys))}.</p>"
     listed = frame_table(table, ["member", "state", *keys, *outputs])
     failures = frame_table(failed, ["member", *keys, "message"]) if len(failed) else ""
     sections = [
         summary,
         titled("Failures", failures),
         titled("Curves", *curves),
-        titled("Dependence", *dependence, few),
+        titled("Dependence", dependence, few),
         titled("Sensitivities", _indices(found)),
         titled("Members", listed),
     ]
@@ -55,7 +53,8 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
     shown = members[:: -(-len(members) // MOST_CURVES)]
     runs = [Run(places(out, member.digest).run) for member in shown]
     values = table.set_index("member")[numeric[0]] if numeric else None
-    drawn, axes = panels(len(probes), 2, WIDTH, 3.0 * -(-len(probes) // 2))
+    across = min(2, len(probes))
+    drawn, axes = panels(len(probes), across, WIDTH, 3.2 * -(-len(probes) // across))
     for axis, name in zip(axes, probes, strict=True):
         for count, (member, run) in enumerate(zip(shown, runs, strict=True)):
             if values is None:
@@ -72,21 +71,25 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
     return [figure(drawn, f"{caption}.".replace("<sup>", "^").replace("</sup>", ""))]
 
 
-def _dependence(table: Any, output: str, keys: Sequence[str]) -> str:
-    """One result against each parameter, all members."""
-    drawn, axes = panels(len(keys), 3, WIDTH, 2.6 * -(-len(keys) // 3))
-    for axis, key in zip(axes, keys, strict=True):
+def _dependence(table: Any, outputs: Sequence[str], keys: Sequence[str]) -> str:
+    """Every result against every parameter, all members."""
+    if not outputs:
+        return ""
+    across = len(keys) if len(keys) > 1 else 3
+    pairs = [(output, key) for output in outputs for key in keys]
+    drawn, axes = panels(len(pairs), across, max(WIDTH, 3.0 * across), 2.6 * -(-len(pairs) // across))
+    for axis, (output, key) in zip(axes, pairs, strict=True):
         values = table[key]
         if values.dtype.kind not in "fiu":
             values = values.astype(str)
-        elif values.min() > 0.0 and values.max() >= 10.0 * values.min():
+        elif values.min() > 0.0 and values.max() >= DECADES * values.min():
             axis.set_xscale("log")
         axis.plot(values.to_numpy(), table[output].to_numpy(), "o", markersize=4)
-        means = table.groupby(key)[output].mean()
-        if 1 < len(means) < len(np.unique(table["member"])):
-            axis.plot(means.index.astype(str) if table[key].dtype.kind not in "fiu" else means.index, means, "-", linewidth=1.0)
-        label(axis, key, output)
-    return figure(drawn, f"{output.replace('_', ' ')} against each parameter; lines join the means of equal values.")
+        means = table[output].groupby(values).mean()
+        if 1 < len(means) < len(table):
+            axis.plot(means.index.to_numpy(), means.to_numpy(), "-", linewidth=1.0)
+        axis.set(xlabel=key, ylabel=output.replace("_", " "))
+    return figure(drawn, "Results of all members against each parameter; lines join the means of equal values.")
 
 
 def _indices(found: Sequence[Sensitivity]) -> str:

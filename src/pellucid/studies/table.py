@@ -21,7 +21,11 @@ def tabulated(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]
     `wall_seconds`, metrics by name, probes as `<probe>_last`, `_min`, `_max` and `_mean` over time, and `message`."""
     rows = [_row(out, member, ended[member.digest]) for member in members]
     columns = dict.fromkeys(name for row in rows for name in row if name != "message")
-    return need("pandas").DataFrame(rows, columns=[*columns, "message"])
+    table = need("pandas").DataFrame(rows, columns=[*columns, "message"])
+    for key in keys_of(members):
+        if table[key].dtype == object:  # words, or numbers beside words, which no column of a Parquet file can be
+            table[key] = table[key].astype(str)
+    return table
 
 
 def write_table(table: Any, out: Path) -> list[Path]:
