@@ -16,3 +16,5 @@ default_role = "code"
 autodoc_member_order = "bysource"
 html_theme = "furo"
 html_title = f"pellucid {release}"
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
