@@ -1,6 +1,8 @@
 """The documents say what the code does: snippets validate, links lead somewhere, generated pages are fresh."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +10,10 @@ import pytest
 import tomlkit
 from typer.main import get_command
 
+import gallery_table
 import nodal_field_table
 from case_reference import PAGE, reference
-from pellucid import loads
+from pellucid import catalogue, loads
 from pellucid.cli import app
 
 ROOT = Path(__file__).parents[1]
@@ -104,3 +107,18 @@ def test_case_reference_is_fresh() -> None:
 def test_table_of_nodal_fields_is_fresh() -> None:
     page = nodal_field_table.PAGE.read_text(encoding="utf-8")
     assert nodal_field_table.page() == page, "run `python docs/nodal_field_table.py`"
+
+
+def test_gallery_is_fresh_and_has_all_cases() -> None:
+    assert set(gallery_table.measured()) == set(catalogue.ids()), "run `python docs/gallery_table.py CASE`"
+    assert gallery_table.numbers() == gallery_table.NUMBERS.read_text(encoding="utf-8"), "run `python docs/gallery_table.py`"
+    assert gallery_table.index() == gallery_table.PAGE.read_text(encoding="utf-8"), "run `python docs/gallery_table.py`"
+    rows = [row for rows in gallery_table.measured().values() for row in rows]
+    assert all(float(row["error"]) <= float(row["tolerance"]) for row in rows)
+
+
+def test_pages_build_without_warnings(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", str(ROOT / "docs"), str(tmp_path / "pages")]
+    built = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr
+    assert (tmp_path / "pages" / "tutorials" / "pierce-an-oocyte.html").exists()
