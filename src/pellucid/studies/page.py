@@ -3,31 +3,19 @@
 import base64
 from collections.abc import Iterable
 from html import escape
-from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from pellucid.results.report.html import number, section, table_of
+from pellucid.results.report.html import number, page_of, section, table_of
 from pellucid.results.storage.files import explained, write_text
-
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<style>
-{style}</style></head>
-<body><main>
-{body}
-</main></body></html>
-"""
 
 
 def write_page(path: Path, title: str, sections: Iterable[str]) -> Path:
     """Write one file that needs no others."""
-    style = (files("pellucid.results.report") / "report.css").read_text(encoding="utf-8")
     body = "\n".join([f"<h1>{escape(title)}</h1>", *filter(None, sections)])
     with explained(path.parent):
-        write_text(path, PAGE.format(title=escape(title), style=style, body=body))
+        write_text(path, page_of(title, body))
     return path
 
 

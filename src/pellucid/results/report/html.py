@@ -2,6 +2,24 @@
 
 import math
 from collections.abc import Iterable
+from html import escape
+from importlib.resources import files
+
+PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>
+{style}</style></head>
+<body><main>
+{body}
+</main></body></html>
+"""
+
+
+def page_of(title: str, body: str) -> str:
+    """A page that needs no other file."""
+    style = (files(__package__) / "report.css").read_text(encoding="utf-8")
+    return PAGE.format(title=escape(title), style=style, body=body)
 
 
 def number(value: float, digits: int = 4, padded: bool = False) -> str:

@@ -4,7 +4,6 @@ import base64
 from collections.abc import Sequence
 from contextlib import nullcontext
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -19,23 +18,13 @@ from pellucid.results.pictures.quantities import is_film
 from pellucid.results.pictures.stopped import place_of_stop
 from pellucid.results.pictures.style import DPI, WIDTH, pretty
 from pellucid.results.report.header import are_films_alone, facts, header
-from pellucid.results.report.html import number, section, table_of
+from pellucid.results.report.html import number, page_of, section, table_of
 from pellucid.results.storage.files import explained, write_text
 from pellucid.results.storage.run import Run
 from pellucid.results.storage.stored_case import StoredBody, StoredCase
 from pellucid.results.view.page import view_of
 from pellucid.state import FIELDS
 from pellucid.system.processes import Helper
-
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<style>
-{style}</style></head>
-<body><main>
-{body}
-</main></body></html>
-"""
 
 WITH_RING = "The state in which the run stopped itself; a ring marks the point, and at larger scale."
 CAPTIONS = {
@@ -98,9 +87,8 @@ def draw_report(
         section("Conservation", _conservation(run)) if run.folder.ended else "",
         section("The case", _case(run)),
     ]
-    style = (files(__package__) / "report.css").read_text(encoding="utf-8")
     body = "\n".join(filter(None, sections))
-    page = PAGE.format(title=escape(run.stored.title), style=style, body=body)
+    page = page_of(run.stored.title, body)
     with explained(run.out):
         write_text(run.folder.report, page)
     return run.folder.report
