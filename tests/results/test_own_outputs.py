@@ -116,7 +116,7 @@ def test_a_picture_shows_the_frames_nearest_to_times_and_extremes(folder):
     with house_style():
         figure = picture(run, run.stored.picture[0])
     *panels, bar = figure.axes
-    assert [axes.get_title() for axes in panels] == ["t = 0 s", "t = 0.2 s"]
+    assert [axes.get_title() for axes in panels] == ["t = 0 s", "t = 200 ms"]
     assert bar.get_ylabel() == "velocity y [cm/s]"
     assert bar.get_ylim()[0] == pytest.approx(-200.0, rel=0.02)
 
@@ -167,14 +167,19 @@ def test_they_may_change_when_a_run_goes_on(folder):
         ('y = "height"\ny_unit', 'y = ["height", "kinetic_energy"]\ny_unit', "plot.path.y", "several units"),
         ('y_unit = "cm"', 'y_unit = "kg"', "plot.path.y_unit", "dimension"),
         ('path = "fall.csv", y = "height", dev', 'path = "no.csv", y = "height", dev', "plot.path.measured.0", "cannot read"),
-        ('deviation = "sd"', 'deviation = "sigma"', "plot.path.measured.0", "fall.csv:1: no column is named sigma; there are time, height, sd"),
+        (
+            'deviation = "sd"',
+            'deviation = "sigma"',
+            "plot.path.measured.0",
+            "no column is named sigma; there are time, height, sd",
+        ),
         ('name = "path"\ny', 'name = "probes"\ny', "plot.probes.name", "the report has a figure of this name"),
         ('name = "moving"', 'name = "fall"', "film.fall.name", "another figure has this name"),
         ('quantity = "velocity"', 'quantity = "heat"', "picture.fall.quantity", "no body here has such a field"),
         ('component = "y"\nunit', 'component = "xy"\nunit', "picture.fall.component", "has the components x, y, z"),
         ('unit = "cm/s"', 'unit = "kPa"', "picture.fall.unit", "dimension"),
         ("times = [0]", "instants = 3", "picture.fall", "leave it out beside"),
-        ("times = [0]", "times = '1 s'", "picture.fall.times", "1 s is not between 0 and time.end = 0.2 s"),
+        ("times = [0]", "slice = { across = 'x', at = 0 }", "picture.fall.slice", "the case is flat itself"),
         ('reference = "100 cm"', 'at = 1\nreference = "100 cm"', "check.fallen.at", "give a time that the run reaches"),
         ('smallest = "height"', 'smallest = "width"', "picture.fall.smallest", "no column of the history"),
         ('reference = "100 cm"', 'reference = "100 Pa"', "check.fallen.reference", "dimension"),

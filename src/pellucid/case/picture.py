@@ -1,11 +1,11 @@
 """Pictures and films of a case: which bodies, coloured by what, when, from where, and where they are cut open."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
-from pellucid.case.columns import beyond_end, unknown_column
+from pellucid.case.columns import unknown_column
 from pellucid.case.plot import Figure, unit_problems
 from pellucid.conditions.support import Face
 from pellucid.findings import Finding, Path, hint, listed
@@ -14,9 +14,9 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.state import FIELDS
 
-DERIVED = {"speed": "m/s", "displacement": "m", "load": "Pa", "normal_velocity": "m/s"}
+DERIVED = {"speed": "m/s", "displacement": "m", "load": "Pa", "normal_velocity": "m/s", "bodies": ""}
 """What is worked out of fields, with units: the load is the pressure of fluids and von Mises' equivalent stress of solids, the
-normal velocity that of surfaces in space."""
+normal velocity that of surfaces in space; bodies have a colour each."""
 Names = Annotated[tuple[str, ...], BeforeValidator(one_or_several)]
 
 
@@ -47,11 +47,19 @@ class CutCase(Model):
             raise ValueError("`normal` needs a length")
 
 
+class SliceCase(Model):
+    """A plane of bodies in space, beside which points lay at the start: they are drawn as dots, seen along the axis."""
+
+    across: Literal["x", "y", "z"] = parameter("", "axis along which it is looked at")
+    at: float = parameter("m", "place of the plane along it")
+    thickness: float | None = parameter("m", "of what is shown, half on either side; without it that of a cell", None, gt=0)
+
+
 class Pictured(Figure):
     """What pictures and films have in common."""
 
     bodies: Names = parameter("", "the bodies that are shown; without it all", ())
-    quantity: str = parameter("", 'what colours them: a field, or "speed", "displacement" or "load"', "speed")
+    quantity: str = parameter("", 'what colours them: a field, or "speed", "displacement", "load" or "bodies"', "speed")
     component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
     unit: str = parameter("", "unit of the colours' scale, such as kPa; without it SI", "")
     limits: tuple[float, float] | None = parameter(
@@ -61,6 +69,7 @@ class Pictured(Figure):
     arrows: bool = parameter("", "whether surfaces in space have arrows of the velocity in them", False)
     camera: CameraCase = parameter("", "where the eye is, in space", CameraCase())
     cut: CutCase | None = parameter("", "where bodies in space are cut open", None)
+    slice: SliceCase | None = parameter("", "a plane of bodies in space that is shown alone", None)
 
     @check
     def _has_limits(self) -> None:
@@ -76,6 +85,12 @@ class Pictured(Figure):
             yield from parts.unknown(BodyModel, (*path, "cut", "through"), self.cut.through)
         if self.cut is not None and not all(parts.active_axes):
             yield Finding((*path, "cut"), "the case is flat: there is nothing to cut open", "leave it out")
+        if self.slice is not None and not all(parts.active_axes):
+            yield Finding((*path, "slice"), "the case is flat itself", "leave it out")
+        if self.slice is not None and self.cut is not None:
+            yield Finding((*path, "slice"), "a slice has nothing to be cut open", "leave `cut` out")
+        if self.slice is not None and self.slice.thickness is None and parts.lacks_grid:
+            yield from parts.no_grid((*path, "slice", "thickness"), "without it a slice is as thick as a cell")
         if self.mirror and parts.lacks_grid:
             yield from parts.no_grid((*path, "mirror"), "faces are those of a grid")
         if sum(parts.active_axes) == 1:
@@ -114,9 +129,8 @@ class Picture(Pictured):
             raise ValueError("`instants` are chosen evenly: leave it out beside `times`, `largest` and `smallest`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Columns that the history will not have, and times beyond the end, too."""
+        """Columns that the history will not have, too. Of times beyond the end the last instant is shown."""
         yield from super().problems(path, parts)
-        yield from beyond_end(self.times, (*path, "times"), parts)
         for key in ("largest", "smallest"):
             if (name := getattr(self, key)) is not None:
                 yield from unknown_column(name, (*path, key), parts)

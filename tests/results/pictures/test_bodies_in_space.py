@@ -1,15 +1,17 @@
 import numpy as np
 import pytest
 import synthetic_oocyte
+from matplotlib.colors import to_hex
 
 from pellucid import run
 from pellucid.case import Case
+from pellucid.errors import UsageError
 from pellucid.results.pictures.bodies_in_space import opening
 from pellucid.results.pictures.figures import bodies, energies, figures_of, probes
 from pellucid.results.pictures.own import bodies_at
-from pellucid.results.pictures.quantities import Look
+from pellucid.results.pictures.quantities import Look, Slice
 from pellucid.results.pictures.rendering.axes import round_length
-from pellucid.results.pictures.style import house_style
+from pellucid.results.pictures.style import COLOURS, house_style
 
 
 def box(lower, upper):
@@ -168,3 +170,32 @@ def test_round_lengths(most, length, text):
     found, name = round_length(most)
     assert found == pytest.approx(length)
     assert name == text
+
+
+def test_a_slice_shows_what_lay_beside_a_plane_at_the_start(tmp_path):
+    """Each body in a colour of its own, with its images."""
+    oocyte = synthetic_oocyte.write(tmp_path / "run", spacing=15.0, instants=2)
+    start = oocyte.fields("zona", 0.0)["position"]
+    middle = float(np.median(start[:, 2]))
+    with house_style():
+        figure = bodies_at(oocyte, Look("bodies", slice=Slice(2, middle, 8e-6)))
+    panel = figure.axes[0]
+    shown = {to_hex(dots.get_facecolor()[0]): len(dots.get_offsets()) for dots in panel.collections if len(dots.get_offsets())}
+    names = [body.name for body in oocyte.stored.bodies]
+    assert shown[COLOURS[names.index("zona")].lower()] == np.sum(np.abs(start[:, 2] - middle) <= 8e-6)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == names
+
+
+def test_a_slice_beside_everything_is_told(tmp_path):
+    oocyte = synthetic_oocyte.write(tmp_path / "run", spacing=15.0, instants=2)
+    with pytest.raises(UsageError, match="no point lay in the slice"):
+        bodies_at(oocyte, Look("bodies", slice=Slice(2, 1.0, 1e-6)))
+
+
+def test_bodies_in_space_have_a_colour_each(tmp_path, monkeypatch):
+    monkeypatch.setattr("pellucid.results.pictures.bodies_in_space.COLUMNS", 100)
+    oocyte = synthetic_oocyte.write(tmp_path / "run", spacing=15.0, instants=2)
+    with house_style():
+        figure = bodies_at(oocyte, Look("bodies"))
+    assert len(figure.legends) == 1

@@ -6,7 +6,7 @@ from pellucid.gallery.exact_curves import energy_metric, vanishing, worst_balanc
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import label, new_figure, new_panels
+from pellucid.results.pictures.style import label, new_panels
 
 # Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
 CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
@@ -14,7 +14,6 @@ RESTITUTION = 0.905
 REFERENCE_MATERIAL = {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1000.0}
 
 CAPTIONS = {
-    "discs": "The discs at six instants, coloured by pressure.",
     "velocities": "Mean velocity of each disc along the line of centres; dotted, what finite elements give for the rebound.",
 }
 
@@ -83,20 +82,7 @@ def _mean_velocities(run: Run) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The discs at six instants, coloured by mean stress, and their speeds along the line of centres."""
-    names = [body.name for body in run.case.body]
-    frames = np.asarray(run.times(names[0]), dtype=float)
-    discs = new_figure(10.0, 6.6)
-    for axes, index in zip(discs.subplots(2, 3).flat, np.linspace(0, len(frames) - 1, 6).astype(int), strict=True):
-        for name in names:
-            points = run.fields(name, float(frames[index]))
-            x, y = np.asarray(points["position"])[:, :2].T
-            dots = axes.scatter(x, y, c=np.asarray(points["pressure"]), s=1, cmap="coolwarm", vmin=-100.0, vmax=100.0)
-        axes.set(aspect="equal", xlim=(run.case.grid.lower[0], run.case.grid.upper[0]))
-        axes.set_ylim(run.case.grid.lower[1], run.case.grid.upper[1])
-        axes.set_title(f"t = {frames[index]:.2f} s", fontsize=9)
-    discs.colorbar(dots, ax=discs.axes, label="pressure [Pa]", shrink=0.7)
-
+    """Speeds along the line of centres."""
     times, lower, upper = _mean_velocities(run)
     direction = lower[0] / np.linalg.norm(lower[0])
     speeds, axes = new_panels(width=7.0, height=4.0)
@@ -106,4 +92,4 @@ def figures(run: Run) -> dict[str, Figure]:
         for value in (-RESTITUTION, RESTITUTION):
             axes.axhline(value * float(np.linalg.norm(lower[0])), color="black", linewidth=0.8, linestyle=":")
     label(axes, "time", "mean velocity along the line of centres", "s", "m/s", legend=True)
-    return {"discs": discs, "velocities": speeds}
+    return {"velocities": speeds}

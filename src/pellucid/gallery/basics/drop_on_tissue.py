@@ -10,20 +10,16 @@ from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, panels
 
 Array = np.ndarray
 
 ROUNDING = 1e-12
 ENERGY = 1e-3  # of the largest energy that moved; it falls with the step at first order, and is 2e-5 at a Courant number of 0.5
 LEAK = 0.5  # cells: the grid parts the bodies at its nodes
-SECTIONS = (0.0, 3e-3, 6e-3, 9e-3, 1.2e-2, 1.8e-2)
 
 HEIGHTS = {"water_z": "lowest water", "face_z": "middle of the face"}
 
 CAPTIONS = {
-    "sections": "What lay beside the plane y = 0 at the start, of water and tissue.",
     "curves": "Middle of the face and lowest water; energies of the quarter and what contact took.",
 }
 
@@ -67,20 +63,5 @@ def _momentum(run: Run, time: float) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The middle cut, and curves against time."""
-    return {"sections": _sections(run), "curves": drop_curves(run, HEIGHTS, "tissue")}
-
-
-def _sections(run: Run) -> Figure:
-    chosen = recorded(run.times("water"), SECTIONS)
-    figure, subplots = panels(len(chosen), 2, height=2.3 * -(-len(chosen) // 2), layout="compressed", sharex=True, sharey=True)
-    near = 0.26e3 * run.case.grid.cell  # beyond the first layer of points, nearer than the second
-    for axes, time in zip(subplots, chosen, strict=True):
-        for name, colour in (("water", COLOURS[0]), ("tissue", COLOURS[1])):
-            begun, now = (1e3 * run.fields(name, instant)["position"] for instant in (0.0, float(time)))
-            shown = begun[:, 1] < begun[:, 1].min() + near
-            x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
-            axes.plot(x, z, ".", markersize=1.5, color=colour, label=name)
-        finish_panel(axes, f"t = {1e3 * float(time):.0f} ms", "x", "z", "mm")
-    subplots[0].legend(markerscale=5, loc="upper right")
-    return figure
+    """Curves against time."""
+    return {"curves": drop_curves(run, HEIGHTS, "tissue")}

@@ -2,23 +2,18 @@
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from pellucid.gallery.benet2015.films import finish_panel, kept
+from pellucid.gallery.benet2015.films import kept
 from pellucid.gallery.exact_curves import compared
 from pellucid.geometry.algorithms.equivalent_ellipse import of_surface
 from pellucid.references.drops import approach, deformation
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CLOSE, CELLS = 0.05, 6.0  # error at so many cells a radius; it falls at second order
-PANELS = 3
 
 CAPTIONS = {
     "deformation": "Deformation of the drop against time, with that of small-deformation theory between the plates.",
-    "sections": "Points of the fluid, of the drop and of the film near the plane z = 0.",
 }
 
 METRICS = ("deformation", "volume", "film_mass")
@@ -67,8 +62,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The deformation against time; sections."""
-    return {"deformation": _deformation(run), "sections": _sections(run)}
+    """The deformation against time."""
+    return {"deformation": _deformation(run)}
 
 
 def _deformation(run: Run) -> Figure:
@@ -83,18 +78,4 @@ def _deformation(run: Run) -> Figure:
     for axis, (name, colour) in enumerate(zip(("shortest", "middle", "longest"), COLOURS, strict=False)):
         right.plot(times, [shape.semi_axes[axis] for shape in shapes], color=colour, label=name)
     label(right, "time", "semi-axis", "s", "m", legend=True)
-    return figure
-
-
-def _sections(run: Run) -> Figure:
-    chosen = evenly(run.times("film"), PANELS)
-    cell = run.case.grid.cell
-    figure = new_figure(height=6.5, layout="compressed")
-    for axes, time in zip(figure.subplots(len(chosen), 1, sharex=True, sharey=True), chosen, strict=True):
-        for name, colour, size in (("fluid", "0.6", 2.5), ("drop", COLOURS[4], 3.0), ("film", COLOURS[1], 5.0)):
-            place = run.fields(name, float(time))["position"]
-            near = place[np.abs(place[:, 2]) < (0.5 if name == "film" else 0.3) * cell]
-            axes.plot(near[:, 0], near[:, 1], ".", color=colour, markersize=size, markeredgewidth=0, label=name)
-        finish_panel(axes, float(time))
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, markerscale=3.0)
     return figure

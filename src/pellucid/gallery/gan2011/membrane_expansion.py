@@ -1,7 +1,5 @@
 """The lid, its cube and the gas below against finite elements that are tied like them."""
 
-from typing import Any
-
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
@@ -10,7 +8,7 @@ from pellucid.gallery.exact_curves import beside_elements, vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, finish_panel, label, new_figure, new_panels, with_unit
+from pellucid.results.pictures.style import COLOURS, label, new_panels, with_unit
 
 TOLERANCE, CELL = 0.05, 0.01  # of the largest change, at this cell [m]; in proportion to the cell above it
 LEAK = 1e-4  # of the gas's points that may be above the lid: less than one of the quick variant's
@@ -18,8 +16,6 @@ LEAK = 1e-4  # of the gas's points that may be above the lid: less than one of t
 CAPTIONS = {
     "curves": "Displacement of the cube's centre and mean pressure of the gas against time beside finite elements, with a gas "
     "that flows and one that has the same pressure everywhere; below, how far the run is from the flowing one.",
-    "shapes": "The lid (lines) and the cube cut through the middle at the instants of the paper's figure 14.",
-    "lid": "The lid at those instants, coloured by its height over the box.",
 }
 
 METRICS = ("cube_z_deviation", "gas_pressure_deviation", "leak")
@@ -49,8 +45,8 @@ def points_above(run: Run) -> int:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Curves beside the references, the middle cut, and the lid in space."""
-    return {"curves": _curves(run), "shapes": _shapes(run), "lid": _lid(run)}
+    """Curves beside the references."""
+    return {"curves": _curves(run)}
 
 
 def _curves(run: Run) -> Figure:
@@ -62,40 +58,4 @@ def _curves(run: Run) -> Figure:
         beside_elements(panels, run, name, reference["time"], known, colour)
         panels[0].set(title=text, ylabel=with_unit(text, unit))
         label(panels[1], "time", "deviation", "s", "%")
-    return figure
-
-
-def _instants(run: Run) -> list[float]:
-    """Six instants, the first sixth of the run to its end: 5 to 30 ms in the whole run."""
-    return [float(time) for time in np.linspace(0.0, run.times("lid")[-1], 7)[1:]]
-
-
-def _shapes(run: Run) -> Figure:
-    figure, panels = new_panels(2, 3, sharex=True, sharey=True, height=4.6, title=f"{run.case.title}, cut through the middle")
-    middle = 0.5 * (run.case.body[1].bounds()[0][1] + run.case.body[1].bounds()[1][1])
-    for axes, time in zip(panels.flat, _instants(run), strict=True):
-        for name, colour, within in (("gas", COLOURS[4], 0.5), ("cube", COLOURS[1], 0.5), ("lid", COLOURS[0], 0.25)):
-            position = np.asarray(run.fields(name, time)["position"])
-            x, _, z = position[np.abs(position[:, 1] - middle) < within * run.case.grid.cell].T
-            axes.plot(x, z, ".", markersize=2 if name == "lid" else 1, color=colour, label=name)
-        finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "z", "m")
-    panels[0, 0].legend(markerscale=4, loc="upper left")
-    return figure
-
-
-def _lid(run: Run) -> Figure:
-    figure = new_figure(height=5.4)
-    lid: Any = run.case.body[1]
-    triangles = lid.surface.triangulate().triangles
-    start = lid.bounds()[1][2]
-    shapes = [np.asarray(run.fields("lid", time)["position"]) for time in _instants(run)]
-    highest = max(float(shape[:, 2].max()) for shape in shapes) - start
-    for number, (time, shape) in enumerate(zip(_instants(run), shapes, strict=True), 1):
-        axes = figure.add_subplot(2, 3, number, projection="3d")
-        x, y, z = shape.T
-        rise = 1e3 * (z - start)
-        axes.plot_trisurf(x, y, rise, triangles=triangles, cmap=SEQUENTIAL, antialiased=False, vmin=0.0, vmax=1e3 * highest)
-        axes.set(zlim=(0.0, 1e3 * highest), xticks=[0.0, 0.1, 0.2], yticks=[0.0, 0.1, 0.2], title=f"t = {1e3 * time:.3g} ms")
-        axes.set_zlabel("rise [mm]")
-    figure.suptitle("Rise of the lid; x, y in m")
     return figure

@@ -7,7 +7,7 @@ from pellucid.gallery.exact_curves import beside_elements, compared, vanishing
 from pellucid.references import finite_elements
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, finish_panel, new_panels
+from pellucid.results.pictures.style import COLOURS, new_panels
 
 TOLERANCE, CELL = 0.03, 0.02  # of the largest excursion, at this cell [m]; in proportion to the cell above it
 TURNING_TIME = 0.05  # the curve turns flatly: it is within 0.5 % of its lowest point for 7 ms to each side
@@ -16,7 +16,6 @@ TURNED = 0.15  # s, by when the cuboid is on its way back
 CAPTIONS = {
     "displacement": "Cuboid and net along z against time beside finite elements: tied to the net as here, and sliding on it "
     "without friction; below, how far the run is from the tied ones.",
-    "shapes": "Net and cuboid from the side, at the instants of the paper's figure 7.",
 }
 
 METRICS = ("cuboid_deviation", "net_deviation", "lowest", "turning_time")
@@ -43,8 +42,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Displacements against time beside both references, and the shapes from the side."""
-    return {"displacement": _displacement(run), "shapes": _shapes(run)}
+    """Displacements against time beside both references."""
+    return {"displacement": _displacement(run)}
 
 
 def _displacement(run: Run) -> Figure:
@@ -58,17 +57,4 @@ def _displacement(run: Run) -> Figure:
         panels[1].set_xlabel("time [s]")
     grid[0, 0].set_ylabel("displacement along z [m]")
     grid[1, 0].set_ylabel("deviation [%]")
-    return figure
-
-
-def _shapes(run: Run) -> Figure:
-    title = f"{run.case.title}, from the side"
-    figure, panels = new_panels(2, 2, sharex=True, sharey=True, height=3.2, title=title)
-    wanted = np.array([0.25, 0.5, 0.75, 1.0]) * run.times("net")[-1]
-    for axes, time in zip(panels.flat, wanted, strict=True):
-        for name, colour in (("cuboid", COLOURS[1]), ("net", COLOURS[0])):
-            x, _, z = np.asarray(run.fields(name, float(time))["position"]).T
-            axes.plot(x, z, ".", markersize=1, color=colour, label=name)
-        finish_panel(axes, f"t = {time:.3g} s", "x", "z", "m")
-    panels[0, 0].legend(markerscale=8, loc="lower left")
     return figure

@@ -23,7 +23,6 @@ INSTANTS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
 CAPTIONS = {
     "curves": "Volume, height and half widths beside those of the bag of least energy (dashed) at the pressure of the end; "
     "mean pressure of the gas, of its parts over their points; energies of the eighth.",
-    "shapes": "Sheet (line), charge and air beside the plane y = 0.",
     "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
 }
 
@@ -69,8 +68,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Curves, sections and the sheet from above."""
-    return {"curves": _curves(run), "shapes": _shapes(run), "wrinkles": _wrinkles(run)}
+    """Curves, and the sheet from above."""
+    return {"curves": _curves(run), "wrinkles": _wrinkles(run)}
 
 
 def bag_volume(run: Run, time: float) -> float:
@@ -150,26 +149,6 @@ def _curves(run: Run) -> Figure:
         energy.plot(ms, history[name], label=name.replace("_", " "))
     energy.plot(ms, history["internal_energy"][0] - history["internal_energy"], label="given by the gas")
     label(energy, "time", "energy", "ms", "J", title="energy of the eighth", legend=True)
-    return figure
-
-
-def _shapes(run: Run) -> Figure:
-    reached = recorded(run.times("bag"), INSTANTS)
-    figure, subplots = panels(len(reached), 3, height=2.05 * -(-len(reached) // 3) + 0.4, sharex=True, sharey=True)
-    sheet, shown = run.fields("bag", 0.0)["position"], {}
-    row = np.flatnonzero(sheet[:, 1] < 1e-9)
-    row = row[np.argsort(sheet[row, 0])]
-    for name in GAS:
-        y = run.fields(name, 0.0)["position"][:, 1]
-        shown[name] = y < y.min() + 0.01 * run.case.grid.cell
-    for axes, time in zip(subplots, reached, strict=True):
-        for name, colour in zip(GAS, (COLOURS[1], COLOURS[4]), strict=True):
-            points = run.fields(name, time)["position"][shown[name]]
-            axes.plot(points[:, 0], points[:, 2], ".", color=colour, markersize=1.5, label=name)
-        now = run.fields("bag", time)["position"][row]
-        axes.plot(now[:, 0], now[:, 2], color=COLOURS[0], label="sheet")
-        finish_panel(axes, f"t = {1e3 * time:.3g} ms", "x", "z", "m")
-    figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=4, loc="outside lower center", ncols=3)
     return figure
 
 

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pellucid.results.pictures import style
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
@@ -13,7 +12,7 @@ from pellucid.results.pictures.rendering.camera import Camera, View, camera_for
 from pellucid.results.pictures.rendering.drawables import Balls, Colour, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.style import COLOURS, WIDTH, finish_panel, new_figure
+from pellucid.results.pictures.style import WIDTH, new_figure
 
 SHEET: Colour = (0.36, 0.76, 0.77)
 SPHERE: Colour = (0.80, 0.62, 0.40)
@@ -21,26 +20,6 @@ IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
 """Signs of x, y, z."""
 PANEL_COLUMNS = 900
 FILM_COLUMNS, FILM_PICTURES = 600, 26
-
-
-def sections(run: Run, body: str, times: Iterable[float], half_width: float, row: float) -> Figure:
-    """What lay beside the plane y = 0 at the start, of the sheet and another body, at the frames nearest to some instants [s].
-
-    half_width: of x, what is shown [m]; row: height of a row of pictures [inch].
-    """
-    chosen = recorded(run.times("sheet"), times)
-    figure, subplots = style.panels(len(chosen), 2, height=row * -(-len(chosen) // 2) + 0.4, sharex=True, sharey=True)
-    figure.set_layout_engine("compressed", wspace=0.06)  # or the numbers below neighbours would touch
-    near = 0.26e3 * run.case.grid.cell  # beyond the first, nearer than the second layer of points
-    for axes, time in zip(subplots, chosen, strict=True):
-        for name, colour, size in ((body, COLOURS[1], 2.0), ("sheet", COLOURS[0], 2.5)):
-            begun, now = (1e3 * run.fields(name, instant)["position"] for instant in (0.0, float(time)))
-            shown = (begun[:, 1] < begun[:, 1].min() + near) & (begun[:, 0] < 1e3 * half_width)
-            x, z = np.concatenate([now[shown, 0], -now[shown, 0]]), np.tile(now[shown, 2], 2)
-            axes.plot(x, z, ".", markersize=size, color=colour, label=name)
-        finish_panel(axes, f"t = {1e3 * float(time):.2f} ms", "x", "z", "mm")
-    subplots[0].legend(markerscale=5, loc="upper right")
-    return figure
 
 
 def panels(run: Run, view: View, times: Iterable[float]) -> Figure:

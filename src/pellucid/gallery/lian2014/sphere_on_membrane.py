@@ -14,12 +14,9 @@ from pellucid.results.pictures.rendering.camera import View
 
 LEAVING = 5e-5  # s, before the end: the sphere's speed then, when all but a hundredth of its impulse is spent
 VIEW = View(-60.0, 12.0)
-INSTANTS = (1e-4, 2e-4, 3.2e-4, 6e-4)
-SHOWN = 0.015  # to each side of the middle [m]
 
 CAPTIONS = {
     "curves": "Middle of the sheet and top of the sphere beside finite elements with sides of 0.25 mm and, dotted, of 1 mm.",
-    "shapes": "Sheet and sphere beside the plane y = 0: at the impact, on the way down, lowest, and after the rebound.",
 }
 
 METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", "rebound")
@@ -42,8 +39,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Curves beside the finite elements, and pictures."""
-    return {"curves": figure_of(run, _curves()), "shapes": shapes.sections(run, "sphere", INSTANTS, SHOWN, 1.9)}
+    """Curves beside the finite elements."""
+    return {"curves": figure_of(run, _curves())}
 
 
 def films(run: Run) -> dict[str, Animation]:

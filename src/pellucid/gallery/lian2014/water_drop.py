@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.gallery.lian2014.shapes import IMAGES, sections
+from pellucid.gallery.lian2014.shapes import IMAGES
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
@@ -23,12 +23,10 @@ ENERGY = 0.01  # of the largest energy that moved; half of what the program warn
 SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2.1
 BROKEN = 0.05  # of the mass: on a thousandth of the stiffness it is nothing
 SHORT = 1e-9  # by which rounding may fall short of a bound
-SECTIONS = (0.0, 2e-4, 4e-4, 6e-4, 8e-4, 1.3e-3)
 PLANS = (6e-4, 9e-4, 1.1e-3, 1.3e-3)
 
 CAPTIONS = {
     "curves": "Middle of the sheet and top of the drop; energies of the quarter and what contact took.",
-    "shapes": "What lay beside the plane y = 0 at the start, of sheet and drop.",
     "pieces": "The water from above: what hangs together with most of it, and what no longer does.",
 }
 
@@ -88,10 +86,10 @@ def in_largest(run: Run, time: float) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Curves against time, the middle cut, and the water from above."""
+    """Curves against time, and the water from above."""
     names = {"membrane_z": "sheet's middle", "drop_top_z": "drop's top"}
     curves = drop_curves(run, names, "sheet", title=run.case.title)
-    return {"curves": curves, "shapes": sections(run, "drop", SECTIONS, np.inf, 1.3), "pieces": _pieces(run)}
+    return {"curves": curves, "pieces": _pieces(run)}
 
 
 def _pieces(run: Run) -> Figure:

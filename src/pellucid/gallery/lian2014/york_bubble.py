@@ -9,18 +9,15 @@ from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_panels, panels
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CLOSE = 0.25
 """Cells within which contact closes a gap."""
 ROUND = 0.05  # of the half width
 SLACK = 0.02  # of the least energy, for the cones it was computed with
-INSTANTS = (0.0, 0.014, 0.024, 0.036, 0.046, 0.055)
 
 CAPTIONS = {
     "curves": "Height and width of the bag; speed of the water and force of the floor; energies.",
-    "shapes": "Skin and water beside the plane y = 0.",
 }
 
 METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
@@ -63,8 +60,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Curves of the history, and sections."""
-    return {"curves": _curves(run), "shapes": _shapes(run)}
+    """Curves of the history."""
+    return {"curves": _curves(run)}
 
 
 def _fit(run: Run, time: float) -> tuple[float, float]:
@@ -103,20 +100,4 @@ def _curves(run: Run) -> Figure:
     shape.legend(loc="upper right", ncols=3)
     motion.legend(loc="lower right")
     energy.legend(loc="center left")
-    return figure
-
-
-def _shapes(run: Run) -> Figure:
-    reached = recorded(run.times("skin"), INSTANTS)
-    figure, subplots = panels(len(reached), 3, height=2.3 * -(-len(reached) // 3) + 0.3, sharex=True, sharey=True)
-    near = 0.3 * run.case.grid.cell
-    for axes, time in zip(subplots, reached, strict=True):
-        for name, size in (("water", 1.5), ("skin", 3.0)):
-            begun, now = (run.fields(name, instant)["position"] for instant in (0.0, time))
-            shown = np.abs(begun[:, 1]) < near
-            axes.plot(*(1e3 * now[shown][:, [0, 2]].T), ".", markersize=size, label=name)
-        axes.axhline(0.0, color="black", linewidth=0.8)
-        finish_panel(axes, f"t = {1e3 * time:.0f} ms", "x", "z", "mm")
-        axes.tick_params(labelbottom=True)
-    figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)
     return figure

@@ -2,11 +2,22 @@
 
 import numpy as np
 
+from pellucid.errors import UsageError
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.mirrors import cells_with_images, with_images
-from pellucid.results.pictures.quantities import Fields, Look, is_film, limits_of, values_of, word_of
+from pellucid.results.pictures.quantities import (
+    BY_BODY,
+    Fields,
+    Look,
+    colours_of,
+    is_film,
+    legend_of,
+    limits_of,
+    values_of,
+    word_of,
+)
 from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
-from pellucid.results.pictures.style import COLOURS, colour_bar, label, new_panels
+from pellucid.results.pictures.style import COLOURS, colour_bar, instant, label, new_panels
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS
 
@@ -37,19 +48,24 @@ def profiles(run: Run, axis: int) -> Figure:
 
 
 class PlaneStage:
-    """Bodies of a plane case as dots, the same size and place in all pictures; films among them are dark lines on top."""
+    """Bodies of a plane case, or a slice of bodies in space, as dots, the same size and place in all pictures; films among them
+    are dark lines on top."""
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
         bodies = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
         self._run, self._look = run, look
-        self._bodies = [body for body in bodies if not is_film(body)]
-        self._skins = [body.name for body in bodies if is_film(body)]
-        self._flat = [axis for axis in range(3) if not run.stored.thin[axis]]
+        sliced = look.slice is not None
+        self._bodies = [body for body in bodies if sliced or not is_film(body)]
+        self._skins = [body.name for body in bodies if is_film(body) and not sliced]
+        thin = [axis == look.slice.axis for axis in range(3)] if look.slice is not None else run.stored.thin
+        self._flat = [axis for axis in range(3) if not thin[axis]]
         self._start = {body.name: self._fields(body.name, 0.0)["position"] for body in self._bodies}
-        states = [self._state(float(time)) for time in times]
+        states = [of_body for time in times for of_body in self._state(float(time))]
         self._colours = limits_of([values for _, values in states], look)
         skins = [self._skin(name, float(time)) for name in self._skins for time in times]
         paper = np.concatenate([*(place for place, _ in states), *skins])
+        if not len(paper):
+            raise UsageError("no point lay in the slice: put it elsewhere, or make it thicker")
         low, high = paper.min(axis=0), paper.max(axis=0)
         margin = 0.04 * (high - low).max()
         self._low, self._high = low - margin, high + margin
@@ -62,15 +78,16 @@ class PlaneStage:
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
         """The bodies at an instant [s]."""
-        paper, values = self._state(time)
+        state = self._state(time)
+        paper, values = (np.concatenate(part) for part in zip(*state, strict=True))
         spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) if len(paper) else 0.0  # all may have left
         spacing *= width * 72.0 / (self._high - self._low)[0]
         size = (1.15 * float(np.clip(spacing, 1.0, 8.0))) ** 2  # circles a little larger than the gaps between them
-        known, (x, y) = np.isfinite(values), paper.T
-        if not known.all():
-            axes.scatter(x[~known], y[~known], s=size, color=UNCOLOURED, linewidths=0)
-        limited, palette = self._colours, self._colours.palette
-        axes.scatter(x[known], y[known], size, values[known], linewidths=0, cmap=palette, vmin=limited.low, vmax=limited.high)
+        if self._look.quantity == BY_BODY:
+            for (place, _), colour in zip(state, colours_of(body.name for body in self._bodies).values(), strict=True):
+                axes.scatter(place[:, 0], place[:, 1], s=size, color=colour, linewidths=0)
+        else:
+            self._draw_values(axes, paper, values, size)
         for name in self._skins:
             place = self._skin(name, time)
             cells = cells_with_images(self._run.cells(name), len(place) // 2 ** len(self._look.mirrors), self._look.mirrors)
@@ -78,25 +95,39 @@ class PlaneStage:
         axes.set(xlim=(self._low[0], self._high[0]), ylim=(self._low[1], self._high[1]), aspect="equal")
         axes.locator_params(nbins=MOST_TICKS)  # else there are more after the layout, with longer labels that find no room
         axes.grid(False)
-        label(axes, "xyz"[self._flat[0]], "xyz"[self._flat[1]], "m", "m", f"t = {time:.4g} s")
+        label(axes, "xyz"[self._flat[0]], "xyz"[self._flat[1]], "m", "m", instant(time))
         axes.label_outer()
+
+    def _draw_values(self, axes: Axes, paper: np.ndarray, values: np.ndarray, size: float) -> None:
+        known, (x, y) = np.isfinite(values), paper.T
+        if not known.all():
+            axes.scatter(x[~known], y[~known], s=size, color=UNCOLOURED, linewidths=0)
+        limited, palette = self._colours, self._colours.palette
+        axes.scatter(x[known], y[known], size, values[known], linewidths=0, cmap=palette, vmin=limited.low, vmax=limited.high)
 
     def bar(self, figure: Figure) -> None:
         """What the colours mean."""
+        if self._look.quantity == BY_BODY:
+            legend_of(figure, [body.name for body in self._bodies])
+            return
         colour_bar(figure, word_of(self._bodies, self._look), self._colours, self._colours.palette, shrink=0.9)
 
-    def _state(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Places on the paper [m], shape (n, 2), and what colours the points, shape (n,), of those that are there."""
-        places, values = [np.empty((0, 2))], [np.empty(0)]
+    def _state(self, time: float) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of each body places on the paper [m], shape (n, 2), and what colours the points, shape (n,), of those there."""
+        found = []
         for body in self._bodies:
-            fields = self._fields(body.name, time)
+            fields, start = self._fields(body.name, time), self._start[body.name]
             there = _there(fields)
-            places.append(fields["position"][there][:, self._flat])
-            values.append(values_of(body, fields, self._look, self._start[body.name])[there])
-        return np.concatenate(places), np.concatenate(values)
+            values = np.zeros(len(start)) if self._look.quantity == BY_BODY else values_of(body, fields, self._look, start)
+            found.append((fields["position"][there][:, self._flat], values[there]))
+        return found
 
     def _fields(self, name: str, time: float) -> Fields:
-        return with_images(_thinned(self._run.fields(name, time)), self._look.mirrors)
+        fields: Fields = self._run.fields(name, time)
+        if (sliced := self._look.slice) is not None:
+            beside = np.abs(self._run.fields(name, 0.0, ("position",))["position"][:, sliced.axis] - sliced.at) <= sliced.reach
+            fields = {key: values[beside] for key, values in fields.items()}
+        return with_images(_thinned(fields), self._look.mirrors)
 
     def _skin(self, name: str, time: float) -> np.ndarray:
         return with_images(self._run.fields(name, time, ("position",)), self._look.mirrors)["position"][:, self._flat]
@@ -116,5 +147,5 @@ def _there(fields: Fields) -> np.ndarray:
 
 
 def _thinned(fields: Fields) -> Fields:
-    stride = -(-len(fields["position"]) // MOST_POINTS)
+    stride = max(-(-len(fields["position"]) // MOST_POINTS), 1)
     return {name: values[::stride] for name, values in fields.items()}

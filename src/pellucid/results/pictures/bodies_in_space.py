@@ -7,7 +7,17 @@ from pellucid.geometry.meshes.triangulation import bounding_box, vertex_normals
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.arrows import draw_arrows, spread
 from pellucid.results.pictures.mirrors import cells_with_images, with_images
-from pellucid.results.pictures.quantities import NORMAL_VELOCITY, Fields, Look, limits_of, values_of, word_of
+from pellucid.results.pictures.quantities import (
+    BY_BODY,
+    NORMAL_VELOCITY,
+    Fields,
+    Look,
+    colours_of,
+    legend_of,
+    limits_of,
+    values_of,
+    word_of,
+)
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.camera import Plane, camera_for
 from pellucid.results.pictures.rendering.creases import Faceted, split_at_creases
@@ -15,7 +25,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
-from pellucid.results.pictures.style import colour_bar
+from pellucid.results.pictures.style import colour_bar, instant
 
 COLUMNS = 700  # pixels of a panel
 GREY, FAILED = (0.77, 0.78, 0.82), (0.92, 0.10, 0.09)
@@ -68,13 +78,10 @@ class SpaceStage:
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
         """The bodies at an instant [s]."""
-        from matplotlib.ticker import EngFormatter
-
         drawn: list[Drawable] = []
         for name, cells in self._cells.items():
             fields = self._fields(name, time)
-            colours = coloured(self._values(name, fields), self._colours[:2], self._colours.palette)
-            colours[np.isnan(colours).any(axis=1)] = GREY
+            colours = self._colours_of(name, fields)
             lies_on = len(self._solids) > 0 and len(cells.tetrahedra) == 0 and len(self._surfaces[name].triangles) > 0
             drawn.append(_drawable(fields, self._surfaces[name], colours, self._nearer if lies_on else 0.0 * self._nearer))
             if self._cut and len(cells.tetrahedra):
@@ -82,8 +89,7 @@ class SpaceStage:
         show(axes, render(drawn, self._camera, self._cut), self._camera)
         scale_bar(axes, self._camera)
         self._draw_arrows(axes, time)
-        words = f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}"
-        corner_words(axes, words, "cut open" if self._cut else "")
+        corner_words(axes, instant(time), "cut open" if self._cut else "")
 
     def _draw_arrows(self, axes: Axes, time: float) -> None:
         surfaces = {name: self._fields(name, time) for name in self._arrowed if len(self._cells[name].surface())}
@@ -94,12 +100,27 @@ class SpaceStage:
 
     def bar(self, figure: Figure) -> None:
         """What the colours mean."""
+        if self._look.quantity == BY_BODY:
+            legend_of(figure, self._bodies)
+            return
         colour_bar(figure, word_of(list(self._bodies.values()), self._look), self._colours, self._colours.palette)
 
     def _fields(self, name: str, time: float) -> Fields:
         return with_images(self._run.fields(name, time), self._look.mirrors)
 
+    def _colours_of(self, name: str, fields: Fields) -> np.ndarray:
+        """Of the points, shape (n, 3)."""
+        from matplotlib.colors import to_rgb
+
+        if self._look.quantity == BY_BODY:
+            return np.tile(to_rgb(colours_of(self._bodies)[name]), (len(fields["position"]), 1))
+        colours = coloured(self._values(name, fields), self._colours[:2], self._colours.palette)
+        colours[np.isnan(colours).any(axis=1)] = GREY
+        return colours
+
     def _values(self, name: str, fields: Fields) -> np.ndarray:
+        if self._look.quantity == BY_BODY:
+            return np.zeros(len(fields["position"]))
         if self._look.quantity == NORMAL_VELOCITY and len(triangles := self._cells[name].surface()):
             normal = vertex_normals(fields["position"], triangles)
             fields = {**fields, NORMAL_VELOCITY: np.einsum("ni,ni->n", fields["velocity"], normal)}

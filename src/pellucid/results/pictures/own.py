@@ -13,7 +13,7 @@ from pellucid.results.pictures.curves_in_plane import CurveStage, are_curves
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
 from pellucid.results.pictures.mirrors import mirrors_at
-from pellucid.results.pictures.quantities import Look
+from pellucid.results.pictures.quantities import Look, Slice
 from pellucid.results.pictures.rendering.camera import Plane, View
 from pellucid.results.pictures.stage import Stage, film_of, side_by_side
 from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels
@@ -48,9 +48,10 @@ def films(run: Run) -> dict[str, Animation]:
 
 
 def _stage(run: Run, look: Look, times: np.ndarray) -> Stage:
-    if are_curves(run, look.names):
+    if look.slice is None and are_curves(run, look.names):
         return CurveStage(run, look, times)
-    return PlaneStage(run, look, times) if any(run.stored.thin) else SpaceStage(run, look, times)
+    is_flat = any(run.stored.thin) or look.slice is not None
+    return PlaneStage(run, look, times) if is_flat else SpaceStage(run, look, times)
 
 
 def _frames(run: Run, look: Look) -> np.ndarray:
@@ -70,7 +71,14 @@ def _look(run: Run, asked: Pictured) -> Look:
     view = View(camera.turn, camera.rise)
     mirrors = mirrors_at(asked.mirror, run.stored.grid)
     colours = asked.quantity, asked.component, asked.unit, asked.limits
-    return Look(*colours, asked.bodies, view, plane, mirrors=mirrors, arrows=asked.arrows)
+    return Look(*colours, asked.bodies, view, plane, mirrors=mirrors, arrows=asked.arrows, slice=_slice(run, asked))
+
+
+def _slice(run: Run, asked: Pictured) -> Slice | None:
+    if asked.slice is None:
+        return None
+    thickness = asked.slice.thickness or (run.stored.grid.cell if run.stored.grid is not None else 0.0)
+    return Slice("xyz".index(asked.slice.across), asked.slice.at, 0.5 * thickness)
 
 
 def _extremes(run: Run, asked: Picture) -> Iterator[float]:

@@ -1,31 +1,41 @@
 """What pictures of bodies show: a field, speed, displacement, or the load that each kind of body bears."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.models import BODIES
+from pellucid.results.pictures.annotations import Figure
 from pellucid.results.pictures.mirrors import Mirror
 from pellucid.results.pictures.rendering.camera import Plane, View
-from pellucid.results.pictures.style import DIVERGING, SEQUENTIAL, Extend, with_unit
+from pellucid.results.pictures.style import COLOURS, DIVERGING, SEQUENTIAL, Extend, with_unit
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.stored_case import StoredBody
 from pellucid.state import FIELDS
 from pellucid.units import to_si
 
 VIEW = View(-50.0, 22.0)
-NORMAL_VELOCITY = "normal_velocity"
-"""Of surfaces in space, along their normals."""
+NORMAL_VELOCITY, BY_BODY = "normal_velocity", "bodies"
+"""The velocity of surfaces in space along their normals; a colour for each body."""
 
 Fields = dict[str, np.ndarray]
 """The fields of a body at an instant, by name."""
 
 
+class Slice(NamedTuple):
+    """Points that lay beside a plane across an axis at the start."""
+
+    axis: int
+    at: float  # m
+    reach: float  # m, to either side
+
+
 class Look(NamedTuple):
     """How bodies are shown: what colours them and in which unit, which of them (all where none is named), from where, and
     where they are cut open: at a plane, or through the middle of the largest solid where `halved`, else only what surrounds
-    others; with their images in planes of symmetry, and arrows of the velocity in surfaces."""
+    others; with their images in planes of symmetry, and arrows of the velocity in surfaces; or of a slice alone."""
 
     quantity: str
     component: str | None = None
@@ -37,6 +47,7 @@ class Look(NamedTuple):
     halved: bool = False
     mirrors: tuple[Mirror, ...] = ()
     arrows: bool = False
+    slice: Slice | None = None
 
 
 BOTH_SIGNS = 0.2
@@ -93,6 +104,20 @@ def _meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
     return " or ".join(kinds), FIELDS["stress"].unit
 
 
+def colours_of(names: Iterable[str]) -> dict[str, str]:
+    """A colour for each body."""
+    return dict(zip(names, cycle(COLOURS), strict=False))
+
+
+def legend_of(figure: Figure, names: Iterable[str]) -> None:
+    """Which colour each body has."""
+    from matplotlib.lines import Line2D
+
+    colours = colours_of(names)
+    dots = [Line2D([], [], color=colour, marker="o", linestyle="", label=name) for name, colour in colours.items()]
+    figure.legend(handles=dots, loc="outside lower center", ncols=min(6, len(dots)))
+
+
 def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -> np.ndarray:
     """What colours every point, shape (n,), in the unit of the look; not a number where a body has no such field. The load is
     the field that its kind declares, else the pressure of a body with an equation of state, of others von Mises' equivalent
@@ -114,6 +139,8 @@ def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -
 
 def limits_of(values: list[np.ndarray], look: Look) -> Limits:
     """Limits of the colours: those that are asked for, else as `limits` finds them."""
+    if look.quantity == BY_BODY:
+        return Limits(0.0, 1.0, "neither")
     if look.limits is None:
         return limits(values)
     low, high = look.limits

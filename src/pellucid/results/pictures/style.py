@@ -122,6 +122,13 @@ def label(
         axes.legend()
 
 
+def instant(time: float) -> str:
+    """An instant [s] for the eye: "t = 1.3 ms"."""
+    from matplotlib.ticker import EngFormatter
+
+    return f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}"
+
+
 def with_unit(name: str, unit: str) -> str:
     """A quantity with its unit: "kinetic energy [J]"; without one "step"."""
     words = name.replace("_", " ")
