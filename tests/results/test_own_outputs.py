@@ -8,8 +8,10 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import pellucid
+from pellucid.case.judgement import Check
 from pellucid.cli import app
 from pellucid.errors import CaseError
+from pellucid.results.checks import metric_of
 from pellucid.results.pictures.own import picture, plot
 from pellucid.results.pictures.style import house_style
 
@@ -222,3 +224,14 @@ def test_units_may_stand_in_a_row_of_their_own(tmp_path):
     (tmp_path / "case.toml").write_text(BLOCK + OUTPUTS.replace(', deviation = "sd"', ""))
     x, y, none = pellucid.load(tmp_path / "case.toml").plot[0].measured[0].read("s", "m")
     assert (x.tolist(), y.tolist(), none) == ([0.05], [1.1875], None)
+
+
+@pytest.mark.parametrize(
+    ("take", "found"), [("largest", 1.0), ("smallest", -3.0), ("mean", -0.5), ("last", 0.5), ("largest-size", 3.0)]
+)
+def test_a_column_becomes_one_number(take, found):
+    asked = Check(name="a", column="x", take=take, reference=0.0, tolerance=1.0, source="by hand")
+    columns = {"time": np.arange(4.0), "x": np.array([1.0, -3.0, -0.5, 0.5])}
+    metric = metric_of(asked, columns, {"time": "s", "x": "1"})
+    assert metric.value == found
+    assert metric.passed == (abs(found) <= 1.0)

@@ -26,7 +26,9 @@ class Check(Part):
 
     name: str = name_parameter("name of the metric")
     column: str = parameter("", "probe, or another column of the history")
-    take: Literal["last", "largest", "smallest", "mean"] = parameter("", "how the column becomes one number", "last")
+    take: Literal["last", "largest", "smallest", "mean", "largest-size"] = parameter(
+        "", "how the column becomes one number; the largest size is that of either sign", "last"
+    )
     at: float | None = parameter("s", "time at which the column is read, instead of `take`", None, ge=0)
     reference: Quantity | None = parameter("", "the right value, in SI units or a text with its unit", None)
     curve: MeasuredCurve | None = parameter(

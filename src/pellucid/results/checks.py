@@ -14,6 +14,7 @@ TAKE: dict[str, Callable[[np.ndarray], Any]] = {
     "largest": np.nanmax,
     "smallest": np.nanmin,
     "mean": np.nanmean,
+    "largest-size": lambda values: np.nanmax(np.abs(values)),
 }
 
 
@@ -32,7 +33,7 @@ def _compared(asked: Check, times: np.ndarray, values: np.ndarray, unit: str) ->
     if asked.curve is None:
         wanted = in_si(asked.reference if asked.reference is not None else nan, unit)
         if asked.at is None:
-            found, words = float(TAKE[asked.take](values)), f"{asked.take} value of {asked.column}"
+            found, words = float(TAKE[asked.take](values)), f"{asked.take.replace('-', ' ')} value of {asked.column}"
         else:
             found, words = float(np.interp(asked.at, times, values, nan, nan)), f"{asked.column} at {asked.at:g} s"
         return found, wanted, abs(found - wanted), abs(wanted), words.replace("_", " ")
