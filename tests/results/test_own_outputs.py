@@ -13,6 +13,7 @@ from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.results.checks import metric_of
 from pellucid.results.pictures.own import picture, plot
+from pellucid.results.pictures.painter import Painter
 from pellucid.results.pictures.style import house_style
 
 BLOCK = """
@@ -224,6 +225,22 @@ def test_units_may_stand_in_a_row_of_their_own(tmp_path):
     (tmp_path / "case.toml").write_text(BLOCK + OUTPUTS.replace(', deviation = "sd"', ""))
     x, y, none = pellucid.load(tmp_path / "case.toml").plot[0].measured[0].read("s", "m")
     assert (x.tolist(), y.tolist(), none) == ([0.05], [1.1875], None)
+
+
+def test_curves_that_are_gone_and_slices_of_nothing_do_not_end_a_report(folder, tmp_path):
+    """The run is done: what cannot be drawn is told, what cannot be judged fails."""
+    curve(tmp_path)
+    (tmp_path / "case.toml").write_text(BLOCK + OUTPUTS.replace('name = "moving"', 'name = "moving"\nbodies = "block"'))
+    run = pellucid.run(pellucid.load(tmp_path / "case.toml"), out=tmp_path / "run", report=False)
+    (tmp_path / "fall.csv").unlink()
+    again = pellucid.Run(run.out)
+    assert not again.metrics["path"].passed
+    assert "cannot read" in again.metrics["path"].meaning
+    assert again.metrics["fallen"].passed
+    painter = Painter(again)
+    assert painter.draw_or_notice("path") is None
+    assert any("fall.csv" in text for text in painter.notices)
+    assert painter.draw_or_notice("fall") is not None
 
 
 @pytest.mark.parametrize(

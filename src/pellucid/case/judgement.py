@@ -57,7 +57,8 @@ class Check(Part):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A column that the history will not have, quantities of another dimension, a file without such a curve."""
         yield from unknown_column(self.column, (*path, "column"), parts)
-        yield from beyond_end([] if self.at is None else [self.at], (*path, "at"), parts)
+        if self.at is not None:
+            yield from beyond_end(self.at, (*path, "at"), parts)
         unit = unit_of(self.column, parts)
         if unit is None:
             return

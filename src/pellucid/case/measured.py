@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.errors import UsageError
 from pellucid.model import InputFile, Model, parameter
 from pellucid.units import UnitError, to_si
 
@@ -15,7 +16,7 @@ NAMED = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
 EXAMPLE = 'such as "time [ms], force [mN]", or a second row such as "ms, mN"; a pure number has 1'
 
 
-class CurveError(ValueError):
+class CurveError(UsageError):
     """A file that has no such curve. Its text names the file, and line and column where they are known."""
 
 

@@ -1,5 +1,7 @@
 """Commands that run a case many times: sweep, fit."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +21,16 @@ Slurm = Annotated[
     str | None,
     typer.Option("--slurm", metavar="KEY=VALUE,...", help="Run members as jobs of Slurm: queue=short,cores=8,memory=16GB,..."),
 ]
+
+
+@contextmanager
+def _gone_on_with(folder: Path) -> Iterator[None]:
+    """Say at an interruption how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        text = f"interrupted; the same command goes on with the members in {folder}"
+        raise Interrupted(text, not isinstance(error, Terminated)) from None
 
 
 def sweep(
@@ -59,12 +71,8 @@ def sweep(
     rows = rows_of(base, read_values(over or []), samples, read_rows(listed) if listed else (), seed)
     by = Workers(workers, threads, scheduler, read_slurm(slurm))
     folder = out or Path("sweeps") / _name(case)
-    try:
-        with watching() as progress:
-            table = run_sweep(base, rows, folder, read_time("--until", until), by, progress, samples is not None)
-    except KeyboardInterrupt as error:
-        text = f"interrupted; the same command goes on with the members in {folder}"
-        raise Interrupted(text, not isinstance(error, Terminated)) from None
+    with _gone_on_with(folder), watching() as progress:
+        table = run_sweep(base, rows, folder, read_time("--until", until), by, progress, samples is not None)
     shown = table[[name for name in table.columns if name not in ("steps", "message")][:8]]
     print_table(list(shown.columns), [[_cell(value) for value in row] for row in shown.itertuples(index=False, name=None)])
     typer.echo(f"written: {folder / 'members.csv'}, {folder / 'members.parquet'}, {folder / 'report.html'}")
@@ -126,12 +134,8 @@ def fit(
         ranges[key] = range_of(base, key, *read_ends("--free", text, ends), option="--free")
     by = Workers(workers, threads, scheduler, read_slurm(slurm))
     folder = out or Path("fits") / _name(case)
-    try:
-        with watching() as progress:
-            found = run_fit(base, curves, ranges, folder, by, progress, method, trials, seed)
-    except KeyboardInterrupt as error:
-        text = f"interrupted; the same command goes on with the members in {folder}"
-        raise Interrupted(text, not isinstance(error, Terminated)) from None
+    with _gone_on_with(folder), watching() as progress:
+        found = run_fit(base, curves, ranges, folder, by, progress, method, trials, seed)
     rows = [(key, f"{one.value:.5g}", f"{one.low:.5g}", f"{one.high:.5g}") for key, one in found.estimates.items()]
     print_table(("parameter", "estimate", "95 % from", "to"), rows)
     typer.echo(f"sum of squares over its degrees of freedom: {found.chi_square:.4g}")

@@ -1,12 +1,13 @@
 """The metrics that a case asks for with its checks."""
 
 from collections.abc import Callable, Mapping
-from math import nan
+from math import inf, nan
 from typing import Any
 
 import numpy as np
 
 from pellucid.case.judgement import Check, in_si
+from pellucid.case.measured import CurveError
 from pellucid.results.metrics import Metric
 
 TAKE: dict[str, Callable[[np.ndarray], Any]] = {
@@ -22,7 +23,10 @@ def metric_of(asked: Check, history: Mapping[str, np.ndarray], units: Mapping[st
     """What a check finds in the columns of a history, each of shape (rows,)."""
     values, times = history[asked.column], history["time"]
     unit = "" if (named := units[asked.column]) == "1" else named
-    found, wanted, error, size, words = _compared(asked, times, values, unit)
+    try:
+        found, wanted, error, size, words = _compared(asked, times, values, unit)
+    except CurveError as gone:  # the run is done and its results are whole, whatever became of a file beside
+        return Metric(nan, nan, inf, 0.0, unit, f"cannot be judged: {gone}")
     tolerance = size * asked.relative_tolerance if asked.relative_tolerance else in_si(asked.tolerance or nan, unit)
     meaning = "; ".join(filter(None, (asked.meaning, words, asked.source)))
     return Metric(found, wanted, error, tolerance, unit, meaning)

@@ -9,9 +9,8 @@ import numpy as np
 from pellucid.errors import UsageError
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.report.header import facts, header
-from pellucid.results.report.html import table_of
 from pellucid.results.storage.run import Run as StoredRun
-from pellucid.state import FIELDS
+from pellucid.state import COMPONENT_NAMES, FIELDS
 from pellucid.system.extras import needed
 
 if TYPE_CHECKING:
@@ -53,9 +52,9 @@ class Run(StoredRun):
             attributes = {"units": field.unit, "long_name": field.meaning} if field is not None else {}
             data[name] = (axes, np.stack([frame[name] for frame in frames]), attributes)
         coordinates: dict[str, Any] = {"time": ("time", times, {"units": "s"})}
-        for n, components in ((3, ["x", "y", "z"]), (6, ["xx", "yy", "zz", "yz", "xz", "xy"])):
+        for n, components in COMPONENT_NAMES.items():
             if any(values[1].shape[2:] == (n,) for values in data.values()):
-                coordinates[f"component_of_{n}"] = components
+                coordinates[f"component_of_{n}"] = list(components)
         return xarray.Dataset(data, coordinates, {"body": body, "title": self.stored.title})
 
     def to_pyvista(self, body: str, time: float | None = None) -> Any:
@@ -91,13 +90,10 @@ class Run(StoredRun):
 
     def _repr_html_(self) -> str:
         """The run in a notebook: how it ended, its checks, and the view that turns."""
+        from pellucid.results.report.report import metrics_table
         from pellucid.results.view.page import view_of
 
-        rows = [
-            [escape(name), f"{metric.value:.4g}", f"{metric.reference:.4g}", "✓" if metric.passed else "✗"]
-            for name, metric in self.metrics.items()
-        ]
-        checks = table_of(("check", "found", "reference", ""), rows) if rows else ""
+        checks = metrics_table(self.metrics) if self.metrics else ""
         body = header(self) + facts(self) + checks + view_of(self)
         return FRAME.format(page=escape(PAGE.format(body=body)), height=HEIGHT)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from films import case
+from matplotlib.colors import to_hex
 
 import pellucid
 from pellucid.results.pictures.bodies_in_space import SpaceStage
@@ -88,3 +89,15 @@ def test_a_film_in_a_fluid_is_a_dark_line_on_top(tmp_path):
     assert len(dark.get_segments()) == 24
     assert dark.get_linewidth()[0] < light.get_linewidth()[0]
     assert max(dark.get_color()[0][:3]) < 0.3
+
+
+def test_films_in_a_plane_have_a_colour_each_where_it_is_asked_for(tmp_path):
+    case = pellucid.load("benet2015/compressed-vesicle").quick_variant().with_settings({"time.end": 0.01})
+    run = pellucid.run(case, out=tmp_path / "run", report=False)
+    with house_style():
+        figure = bodies_at(run, Look("bodies"))
+    names = [body.name for body in run.stored.bodies]
+    curves = [drawn for drawn in figure.axes[0].collections if hasattr(drawn, "get_segments")]
+    assert len({to_hex(drawn.get_color()[0]) for drawn in curves}) == len(names)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == names

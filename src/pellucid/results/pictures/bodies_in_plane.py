@@ -5,19 +5,9 @@ import numpy as np
 from pellucid.errors import UsageError
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.mirrors import cells_with_images, with_images
-from pellucid.results.pictures.quantities import (
-    BY_BODY,
-    Fields,
-    Look,
-    colours_of,
-    is_film,
-    legend_of,
-    limits_of,
-    values_of,
-    word_of,
-)
+from pellucid.results.pictures.quantities import BY_BODY, Fields, Look, colours_of, explain, is_film, limits_of, values_of
 from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
-from pellucid.results.pictures.style import COLOURS, colour_bar, instant, label, new_panels
+from pellucid.results.pictures.style import COLOURS, instant, label, new_panels
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS
 
@@ -53,7 +43,7 @@ class PlaneStage:
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
         bodies = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
-        self._run, self._look = run, look
+        self._run, self._look, self._beside = run, look, dict[str, np.ndarray]()
         sliced = look.slice is not None
         self._bodies = [body for body in bodies if sliced or not is_film(body)]
         self._skins = [body.name for body in bodies if is_film(body) and not sliced]
@@ -107,10 +97,7 @@ class PlaneStage:
 
     def bar(self, figure: Figure) -> None:
         """What the colours mean."""
-        if self._look.quantity == BY_BODY:
-            legend_of(figure, [body.name for body in self._bodies])
-            return
-        colour_bar(figure, word_of(self._bodies, self._look), self._colours, self._colours.palette, shrink=0.9)
+        explain(figure, self._bodies, self._look, self._colours, shrink=0.9)
 
     def _state(self, time: float) -> list[tuple[np.ndarray, np.ndarray]]:
         """Of each body places on the paper [m], shape (n, 2), and what colours the points, shape (n,), of those there."""
@@ -118,15 +105,16 @@ class PlaneStage:
         for body in self._bodies:
             fields, start = self._fields(body.name, time), self._start[body.name]
             there = _there(fields)
-            values = np.zeros(len(start)) if self._look.quantity == BY_BODY else values_of(body, fields, self._look, start)
-            found.append((fields["position"][there][:, self._flat], values[there]))
+            found.append((fields["position"][there][:, self._flat], values_of(body, fields, self._look, start)[there]))
         return found
 
     def _fields(self, name: str, time: float) -> Fields:
         fields: Fields = self._run.fields(name, time)
         if (sliced := self._look.slice) is not None:
-            beside = np.abs(self._run.fields(name, 0.0, ("position",))["position"][:, sliced.axis] - sliced.at) <= sliced.reach
-            fields = {key: values[beside] for key, values in fields.items()}
+            if name not in self._beside:
+                start = self._run.fields(name, 0.0, ("position",))["position"][:, sliced.axis]
+                self._beside[name] = np.abs(start - sliced.at) <= sliced.reach
+            fields = {key: values[self._beside[name]] for key, values in fields.items()}
         return with_images(_thinned(fields), self._look.mirrors)
 
     def _skin(self, name: str, time: float) -> np.ndarray:

@@ -13,10 +13,9 @@ from pellucid.results.pictures.quantities import (
     Fields,
     Look,
     colours_of,
-    legend_of,
+    explain,
     limits_of,
     values_of,
-    word_of,
 )
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
 from pellucid.results.pictures.rendering.camera import Plane, camera_for
@@ -25,7 +24,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
-from pellucid.results.pictures.style import colour_bar, instant
+from pellucid.results.pictures.style import instant
 
 COLUMNS = 700  # pixels of a panel
 GREY, FAILED = (0.77, 0.78, 0.82), (0.92, 0.10, 0.09)
@@ -48,13 +47,15 @@ class SpaceStage:
     """Bodies in space, all but those that are lines, from one side; what surrounds a body is cut open through the middle of
     that, unless the look says where."""
 
-    def __init__(self, run: Run, look: Look, times: np.ndarray, columns: int | None = None) -> None:
+    def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
         shown = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
         self._run, self._look = run, look
         self._bodies = {body.name: body for body in shown if not len(run.cells(body.name).lines)}
         self._start = {name: self._fields(name, 0.0)["position"] for name in self._bodies}
         halves = {name: len(place) // 2 ** len(look.mirrors) for name, place in self._start.items()}
         self._cells = {name: cells_with_images(run.cells(name), n, look.mirrors) for name, n in halves.items()}
+        flows = look.arrows or look.quantity == NORMAL_VELOCITY
+        self._flowing = {name: cells.surface() for name, cells in self._cells.items() if flows}
         fields = [{name: self._fields(name, float(time)) for name in self._bodies} for time in times]
         values = [self._values(name, of_body) for state in fields for name, of_body in state.items()]
         self._colours = limits_of(values, look)
@@ -64,10 +65,11 @@ class SpaceStage:
             self._cut = through_the_middle([bounding_box(position) for position in self._solids])
         places = np.concatenate([of_body["position"] for state in fields for of_body in state.values()])
         kept = places[self._cut.beyond(places) <= 0.0] if self._cut else places
-        self._camera = camera_for(look.view, kept if len(kept) else places, columns or COLUMNS, margin=0.06)
+        self._camera = camera_for(look.view, kept if len(kept) else places, COLUMNS, margin=0.06)
         self._surfaces = {name: faceted(of_body, self._start[name]) for name, of_body in self._cells.items()}
-        self._arrowed = {name: spread(place) for name, place in self._start.items() if look.arrows}
-        self._fastest = max((_fastest(of_body) for state in fields for of_body in state.values()), default=0.0)
+        surfaces = [name for name, triangles in self._flowing.items() if len(triangles) and look.arrows]
+        self._arrowed = {name: spread(self._start[name]) for name in surfaces}
+        self._fastest = max((_fastest(state[name]) for state in fields for name in surfaces), default=0.0)
         self._nearer = IN_FRONT * float(np.ptp(places, axis=0).max()) * look.view.axes()[2]
 
     @property
@@ -79,8 +81,9 @@ class SpaceStage:
     def draw(self, axes: Axes, time: float, width: float) -> None:
         """The bodies at an instant [s]."""
         drawn: list[Drawable] = []
+        state = {name: self._fields(name, time) for name in self._bodies}
         for name, cells in self._cells.items():
-            fields = self._fields(name, time)
+            fields = state[name]
             colours = self._colours_of(name, fields)
             lies_on = len(self._solids) > 0 and len(cells.tetrahedra) == 0 and len(self._surfaces[name].triangles) > 0
             drawn.append(_drawable(fields, self._surfaces[name], colours, self._nearer if lies_on else 0.0 * self._nearer))
@@ -88,22 +91,18 @@ class SpaceStage:
                 drawn.append(cut_face(fields["position"], cells.tetrahedra, colours, self._cut))
         show(axes, render(drawn, self._camera, self._cut), self._camera)
         scale_bar(axes, self._camera)
-        self._draw_arrows(axes, time)
+        self._draw_arrows(axes, {name: state[name] for name in self._arrowed})
         corner_words(axes, instant(time), "cut open" if self._cut else "")
 
-    def _draw_arrows(self, axes: Axes, time: float) -> None:
-        surfaces = {name: self._fields(name, time) for name in self._arrowed if len(self._cells[name].surface())}
+    def _draw_arrows(self, axes: Axes, surfaces: dict[str, Fields]) -> None:
         fastest = max(map(_fastest, surfaces.values()), default=0.0)
         for name, fields in surfaces.items() if fastest > AT_REST * self._fastest else ():
-            flow = self._cells[name].surface(), fields["velocity"], self._arrowed[name], fastest
+            flow = self._flowing[name], fields["velocity"], self._arrowed[name], fastest
             draw_arrows(axes, self._camera, fields["position"], *flow)
 
     def bar(self, figure: Figure) -> None:
         """What the colours mean."""
-        if self._look.quantity == BY_BODY:
-            legend_of(figure, self._bodies)
-            return
-        colour_bar(figure, word_of(list(self._bodies.values()), self._look), self._colours, self._colours.palette)
+        explain(figure, list(self._bodies.values()), self._look, self._colours)
 
     def _fields(self, name: str, time: float) -> Fields:
         return with_images(self._run.fields(name, time), self._look.mirrors)
@@ -119,9 +118,7 @@ class SpaceStage:
         return colours
 
     def _values(self, name: str, fields: Fields) -> np.ndarray:
-        if self._look.quantity == BY_BODY:
-            return np.zeros(len(fields["position"]))
-        if self._look.quantity == NORMAL_VELOCITY and len(triangles := self._cells[name].surface()):
+        if self._look.quantity == NORMAL_VELOCITY and len(triangles := self._flowing[name]):
             normal = vertex_normals(fields["position"], triangles)
             fields = {**fields, NORMAL_VELOCITY: np.einsum("ni,ni->n", fields["velocity"], normal)}
         return values_of(self._bodies[name], fields, self._look, self._start[name])

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from pellucid import catalogue
+from pellucid.errors import UsageError
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.storage.files import OutputError
 
@@ -37,10 +38,10 @@ def _warn(run: Run, kind: str, error: Exception) -> None:
 
 @contextmanager
 def noticed(notices: list[str]) -> Iterator[None]:
-    """Leave a picture out of which the files are damaged, and put a notice of it to the others."""
+    """Leave a picture out of which the files are damaged or gone, or in which there is nothing; put a notice to the others."""
     try:
         yield
-    except OutputError as error:
+    except (OutputError, UsageError) as error:
         if str(error) not in notices:
             notices.append(str(error))
 

@@ -1,10 +1,12 @@
 """Pictures of bodies that are curves: films in the plane, or meridians of surfaces of revolution with their mirror image."""
 
+from itertools import repeat
+
 import numpy as np
 
 from pellucid.results.pictures.annotations import Axes, Figure, Run
-from pellucid.results.pictures.quantities import Fields, Look, limits_of, values_of, word_of
-from pellucid.results.pictures.style import colour_bar, label
+from pellucid.results.pictures.quantities import BY_BODY, Fields, Look, colours_of, explain, limits_of, values_of
+from pellucid.results.pictures.style import label
 
 ARROWS = 40  # on a film, at most
 LONGEST = 0.12  # of the picture's width, of an arrow
@@ -49,13 +51,18 @@ class CurveStage:
         low, high, margin = self._low, self._high, self._margin
         state = self._state(time)
         fastest = max(float(np.linalg.norm(fields["velocity"], axis=1).max()) for fields in state)
-        for fields, ends, plane, values in zip(state, self._lines, self._planes, self._values(state), strict=True):
+        own = colours_of(body.name for body in self._bodies).values() if self._look.quantity == BY_BODY else repeat(None)
+        curves = zip(state, self._lines, self._planes, self._values(state), own, strict=False)
+        for fields, ends, plane, values, colour in curves:
             place, speed = fields["position"][:, plane], fields["velocity"][:, plane]
             for sign in (1.0, -1.0) if plane == [0, 2] else (1.0,):
                 turned = np.array([sign, 1.0])
                 drawn = LineCollection(turned * place[ends], linewidths=3.0, capstyle="round", cmap=self._colours.palette)
-                drawn.set_array(values[ends].mean(axis=1))
-                drawn.set_clim(self._colours.low, self._colours.high)
+                if colour is None:
+                    drawn.set_array(values[ends].mean(axis=1))
+                    drawn.set_clim(self._colours.low, self._colours.high)
+                else:
+                    drawn.set_color(colour)
                 axes.add_collection(drawn)
                 if fastest > 0.0:
                     some = slice(None, None, -(-len(place) // ARROWS))
@@ -71,7 +78,7 @@ class CurveStage:
 
     def bar(self, figure: Figure) -> None:
         """What the colours mean."""
-        colour_bar(figure, word_of(self._bodies, self._look), self._colours, self._colours.palette, 0.9)
+        explain(figure, self._bodies, self._look, self._colours, shrink=0.9)
 
     def _state(self, time: float) -> list[Fields]:
         return [self._run.fields(body.name, time) for body in self._bodies]

@@ -9,11 +9,13 @@ from pellucid.case.plot import Plot
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.bodies_in_plane import PlaneStage
 from pellucid.results.pictures.bodies_in_space import SpaceStage, through_the_middle
+from pellucid.results.pictures.case_module import noticed
 from pellucid.results.pictures.curves_in_plane import CurveStage, are_curves
 from pellucid.results.pictures.films import Animation
 from pellucid.results.pictures.instants import evenly, recorded
 from pellucid.results.pictures.mirrors import mirrors_at
 from pellucid.results.pictures.quantities import Look, Slice
+from pellucid.results.pictures.rendering.axes import INK
 from pellucid.results.pictures.rendering.camera import Plane, View
 from pellucid.results.pictures.stage import Stage, film_of, side_by_side
 from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels
@@ -26,7 +28,7 @@ MARKS = "osD^v"
 def bodies_at(run: Run, look: Look, times: np.ndarray | None = None) -> Figure:
     """Bodies at some instants [s], without these at some from the first to the last."""
     chosen = evenly(_frames(run, look), INSTANTS) if times is None else times
-    return side_by_side(_stage(run, look, chosen), [float(time) for time in chosen])
+    return side_by_side(_stage(run, look, chosen), chosen.tolist())
 
 
 def picture(run: Run, asked: Picture) -> Figure:
@@ -37,13 +39,14 @@ def picture(run: Run, asked: Picture) -> Figure:
     return bodies_at(run, look, recorded(frames, times) if times else evenly(frames, asked.instants or INSTANTS))
 
 
-def films(run: Run) -> dict[str, Animation]:
-    """The films of a case, by name."""
+def films(run: Run, notices: list[str]) -> dict[str, Animation]:
+    """The films of a case, by name; to `notices` comes why one cannot be drawn."""
     found = {}
     for asked in run.stored.film:
-        look = _look(run, asked)
-        times = evenly(_frames(run, look), asked.pictures)
-        found[asked.name] = film_of(_stage(run, look, times), [float(time) for time in times])
+        with noticed(notices):
+            look = _look(run, asked)
+            times = evenly(_frames(run, look), asked.pictures)
+            found[asked.name] = film_of(_stage(run, look, times), times.tolist())
     return found
 
 
@@ -100,7 +103,7 @@ def plot(run: Run, asked: Plot) -> Figure:
         axes.plot(run.history[asked.x] / x_size, values / y_size, line + mark, label=name.replace("_", " "))
     for curve, mark in zip(asked.measured, MARKS * len(asked.measured), strict=False):
         x, y, deviation = curve.read(x_si, y_si)
-        look = {"color": "#222233", "markersize": 4.5, "markerfacecolor": "none", "label": curve.title, "capsize": 2.5}
+        look = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "label": curve.title, "capsize": 2.5}
         axes.errorbar(x / x_size, y / y_size, None if deviation is None else deviation / y_size, fmt=mark, zorder=3, **look)
     several = len(asked.y) + len(asked.measured) > 1
     label(axes, asked.x, asked.y[0] if len(asked.y) == 1 else "", x_unit, y_unit, legend=several)

@@ -41,7 +41,7 @@ class Painter:
     def films(self) -> dict[str, Animation]:
         """Those of the case, and of its module in the gallery."""
         with house_style():
-            return films(self._run) | drawn_by_module(self._run, "films")
+            return films(self._run, self.notices) | drawn_by_module(self._run, "films")
 
     @cached_property
     def figures(self) -> "dict[str, figures.Draw]":

@@ -10,7 +10,7 @@ from pellucid.bodies.models import BODIES
 from pellucid.results.pictures.annotations import Figure
 from pellucid.results.pictures.mirrors import Mirror
 from pellucid.results.pictures.rendering.camera import Plane, View
-from pellucid.results.pictures.style import COLOURS, DIVERGING, SEQUENTIAL, Extend, with_unit
+from pellucid.results.pictures.style import COLOURS, DIVERGING, SEQUENTIAL, Extend, colour_bar, with_unit
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.stored_case import StoredBody
 from pellucid.state import FIELDS
@@ -109,11 +109,14 @@ def colours_of(names: Iterable[str]) -> dict[str, str]:
     return dict(zip(names, cycle(COLOURS), strict=False))
 
 
-def legend_of(figure: Figure, names: Iterable[str]) -> None:
-    """Which colour each body has."""
+def explain(figure: Figure, bodies: Sequence[StoredBody], look: Look, limited: Limits, shrink: float = 0.7) -> None:
+    """Put beside all axes what the colours mean."""
     from matplotlib.lines import Line2D
 
-    colours = colours_of(names)
+    if look.quantity != BY_BODY:
+        colour_bar(figure, word_of(bodies, look), limited, limited.palette, shrink)
+        return
+    colours = colours_of(body.name for body in bodies)
     dots = [Line2D([], [], color=colour, marker="o", linestyle="", label=name) for name, colour in colours.items()]
     figure.legend(handles=dots, loc="outside lower center", ncols=min(6, len(dots)))
 
@@ -123,6 +126,8 @@ def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -
     the field that its kind declares, else the pressure of a body with an equation of state, of others von Mises' equivalent
     stress. start: first positions [m], shape (n, 3), from which displacements count."""
     name = look.quantity
+    if name == BY_BODY:
+        return np.zeros(len(start))
     if name == "load":
         own = _pictured(body)
         name = own[0] if own is not None else "pressure" if body.equation_of_state else "stress"

@@ -79,8 +79,10 @@ def draw_report(
         head,
         *(f'<p class="note">Left out: {escape(text)}.</p>' for text in notices),
         facts_of_run,
-        section("Checks", _metrics(run.metrics)) if run.metrics else "",
-        section(f"Checks of the run beside, {beside.out.name}", _metrics(beside.metrics)) if beside and beside.metrics else "",
+        section("Checks", metrics_table(run.metrics)) if run.metrics else "",
+        section(f"Checks of the run beside, {beside.out.name}", metrics_table(beside.metrics))
+        if beside and beside.metrics
+        else "",
         section("View", view) if view else "",
         section("Figures", pictures),
         section("Energy balance", _balance(run)),
@@ -94,7 +96,13 @@ def draw_report(
     return run.folder.report
 
 
-def _metrics(metrics: dict[str, Metric]) -> str:
+def _checks_beside(run: Run) -> str:
+    return section(f"Checks of the run beside, {run.out.name}", metrics_table(run.metrics))
+
+
+def metrics_table(metrics: dict[str, Metric]) -> str:
+    """Metrics beside their references."""
+
     def row(name: str, metric: Metric) -> list[str]:
         unit = f" {escape(pretty(metric.unit))}" if metric.unit else ""
         mark = '<span class="pass">✓ pass</span>' if metric.passed else '<span class="fail">✗ fail</span>'
