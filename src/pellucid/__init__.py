@@ -16,12 +16,13 @@ if TYPE_CHECKING:
     from pellucid.errors import PellucidError as PellucidError
     from pellucid.errors import RunStopped as RunStopped
     from pellucid.results.run import Run as Run
-    from pellucid.running.launch import run_case
+    from pellucid.running.launch import resume_case, run_case
+    from pellucid.running.loop import recorded as recorded
     from pellucid.simulation.simulation import Simulation as Simulation
     from pellucid.studies.fit import fit as fit
     from pellucid.studies.sweep import sweep as sweep
 
-    run = run_case
+    run, resume = run_case, resume_case
 
 _HOMES = {
     "Case": "case.Case",
@@ -35,6 +36,7 @@ _HOMES = {
     "Run": "results.run.Run",
     "run": "running.launch.run_case",
     "resume": "running.launch.resume_case",
+    "recorded": "running.loop.recorded",
     "Simulation": "simulation.simulation.Simulation",
     "fit": "studies.fit.fit",
     "sweep": "studies.sweep.sweep",

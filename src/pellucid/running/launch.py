@@ -50,7 +50,7 @@ def run_case(
 
     domain.group.join()
     with domain.together():
-        progress, case = _seen(progress), required(case)
+        progress, case = seen(progress), required(case)
         _check_alike(case, out, until)
         check_until(until, case)
         if out is not None and domain.group.is_first:
@@ -100,7 +100,7 @@ def resume_case(
     `settings` change what may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output); then
     it goes on with these. Raises `UsageError` where there is no run or a setting may not change, otherwise as `run_case`.
     """
-    progress = _seen(progress)
+    progress = seen(progress)
     domain.group.join()
     folder = RunFolder(out)
     held = folder.held() if domain.group.is_first else nullcontext()
@@ -234,7 +234,7 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
             raise UsageError(f"{path} has changed since the run began: put the old file back to go on, or start a new run")
 
 
-def _seen(progress: Progress | bool | None) -> Progress:
+def seen(progress: Progress | bool | None) -> Progress:
     """Who tells of a run: of processes that share it the first; True: one for a terminal or notebook."""
     if progress is True:
         progress = for_terminal()

@@ -186,8 +186,11 @@ class Simulation:
     def __iter__(self) -> Iterator["Simulation"]:
         """Step to the end of the case; gives the simulation itself after each step, for loops of one's own.
 
-        Raises RunStopped as `step` does.
+        Before the first step bodies settle, where the case has [settle]. Raises RunStopped as `step` does. See
+        `pellucid.recorded` for loops that leave a run.
         """
+        if not self._begun:
+            self.settle()
         while not self.clock.finished(None):
             self.step()
             yield self
@@ -242,6 +245,13 @@ class Simulation:
 
     def run(self, recorder: Observer, until: float | None = None, progress: Progress | None = None) -> None:
         """Step until the end of the case or `until` [s]. SIGTERM and Ctrl-C write a checkpoint and raise Interrupted."""
+        for _ in self.recorded(recorder, until, progress):
+            pass
+
+    def recorded(
+        self, recorder: Observer, until: float | None = None, progress: Progress | None = None
+    ) -> Iterator["Simulation"]:
+        """The steps of `run`; gives the simulation itself after each of them. A loop that is left ends the record there."""
         with signals_caught() as caught:
             try:
                 if not self._begun:
@@ -264,9 +274,13 @@ class Simulation:
                         recorder.checkpoint(self)
                         raise interrupted(signals)
                     self.show(progress)
+                    yield self
                 recorder.end(self)
                 if signals := domain.caught(caught):
                     raise interrupted(signals)
+            except GeneratorExit:
+                recorder.end(self)
+                raise
             except RunStopped as error:
                 domain.group.agree_on(error)  # what follows asks all processes
                 recorder.failed(self, error)
