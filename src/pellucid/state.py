@@ -4,7 +4,13 @@ from collections.abc import Mapping
 from typing import NamedTuple, TypeVar
 
 Value = TypeVar("Value")
-COMPONENT_NAMES: dict[int, tuple[str, ...]] = {3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "yz", "xz", "xy")}
+COMPONENT_NAMES: dict[int, tuple[str, ...]] = {
+    3: ("x", "y", "z"),
+    6: ("xx", "yy", "zz", "yz", "xz", "xy"),
+    9: ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
+}
+"""By their number, of vectors, symmetric tensors and tensors row by row along the axes in space."""
+FRAME_NAMES = tuple(f"{row}{axis}" for row in "12n" for axis in "xyz")
 
 
 class Field(NamedTuple):
@@ -13,11 +19,13 @@ class Field(NamedTuple):
     components: int
     unit: str
     meaning: str
+    own_names: tuple[str, ...] = ()
+    """Of components that are not along the axes in space."""
 
     @property
     def names(self) -> tuple[str, ...]:
         """What the components are called; nothing for a scalar or where they have no names."""
-        return COMPONENT_NAMES.get(self.components, ())
+        return self.own_names or COMPONENT_NAMES.get(self.components, ())
 
 
 FIELDS: dict[str, Field] = {
@@ -36,9 +44,14 @@ FIELDS: dict[str, Field] = {
     "driven": Field(1, "1", "number of the prescribed motion that the point follows, from 1; 0 where it is free"),
     "start": Field(3, "m", "position at the start, of bodies with a prescribed motion"),
     "angle": Field(3, "rad", "how far a rigid body has turned about x, y and z since the start, past whole turns too"),
-    "frame": Field(9, "1", "tangent frame of a membrane: rows first tangent, second tangent, normal"),
-    "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame"),
-    "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12"),
+    "frame": Field(
+        9,
+        "1",
+        "tangent frame of a membrane: rows first tangent, second tangent, normal",
+        tuple(f"{row}{axis}" for row in "12n" for axis in "xyz"),
+    ),
+    "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame", ("11", "12", "21", "22")),
+    "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12", ("11", "22", "12")),
     "thickness": Field(1, "m", "current thickness of a membrane of elements, the mean of those about the node"),
     "prescribed": Field(3, "1", "for each direction 0 where a node is free, else one more than the row that prescribes it"),
     "damage": Field(1, "1", "damage of a membrane, how far its strain passed the elastic limit, relative to it"),

@@ -31,7 +31,7 @@ def jet(material=GAS, faces=("x-upper",), body=(), counts=(10, 2, 1), per_cell=(
     wave = {"amplitude": (wave, 0, 0), "wave_vector": (1.5, 0, 0)}
     block = box((4, 0, 0), (9, 2, 1), material, per_cell, name="jet", velocity=(speed, 0, 0), velocity_wave=wave)
     tables = case(block, counts=counts, support=TUBE, **({"end": 1.5} | more)).to_data()
-    tables["outflow"] = [{"faces": list(faces), "body": list(body)}] if faces else []
+    tables["outflow"] = [{"where": list(faces), "body": list(body)}] if faces else []
     return Case.model_validate(tables)
 
 
@@ -130,7 +130,7 @@ def test_what_velocities_are_ahead_of_stresses_leaves_with_the_points():
     wave = {"amplitude": (0.3, 0, 0), "wave_vector": (0, 1.5, 0)}
     column = box((9.7, 0, 0), (10, 2, 1), SOLID, (3, 3, 1), velocity=(4, 0, 0), velocity_wave=wave)
     tables = case(column, counts=(10, 2, 1), support=TUBE, step=0.1, energy={"warn": 9.0, "stop": 10.0}).to_data()
-    sim = Simulation(Case.model_validate(tables | {"outflow": [{"faces": ["x-upper"]}]}), threads=1)
+    sim = Simulation(Case.model_validate(tables | {"outflow": [{"where": ["x-upper"]}]}), threads=1)
     gone, let_go = [], sim.budget.let_go
     sim.budget.let_go = lambda bodies, left, dt: gone.append(left) or let_go(bodies, left, dt)
     sim.step()
@@ -149,12 +149,12 @@ def test_several_bodies_and_faces():
         box((7, 0, 0), (9, 2, 1), GAS, (2, 2, 1), name="right", velocity=(4, 0, 0)),
     ]
     tables = case(*blocks, counts=(10, 2, 1), support=TUBE, end=0.6).to_data()
-    both = tables | {"outflow": [{"faces": ["x-lower", "x-upper"]}]}
+    both = tables | {"outflow": [{"where": ["x-lower", "x-upper"]}]}
     sim = finished(Case.model_validate(both))
     assert all(body.n_there < body.n_points for body in sim.bodies)
     assert sim.conservation()["momentum"] < 1e-14
     with pytest.raises(RunStopped, match=r"of body `left` at .*: it left the grid"):
-        finished(Case.model_validate(tables | {"outflow": [{"faces": ["x-lower", "x-upper"], "body": ["right"]}]}))
+        finished(Case.model_validate(tables | {"outflow": [{"where": ["x-lower", "x-upper"], "body": ["right"]}]}))
 
 
 def test_when_all_have_left_the_run_goes_to_its_end():
@@ -289,15 +289,15 @@ rigid = true
 shape = {{ box = {{ lower = [3, 0, 0], upper = [3.5, 2, 0] }} }}
 material = {{ kind = "neo-hookean", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3 }}
 {SUPPORT}[[outflow]]
-faces = ["x-upper"]
+where = ["x-upper"]
 """
 MOTION = '[[motion]]\nname = "push"\nbody = "jet"\nhold = ["x"]\npart = { box = { lower = [0, 0, 0], upper = [1, 2, 0] } }\n'
 MISTAKES = {
-    "unknown face": ('["x-upper"]', '["x-uper"]', ["outflow.0.faces.0", "did you mean `x-upper`?"]),
-    "no face": ('["x-upper"]', "[]", ["outflow.0.faces", "at least 1 item"]),
-    "twice": ('["x-upper"]', '["x-upper", "x-upper"]', ["outflow.0.faces.1", "named twice"]),
-    "thin": ('["x-upper"]', '["x-upper", "z-lower"]', ["outflow.0.faces.1", "one cell thick along z"]),
-    "a wall": ('["x-upper"]', '["x-upper", "y-lower"]', ["outflow.0.faces.1", "a support constrains the face y-lower"]),
+    "unknown face": ('["x-upper"]', '["x-uper"]', ["outflow.0.where.0", "did you mean `x-upper`?"]),
+    "no face": ('["x-upper"]', "[]", ["outflow.0.where", "at least 1 item"]),
+    "twice": ('["x-upper"]', '["x-upper", "x-upper"]', ["outflow.0.where.1", "named twice"]),
+    "thin": ('["x-upper"]', '["x-upper", "z-lower"]', ["outflow.0.where.1", "one cell thick along z"]),
+    "a wall": ('["x-upper"]', '["x-upper", "y-lower"]', ["outflow.0.where.1", "a support constrains the face y-lower"]),
     "unknown body": ('["x-upper"]', '"x-upper"\nbody = ["jett"]', ["outflow.0.body.0", "did you mean `jet`?"]),
     "a rigid body": ('["x-upper"]', '"x-upper"\nbody = "stone"', ["outflow.0.body", "body stone is rigid"]),
     "a body that is led": (
@@ -313,8 +313,8 @@ MISTAKES = {
         ["outflow.0.body.0", "cell_pressure` of body gas", "faces of the grid for walls"],
     ),
     "a body that is led, named": (
-        f'{SUPPORT}[[outflow]]\nfaces = ["x-upper"]\n',
-        f'{SUPPORT}{MOTION}[[outflow]]\nfaces = ["x-upper"]\nbody = ["jet"]\n',
+        f'{SUPPORT}[[outflow]]\nwhere = ["x-upper"]\n',
+        f'{SUPPORT}{MOTION}[[outflow]]\nwhere = ["x-upper"]\nbody = ["jet"]\n',
         ["outflow.0.body.0", "body jet follows the motion `push`"],
     ),
     "a probe of a column's name": (
@@ -328,7 +328,7 @@ MISTAKES = {
         "surface = { rectangle = { corner = [2.5, 0, 0], first_edge = [0, 2, 0], second_edge = [0, 0, 0.5], "
         "points = [9, 3] } }\n"
         f'material = {{ kind = "linear-membrane", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3 }}\n{SUPPORT}'
-        '[[outflow]]\nfaces = "x-lower"\nbody = ["sheet"]\n',
+        '[[outflow]]\nwhere = "x-lower"\nbody = ["sheet"]\n',
         ["outflow.0.body.0", "points of body sheet belong together", "name bodies of material points"],
     ),
 }

@@ -1,6 +1,7 @@
 """What every case of the gallery must be and do. A new case is picked up by itself."""
 
 import math
+import tomllib
 from dataclasses import dataclass
 from functools import partial
 
@@ -24,6 +25,8 @@ WIDTHS = [
     (piezo_pictures, "FILM_COLUMNS"),
 ]
 """How many pixels wide pictures in space are."""
+LONGEST = 9.0  # s of a quick run as its case states it; `pytest -m slow` and `pellucid verify` run the others
+FLAGSHIPS = {"gan2011/piezo-icsi", "lian2014/water-drop", "mountris2019/heart-indentation", "benet2015/vesicle-in-flow"}
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,14 @@ class Outcome:
     """Those of the case's module, as they were drawn for the report."""
 
 
-@pytest.fixture(scope="session", params=catalogue.ids())
+def runs_of(names):
+    """The cases as parameters, of which those that take long are slow, but for one of each paper."""
+    times = {name: tomllib.loads(catalogue.text(name))["times"]["quick"] for name in names}
+    long = [name for name, seconds in times.items() if seconds > LONGEST and name not in FLAGSHIPS]
+    return [pytest.param(name, marks=pytest.mark.slow if name in long else ()) for name in names]
+
+
+@pytest.fixture(scope="session", params=runs_of(catalogue.ids()))
 def quick(request, tmp_path_factory):
     """The quick variant of a case, run once for all tests."""
     out = tmp_path_factory.mktemp(request.param.replace("/", "-"))

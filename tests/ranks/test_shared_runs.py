@@ -43,7 +43,7 @@ def alone():
     return json.loads(shared(1, "1,1", *CASES).stdout)
 
 
-@pytest.mark.parametrize(("processes", "ways"), [(2, "1,2+recut"), (3, "2,1+recut")])
+@pytest.mark.parametrize(("processes", "ways"), [pytest.param(2, "1,2+recut", marks=pytest.mark.slow), (3, "2,1+recut")])
 def test_processes_and_threads_change_no_bit(alone, processes, ways):
     run = shared(processes, ways, *CASES)
     assert run.returncode == 0, run.stderr

@@ -35,11 +35,11 @@ def test_the_history_is_a_table_over_time_with_units(block):
 
 def test_fields_are_a_dataset_over_time_points_and_components(block):
     data = block.to_xarray("block", ("position", "velocity", "stress"))
-    assert data["position"].dims == ("time", "point", "component_of_3")
+    assert data["position"].dims == ("time", "point", "axis")
     assert data["velocity"].attrs["units"] == "m/s"
-    end = data["position"].sel(component_of_3="x").isel(time=-1)
+    end = data["position"].sel(axis="x").isel(time=-1)
     assert np.array_equal(end, block.fields("block")["position"][:, 0])
-    assert float(data["stress"].sel(component_of_6="xy").max()) == block_extreme(block)
+    assert float(data["stress"].sel(axes="xy").max()) == block_extreme(block)
 
 
 def block_extreme(run):

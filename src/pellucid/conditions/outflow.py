@@ -23,12 +23,12 @@ class Outflow(Condition):
 
     losses: ClassVar[Sequence[Channel]] = (OUTFLOW_ENERGY,)  # what the points take along
 
-    faces: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
+    where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: tuple[str, ...] = parameter(
         "", "bodies whose points may leave; without it all bodies of material points that nothing leads", ()
     )
 
-    _one_or_several = field_validator("faces", "body", mode="before")(one_or_several)
+    _one_or_several = field_validator("where", "body", mode="before")(one_or_several)
 
     @classmethod
     def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
@@ -38,16 +38,16 @@ class Outflow(Condition):
             for name, member in assembly.bodies.items():
                 allowed = name in outflow.body if outflow.body else name not in led and not member.model.why_no_outflow()
                 if allowed:
-                    ends = [("xyz".index(face[0]), int(face.endswith("upper"))) for face in outflow.faces]
+                    ends = [("xyz".index(face[0]), int(face.endswith("upper"))) for face in outflow.where]
                     member.offers(LosesPoints).open_faces(ends)
         return ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Faces through which nothing can pass, and bodies that cannot lose points."""
-        yield from parts.no_grid((*path, "faces"), "faces are those of a grid")
-        for number, face in enumerate(self.faces):
-            here = (*path, "faces", number)
-            if face in self.faces[:number]:
+        yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+        for number, face in enumerate(self.where):
+            here = (*path, "where", number)
+            if face in self.where[:number]:
                 yield Finding(here, f"the face {face} is named twice", "leave it out once")
             elif not parts.active_axes["xyz".index(face[0])]:
                 text = f"the grid is one cell thick along {face[0]}: nothing moves through the face {face}"

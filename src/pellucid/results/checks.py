@@ -43,10 +43,12 @@ def _compared(asked: Check, times: np.ndarray, values: np.ndarray, unit: str) ->
         return found, wanted, abs(found - wanted), abs(wanted), words.replace("_", " ")
     when, right, _ = asked.curve.read("s", unit)
     reached = (when >= times[0]) & (when <= times[-1])
-    words = f"{asked.column} beside {asked.curve.title}, at {reached.sum()} of its {len(when)} points; rms of the differences"
+    words = (
+        f"rms of the differences between {asked.column} and {asked.curve.title}, at {reached.sum()} of its {len(when)} points"
+    )
     size = float(np.abs(right).max())
     if not reached.any():
         return nan, nan, nan, size, words
     found = np.interp(when[reached], times, values)
     apart = float(np.sqrt(np.mean((found - right[reached]) ** 2)))
-    return float(found[-1]), float(right[reached][-1]), apart, size, words.replace("_", " ")
+    return apart, 0.0, apart, size, words.replace("_", " ")

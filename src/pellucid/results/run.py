@@ -9,6 +9,7 @@ import numpy as np
 from pellucid.errors import UsageError
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.report.header import facts, header
+from pellucid.results.report.html import page_of
 from pellucid.results.storage.run import Run as StoredRun
 from pellucid.state import COMPONENT_NAMES, FIELDS
 from pellucid.system.extras import needed
@@ -17,9 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 need = partial(needed, extra="notebook", what="tables, datasets and scenes")
-HEIGHT = 760  # pixels of the frame in a notebook
+HEIGHT = 1000  # pixels of the frame in a notebook
 FRAME = '<iframe srcdoc="{page}" style="width:100%;height:{height}px;border:0" allow="fullscreen"></iframe>'
-PAGE = "<!doctype html><meta charset='utf-8'><style>body{{font:14px system-ui,sans-serif;margin:8px}}</style>{body}"
 TRIANGLE, QUADRILATERAL, TETRAHEDRON, LINE, VERTEX = 5, 9, 10, 3, 1
 """Types of cells of VTK."""
 
@@ -48,13 +48,13 @@ class Run(StoredRun):
         data = {}
         for name, first in frames[0].items():
             field, rest = FIELDS.get(name), first.shape[1:]
-            axes = ("time", "point", *(f"component_of_{n}" for n in rest))
+            axes = ("time", "point", *(dimension(name, n) for n in rest))
             attributes = {"units": field.unit, "long_name": field.meaning} if field is not None else {}
             data[name] = (axes, np.stack([frame[name] for frame in frames]), attributes)
         coordinates: dict[str, Any] = {"time": ("time", times, {"units": "s"})}
-        for n, components in COMPONENT_NAMES.items():
-            if any(values[1].shape[2:] == (n,) for values in data.values()):
-                coordinates[f"component_of_{n}"] = list(components)
+        for name, (axes, *_) in data.items():
+            if len(axes) > 2 and name in FIELDS and FIELDS[name].names:
+                coordinates[axes[2]] = list(FIELDS[name].names)
         return xarray.Dataset(data, coordinates, {"body": body, "title": self.stored.title})
 
     def to_pyvista(self, body: str, time: float | None = None) -> Any:
@@ -94,8 +94,15 @@ class Run(StoredRun):
         from pellucid.results.view.page import view_of
 
         checks = metrics_table(self.metrics) if self.metrics else ""
-        body = header(self) + facts(self) + checks + view_of(self)
-        return FRAME.format(page=escape(PAGE.format(body=body)), height=HEIGHT)
+        page = page_of(self.stored.title, header(self) + facts(self) + checks + view_of(self))
+        return FRAME.format(page=escape(page), height=HEIGHT)
+
+
+def dimension(name: str, components: int) -> str:
+    """What the axis of the components of a field is called in a dataset."""
+    along = COMPONENT_NAMES.get(components)
+    is_along_axes = along is not None and (name not in FIELDS or FIELDS[name].names == along)
+    return {3: "axis", 6: "axes", 9: "row_by_row"}[components] if is_along_axes else f"component_of_{name}"
 
 
 def _cells_of(cells: Cells) -> tuple[np.ndarray, np.ndarray]:

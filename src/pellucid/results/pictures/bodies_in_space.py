@@ -1,5 +1,7 @@
 """Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open, and solids once more."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
@@ -23,7 +25,7 @@ from pellucid.results.pictures.rendering.creases import Faceted, split_at_crease
 from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
-from pellucid.results.pictures.rendering.sections import cut_face
+from pellucid.results.pictures.rendering.sections import cut_face, rim
 from pellucid.results.pictures.style import instant
 
 COLUMNS = 700  # pixels of a panel
@@ -35,6 +37,7 @@ FRONT: Direction = (0.0, -1.0, 0.0)
 
 ASIDE = 1e-3  # of the size of what is surrounded
 AT_REST = 1e-2  # of the fastest motion of the figure: what is slower has no arrows
+RIM = 3.0  # pixels: how wide the section of a membrane is drawn
 IN_FRONT = 0.01  # of the size of the picture, by which membranes are drawn nearer to the eye than solids that they lie on
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner [m], shape (3,) each."""
@@ -81,18 +84,30 @@ class SpaceStage:
     def draw(self, axes: Axes, time: float, width: float) -> None:
         """The bodies at an instant [s]."""
         drawn: list[Drawable] = []
+        skins: list[Mesh] = []
         state = {name: self._fields(name, time) for name in self._bodies}
         for name, cells in self._cells.items():
             fields = state[name]
             colours = self._colours_of(name, fields)
             lies_on = len(self._solids) > 0 and len(cells.tetrahedra) == 0 and len(self._surfaces[name].triangles) > 0
             drawn.append(_drawable(fields, self._surfaces[name], colours, self._nearer if lies_on else 0.0 * self._nearer))
+            if isinstance(drawn[-1], Mesh) and not len(cells.tetrahedra):
+                skins.append(drawn[-1])
             if self._cut and len(cells.tetrahedra):
                 drawn.append(cut_face(fields["position"], cells.tetrahedra, colours, self._cut))
+        if self._cut:
+            drawn += self._rims(drawn, skins, self._cut)
         show(axes, render(drawn, self._camera, self._cut), self._camera)
         scale_bar(axes, self._camera)
         self._draw_arrows(axes, {name: state[name] for name in self._arrowed})
         corner_words(axes, instant(time), "cut open" if self._cut else "")
+
+    def _rims(self, drawn: Sequence[Drawable], skins: Sequence[Mesh], cut: Plane) -> list[Mesh]:
+        """Where membranes are cut, before the balls that reach out of the cut: they would cover what is seen edge on."""
+        reach = max((float(balls.radii.max(initial=0.0)) for balls in drawn if isinstance(balls, Balls)), default=0.0)
+        nearer = 1.01 * reach * self._look.view.axes()[2]
+        ribbons = (rim(skin, cut, RIM / self._camera.scale) for skin in skins)
+        return [ribbon._replace(vertices=ribbon.vertices + nearer) for ribbon in ribbons]
 
     def _draw_arrows(self, axes: Axes, surfaces: dict[str, Fields]) -> None:
         fastest = max(map(_fastest, surfaces.values()), default=0.0)

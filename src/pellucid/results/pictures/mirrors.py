@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.model import GridCase
-from pellucid.state import COMPONENT_NAMES
+from pellucid.state import COMPONENT_NAMES, FIELDS
 
 
 class Mirror(NamedTuple):
@@ -28,14 +28,14 @@ def mirrors_at(faces: tuple[str, ...], grid: GridCase | None) -> tuple[Mirror, .
 
 def with_images(fields: Mapping[str, np.ndarray], mirrors: tuple[Mirror, ...]) -> dict[str, np.ndarray]:
     """Fields of points, shape (n, ...), and of their images in all planes, shape (2^k n, ...): places, vectors and symmetric
-    tensors are mirrored."""
+    tensors are mirrored, what a membrane has in its own frame is the same."""
     found = dict(fields)
     for axis, place in mirrors:
         for name, values in found.items():
             image = values.copy()
             if name == "position":
                 image[:, axis] = 2.0 * place - image[:, axis]
-            elif values.ndim == 2 and values.shape[1] in COMPONENT_NAMES:
+            elif values.ndim == 2 and FIELDS[name].names == COMPONENT_NAMES.get(values.shape[1]):
                 odd = [component.count("xyz"[axis]) == 1 for component in COMPONENT_NAMES[values.shape[1]]]
                 image[:, odd] *= -1.0
             found[name] = np.concatenate([values, image])

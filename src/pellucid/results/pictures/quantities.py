@@ -136,7 +136,7 @@ def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -
     elif name == "speed":
         values = scalar(fields["velocity"])
     elif name in fields:
-        values = scalar(fields[name], look.component)
+        values = scalar(fields[name], look.component, FIELDS[name].names)
     else:
         return np.full(len(start), np.nan)
     return values / to_si(f"1 {look.unit}", _meaning([body], look.quantity)[1]) if look.unit else values

@@ -51,7 +51,7 @@ def _badge(run: Run) -> str:
     if not metrics:
         return ""
     if passed == len(metrics):
-        return f'<p class="badge pass">all {passed} checks passed</p>'
+        return f'<p class="badge pass">{"the check" if passed == 1 else f"all {passed} checks"} passed</p>'
     return f'<p class="badge fail">{len(metrics) - passed} of {len(metrics)} checks failed</p>'
 
 

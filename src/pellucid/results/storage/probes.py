@@ -10,7 +10,7 @@ import numpy as np
 from pellucid.case.probe import Fetch, Probe
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import absent
-from pellucid.state import COMPONENT_NAMES
+from pellucid.state import COMPONENT_NAMES, FIELDS
 from pellucid.users.users_code import read_only
 
 NOTHING_TURNED: Mapping[str, np.ndarray] = {}
@@ -83,7 +83,9 @@ class ProbeReader:
         if probe.reduce != "point":
             return reduce(probe, field)
         here = np.flatnonzero(field("id") == self._followed[probe.name])
-        return float(scalar(probe.values(field), probe.component)[here[0]]) if len(here) else nan  # it left the grid
+        return (
+            float(scalar(probe.values(field), probe.component, probe.field().names)[here[0]]) if len(here) else nan
+        )  # it left the grid
 
     def _reaction(
         self, probe: Probe, impulses: Mapping[str, np.ndarray], known: Mapping[str, list[float]], time: float
@@ -140,7 +142,7 @@ def reduce(probe: Probe, field: Fetch) -> float:
     point that is nearest to the place at the moment, not one that is followed. Where all points have left, counts and sums are
     zero, and what else is asked is no number.
     """
-    values = scalar(probe.values(field), probe.component)
+    values = scalar(probe.values(field), probe.component, probe.field().names)
     if not len(values):
         return 0.0 if probe.reduce in ("count", "sum") else nan
     if probe.reduce == "nearest":
@@ -150,12 +152,16 @@ def reduce(probe: Probe, field: Fetch) -> float:
     return probe.reduced(values)
 
 
-def scalar(values: np.ndarray, component: str | None = None) -> np.ndarray:
-    """One number a point, shape (n,), from a field of shape (n,), (n, 3) or (n, 6)."""
+def scalar(values: np.ndarray, component: str | None = None, names: Sequence[str] = ()) -> np.ndarray:
+    """One number a point, shape (n,), from a field of shape (n,) or (n, components): the component, of those with these names,
+    else those along the axes in space; without one the length of a vector, von Mises' stress of a tensor."""
     if values.ndim == 1:
         return values
     if component is not None:
-        return np.ascontiguousarray(values[:, COMPONENT_NAMES[values.shape[1]].index(component)])
+        return np.ascontiguousarray(values[:, (names or COMPONENT_NAMES[values.shape[1]]).index(component)])
+    if names == FIELDS["plane_stress"].names:
+        s11, s22, s12 = values.T
+        return np.sqrt(s11**2 - s11 * s22 + s22**2 + 3.0 * s12**2)
     if values.shape[1] == 3:
         return np.asarray(np.linalg.norm(values, axis=1))
     xx, yy, zz, yz, xz, xy = values.T

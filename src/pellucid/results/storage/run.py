@@ -159,4 +159,7 @@ class Run:
         return self.folder.fields(body)
 
     def __repr__(self) -> str:
-        return f"Run({str(self.out)!r})"
+        if not self.folder.ended:
+            return f"Run({str(self.out)!r})"
+        time, steps = self.summary["end_time"], self.summary["steps"]
+        return f"Run({str(self.out)!r}, {self.stored.title!r}, to t = {time:g} s in {steps} steps)"

@@ -64,8 +64,9 @@ def cut_face(vertices: np.ndarray, tetrahedra: np.ndarray, colours: np.ndarray, 
     return Mesh(place, triangles, colour, np.zeros(len(edges), bool), lit=False, cuttable=False)
 
 
-def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour) -> Mesh:
-    """The section of a membrane of that thickness [m] with a plane: a flat ribbon in its true width, marked as the mesh.
+def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour | None = None) -> Mesh:
+    """The section of a membrane of that thickness [m] with a plane: a flat ribbon of that width, marked as the mesh, in a
+    colour or in those of the mesh.
 
     It lies a hair beyond the plane, so that it covers what else is painted there.
     """
@@ -87,4 +88,5 @@ def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour) -> Mesh:
     vertices = np.stack([middle + side, middle - side], axis=1).reshape(-1, 3)
     ribbon = (4 * np.arange(len(cut))[:, None, None] + np.array([[0, 1, 2], [1, 3, 2]])).reshape(-1, 3)
     marked = np.repeat(there(mesh.marked[:, None].astype(float)), 2)
-    return Mesh(vertices, ribbon, np.tile(colour, (len(vertices), 1)), marked, mesh.mark, lit=False, cuttable=False)
+    colours = np.tile(colour, (len(vertices), 1)) if colour else np.repeat(there(mesh.colours), 2, axis=0)
+    return Mesh(vertices, ribbon, colours, marked, mesh.mark, lit=False, cuttable=False)
