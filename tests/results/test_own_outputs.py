@@ -163,6 +163,22 @@ def test_they_may_change_when_a_run_goes_on(folder):
     assert result.exit_code == 0, result.output
 
 
+def test_a_run_that_is_done_takes_others_from_a_file(folder):
+    out = folder / "others"
+    (folder / "others.toml").write_text((folder / "case.toml").read_text())
+    assert CliRunner().invoke(app, ["run", str(folder / "others.toml"), "--out", str(out), "--until", "0.1"]).exit_code == 0
+    before = (out / "history.csv").read_bytes()
+    (folder / "new.toml").write_text((folder / "case.toml").read_text() + '\n[[plot]]\nname = "another"\ny = "height"\n')
+    result = CliRunner().invoke(app, ["report", str(out), "--from", str(folder / "new.toml")])
+    assert result.exit_code == 0, result.output
+    assert (out / "figures" / "another.png").is_file()
+    assert (out / "history.csv").read_bytes() == before
+    (folder / "bad.toml").write_text((folder / "new.toml").read_text().replace('y = "height"\n', 'y = "depth"\n'))
+    kept = (out / "case.toml").read_bytes()
+    assert CliRunner().invoke(app, ["report", str(out), "--from", str(folder / "bad.toml")]).exit_code == 2
+    assert (out / "case.toml").read_bytes() == kept
+
+
 @pytest.mark.parametrize(
     ("old", "new", "place", "text"),
     [

@@ -91,7 +91,7 @@ def test_a_run_goes_on_with_another_end_step_and_output(begun):
 
 
 def test_a_checkpoint_of_another_version_is_refused(begun, monkeypatch):
-    monkeypatch.setattr(identity, "package_version", lambda: "99.0")
+    monkeypatch.setattr(identity, "package_release", lambda: "99.0")
     with pytest.raises(UsageError, match=r"was begun by pellucid .*, and this is 99\.0\n.*start a new run"):
         resume_case(begun.out)
 

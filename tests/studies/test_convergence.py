@@ -28,7 +28,7 @@ def second_order(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 
 
 def test_error_ratio_and_order_are_printed_and_kept(second_order: list[Path], tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, [*TUBE, "--over", "grid.cell=0.01,0.005,0.0025", "--out", str(tmp_path / "study")])
+    result = CliRunner().invoke(app, [*TUBE, "--over", "grid.cell=10 mm,5mm,0.0025", "--out", str(tmp_path / "study")])
     assert result.exit_code == 0, result.stderr
     assert "observed order, least squares over all values: 2.00" in result.stdout
     assert second_order == [tmp_path / "study" / f"{i}" for i in (1, 2, 3)]

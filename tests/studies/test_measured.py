@@ -30,6 +30,9 @@ def test_one_deviation_holds_for_all_values(tmp_path) -> None:
     np.testing.assert_allclose(read_curve(path, "front", case(), "2 mm").deviation, 2e-3)
     assert read_curve(path, "front", case(), 2e-3).is_stated
     np.testing.assert_allclose(read_curve(path, "front", case()).deviation, 0.2)
+    stated = write_csv(tmp_path / "d.csv", *HEAD, (0.1, 1, 1), (0.2, 1, 2))
+    with pytest.raises(UsageError, match="standard deviations of its own, in the column deviation; leave the option out"):
+        read_curve(stated, "front", case(), "2 mm")
 
 
 @pytest.mark.parametrize(

@@ -72,6 +72,8 @@ class Check(Part):
                 yield Finding((*path, key), f"must be above 0, is {value:g}")
         if self.curve is not None:
             try:
-                self.curve.read("s", unit)
+                times, _, _ = self.curve.read("s", unit)
             except CurveError as error:
                 yield Finding((*path, "curve"), str(error))
+                return
+            yield from beyond_end(float(times[0]), (*path, "curve"), parts)

@@ -83,6 +83,9 @@ def read_table(path: Path) -> Table:
     lines = [(number, [cell.strip() for cell in row]) for number, row in rows if any(map(str.strip, row))]
     if not lines:
         raise CurveError(f"{path} is empty: write a row of names with units, {EXAMPLE}")
+    if len(lines[0][1]) == 1 and (other := next((mark for mark in ";\t" if mark in lines[0][1][0]), "")):
+        name = {";": "semicolons", "\t": "tabs"}[other]
+        raise CurveError(f"{path}:{lines[0][0]}: its columns are parted by {name}: part them by commas, and write 0.5 for 0,5")
     heads = [NAMED.fullmatch(cell) for cell in lines[0][1]]
     names = [head["name"] if head else cell for head, cell in zip(heads, lines[0][1], strict=True)]
     if repeated := sorted({name for name in names if names.count(name) > 1}):

@@ -105,6 +105,10 @@ def report(
     beside: Annotated[
         Path | None, typer.Option("--beside", metavar="DIR", help="Another run, drawn into the figure of the probes.")
     ] = None,
+    pictures_of: Annotated[
+        str | None,
+        typer.Option("--from", metavar="FILE.toml", help="Take pictures, films, plots and checks from this case from now on."),
+    ] = None,
 ) -> None:
     """Draw the figures of a run again and write its report.html."""
     from pellucid.progress import watching
@@ -114,6 +118,13 @@ def report(
 
     for folder in (dir_, *([beside] if beside else ())):
         RunFolder(folder).read_stored()  # says where there is no run
+    if pictures_of is not None:
+        from pellucid.results.storage.identity import with_pictures
+
+        folder_of_run = RunFolder(dir_)
+        retold = with_pictures(folder_of_run.read_case(), read_case(pictures_of, False, None))
+        with folder_of_run.held():
+            folder_of_run.write_case(retold)
     try:
         with watching() as progress:
             write_report(dir_, Run(beside) if beside else None, progress)

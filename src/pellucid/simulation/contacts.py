@@ -61,7 +61,7 @@ def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
     fields = [names for members in models_by_field(case).values() if (names := {body.name for body in members}) <= able.keys()]
     names = {body.name for wall in case.wall for body in wall.touching(case.body)}.union(*(fields if len(fields) > 1 else []))
     surfaces = {name: body.make_contact_surface(column) for name, body in able.items() if name in names}
-    ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.faces]
+    ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.where]
     open_faces = [(axis, float((case.grid.extent_upper() if upper else case.grid.lower)[axis])) for axis, upper in ends]
     for surface in surfaces.values():
         if surface is not None:

@@ -8,9 +8,10 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pellucid import catalogue
-from pellucid.case import Case, parse_value
+from pellucid.case import Case
 from pellucid.errors import UsageError
 from pellucid.progress import Progress
+from pellucid.studies.ranges import at_key, named, read_values
 
 if TYPE_CHECKING:
     from pellucid.results.storage.run import Run
@@ -30,13 +31,11 @@ def read_sweep(texts: Sequence[str]) -> dict[str, list[Any]]:
 
     Raises UsageError unless every key has the same number of values, and at least two.
     """
-    sweep: dict[str, list[Any]] = {}
-    for text in texts:
-        key, equals, values = text.partition("=")
-        if not equals or not key.strip():
-            raise UsageError(f"--over {text}: write KEY=V1,V2,..., for example grid.cell=0.05,0.025,0.0125")
-        together = parse_value(f"[{values}]")
-        sweep[key.strip()] = together if isinstance(together, list) else [parse_value(item) for item in values.split(",")]
+    sweep = read_values(texts)
+    for key, values in sweep.items():
+        if isinstance(values, tuple):
+            text = f"--over {key}={values[0]}:{values[1]}: a convergence study has no range"
+            raise UsageError(f"{text}; write KEY=V1,V2,..., for example grid.cell=0.05,0.025,0.0125")
     sizes = {key: len(values) for key, values in sweep.items()}
     if min(sizes.values()) < 2:
         raise UsageError("--over needs at least two values, for example grid.cell=0.05,0.025")
@@ -67,12 +66,13 @@ def study(
     rows = [dict(zip(sweep, row, strict=True)) for row in zip(*sweep.values(), strict=True)]
     variants = [case.with_settings(row) for row in rows]
     steps: list[Step] = []
+    abscissa = next(iter(sweep))
     with TemporaryDirectory(prefix="pellucid-") as scratch:
         for number, (row, variant) in enumerate(zip(rows, variants, strict=True), 1):
             if progress is not None:
-                progress.message(", ".join(f"{key} = {value}" for key, value in row.items()))
+                progress.message(named(row))
             run = run_case(variant, (out or Path(scratch)) / f"{number}", threads=threads, progress=progress)
-            steps.append(_next_step(steps, next(iter(row.values())), _error(run, metric)))
+            steps.append(_next_step(steps, at_key(variant, abscissa), _error(run, metric)))
     return steps
 
 

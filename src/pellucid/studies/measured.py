@@ -85,6 +85,9 @@ def _curve(table: Table, probe: str, case: "Case", units: Mapping[str, str], dev
     if across == TIME and (wrong := np.flatnonzero((x < 0.0) | np.array([case.time.passed(t) for t in x]))).size:
         where = f"{path}:{lines[wrong[0]]}: t = {x[wrong[0]]:.6g} s"
         raise CurveError(f"{where} is not between 0 and the end of the case, time.end = {case.time.end:g} s; set that later")
+    if stated is not None and deviation is not None:
+        text = f"--deviation {deviation}: {path} has standard deviations of its own, in the column {stated}"
+        raise UsageError(f"{text}; leave the option out, or the column")
     if stated is not None:
         spread = table.column(stated, unit)
         where = f"{path}:{lines[int(np.argmin(spread))]}: {stated}"

@@ -69,6 +69,8 @@ class Pool:
         return self
 
     def __exit__(self, *_: object) -> None:
+        # on a busy machine what dask closes may be late, of which asyncio tells as of a crash when all is done
+        logging.getLogger("asyncio").setLevel(logging.CRITICAL)
         self._stack.close()
 
     @property
@@ -78,9 +80,11 @@ class Pool:
 
     def compute(self, members: Sequence[Member], told: Callable[[Member, Outcome], None] | None = None) -> dict[str, Outcome]:
         """The outcome of each member by its digest; those that are not done yet are run, the costly ones first."""
-        prepare(self._out, members)
         found = {member.digest: known for member in members if (known := outcome(self._out, member.digest)) is not None}
         left = [member for member in members if member.digest not in found]
+        if left and self._client is None:
+            self._client = self._start(len(left))  # says where nobody answers, before anything is written
+        prepare(self._out, members)
         self._progress.begin("members", len(members))
         self._progress.count(len(found))
         for member, ended in self._ended(left) if left else ():
@@ -91,8 +95,6 @@ class Pool:
         return found
 
     def _ended(self, members: Sequence[Member]) -> Iterator[tuple[Member, Outcome]]:
-        if self._client is None:
-            self._client = self._start(len(members))
         costs = _costs(members)
         local = self._workers.scheduler is None and not self._workers.slurm
         jobs = {}

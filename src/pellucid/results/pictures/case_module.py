@@ -37,13 +37,15 @@ def _warn(run: Run, kind: str, error: Exception) -> None:
 
 
 @contextmanager
-def noticed(notices: list[str]) -> Iterator[None]:
-    """Leave a picture out of which the files are damaged or gone, or in which there is nothing; put a notice to the others."""
+def noticed(notices: list[str], name: str = "") -> Iterator[None]:
+    """Leave a picture out of which the files are damaged or gone, or in which there is nothing; put a notice to the others,
+    with the name of what is left out."""
     try:
         yield
     except (OutputError, UsageError) as error:
-        if str(error) not in notices:
-            notices.append(str(error))
+        text = str(error) if isinstance(error, OutputError) or not name else f"{name}: {error}"  # damage stops them all
+        if text not in notices:
+            notices.append(text)
 
 
 def captions(run: Run) -> dict[str, str]:

@@ -43,7 +43,7 @@ def films(run: Run, notices: list[str]) -> dict[str, Animation]:
     """The films of a case, by name; to `notices` comes why one cannot be drawn."""
     found = {}
     for asked in run.stored.film:
-        with noticed(notices):
+        with noticed(notices, asked.name):
             look = _look(run, asked)
             times = evenly(_frames(run, look), asked.pictures)
             found[asked.name] = film_of(_stage(run, look, times), times.tolist())

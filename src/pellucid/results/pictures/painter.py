@@ -60,7 +60,7 @@ class Painter:
     def draw_or_notice(self, picture: FilmPicture | str) -> Any:
         """The same; None with a notice where files are damaged."""
         drawn = None
-        with noticed(self.notices):
+        with noticed(self.notices, picture.film if isinstance(picture, FilmPicture) else picture):
             drawn = self.draw(picture)
         return drawn
 

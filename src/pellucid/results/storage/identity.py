@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.errors import UsageError, shown
-from pellucid.results.storage.package import package_version
+from pellucid.results.storage.package import package_release
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -30,15 +30,15 @@ MOST_SHOWN = 5
 def identity(case: "Case", bodies: Sequence[Any], start: str) -> dict[str, Any]:
     """What a checkpoint keeps of case, version, bodies and the state it began from, given by `start_digest`, for JSON."""
     points = {body.name: body.n_points for body in bodies}
-    return {"version": package_version(), "case": _fixed(case), "points": points, "start": start}
+    return {"version": package_release(), "case": _fixed(case), "points": points, "start": start}
 
 
 def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
     """Raise `UsageError` that says what differs, where a run began with another case or another version."""
     if not kept:
         _refuse(folder, ["its checkpoint was written by an earlier version of pellucid"])
-    if kept["version"] != package_version():
-        _refuse(folder, [f"it was begun by pellucid {kept['version']}, and this is {package_version()}"])
+    if kept["version"] != package_release():
+        _refuse(folder, [f"it was begun by pellucid {kept['version']}, and this is {package_release()}"])
     _refuse(folder, _differences(kept["case"], _fixed(case)), "put the old values back to go on, or start a new run")
 
 
@@ -52,6 +52,12 @@ def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
         free = ", ".join(key for key in MAY_CHANGE if key not in TEXTS)
         raise UsageError(f"{text}\n    what may change is {free}; start a new run for anything else")
     return new
+
+
+def with_pictures(case: "Case", other: "Case") -> "Case":
+    """The case of a run with the pictures, films, plots and checks of another. Raises `CaseError` for those that do not fit it."""
+    data, new = case.to_data(), other.to_data()
+    return type(case).model_validate({**data, **{key: new.get(key, ()) for key in ("picture", "film", "plot", "check")}})
 
 
 def check_start(folder: Path, start: Start, kept: Mapping[str, Any]) -> None:

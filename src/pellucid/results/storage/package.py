@@ -13,6 +13,11 @@ def package_version() -> str:
     return version("pellucid")
 
 
+def package_release() -> str:
+    """The release that a version is of, or goes towards: runs go on with any state of the source on the way to it."""
+    return package_version().partition("+")[0].partition(".dev")[0]
+
+
 def package_commit() -> str:
     """The git commit of the package's source where it is a checkout, else empty."""
     git = shutil.which("git")
