@@ -45,7 +45,17 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
         yield from model.start_warnings()
     yield from free_turns(case)
     yield from passed_walls(case)
+    yield from late_pictures(case)
     if case.grid_or_none is not None and len({body.field for body in case.body}) > 1:
         yield from coarse_indenters(case)
     if case.grid_or_none is not None:
         yield from narrow_gaps(case, going_on)
+
+
+def late_pictures(case: Case) -> Iterator[str]:
+    """Pictures of instants that the run does not reach."""
+    for picture in case.picture:
+        late = [f"{time:g} s" for time in picture.times if case.time.passed(time)]
+        if late:
+            text = f"picture {picture.name}: {', '.join(late)} is beyond time.end = {case.time.end:g} s"
+            yield f"{text}: it shows the last instant in its place; give times that the run reaches"

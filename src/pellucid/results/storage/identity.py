@@ -55,7 +55,7 @@ def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
 
 
 def with_pictures(case: "Case", other: "Case") -> "Case":
-    """The case of a run with the pictures, films, plots and checks of another. Raises `CaseError` for those that do not fit it."""
+    """The case of a run with the pictures, films, plots and checks of another. Raises `CaseError` for what does not fit it."""
     data, new = case.to_data(), other.to_data()
     return type(case).model_validate({**data, **{key: new.get(key, ()) for key in ("picture", "film", "plot", "check")}})
 
