@@ -56,6 +56,11 @@ def bending_in_cells(cell: float, rigidity: float) -> StepLimit:
     return StepLimit(cell * cell / (2.0 * rigidity**0.5), "bending", f"bending waves cross cells of {cell:.4g} m")
 
 
+def bending_in_mesh(rate: float) -> StepLimit:
+    """Half the largest eigenfrequency of a mesh that bends [1/s]."""
+    return StepLimit(1.0 / rate, "bending", f"its shortest bending waves swing at {rate / 3.141592653589793:.3g} Hz")
+
+
 def signals_in_cells(cell: float, wave: float, diffusivity: float, speed: float = 0.0, cause: Cause = "wave") -> StepLimit:
     """The tighter of `waves_in_cells` and `spread_in_cells`."""
     return tightest([waves_in_cells(cell, wave, speed, cause), spread_in_cells(cell, diffusivity)])

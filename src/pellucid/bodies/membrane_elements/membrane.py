@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.surface import FIELDS, ElementSurface
+from pellucid.bodies.membrane_elements.surface import ElementSurface
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.parts.body import Body
 from pellucid.parts.capabilities import Membrane
@@ -44,4 +44,4 @@ class ElementMembrane(Body, Membrane):
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""
-        return list(FIELDS)
+        return self.surface.field_names

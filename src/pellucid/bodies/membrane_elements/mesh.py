@@ -8,10 +8,18 @@ from pellucid.geometry.meshes.surface_mesh import Mesh
 
 
 class Fan(NamedTuple):
-    """The corners about each node: places[start[K]:start[K+1]] for node number K, as 4 e + corner of element e."""
+    """The corners about each node: places[start[K]:start[K+1]] for node number K, as k e + corner of element e of k."""
 
     start: np.ndarray  # (n+1,)
     places: np.ndarray
+
+
+def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
+    """The corners about each of n nodes, of elements with these, shape (m, k); where `owned`, shape (m, k), says so."""
+    places = np.arange(corners.size) if owned is None else np.flatnonzero(owned)
+    nodes = corners.ravel()[places]
+    order = np.argsort(nodes, kind="stable")
+    return Fan(np.searchsorted(nodes[order], np.arange(n + 1)), places[order])
 
 
 class ElementMesh:
@@ -23,10 +31,7 @@ class ElementMesh:
         self.corners = np.ascontiguousarray(np.concatenate([mesh.quads, triangles]).astype(np.int64))
         self.sides = np.where(np.arange(len(self.corners)) < self.n_quads, 4, 3)
         self._owned = np.arange(4) < self.sides[:, None]  # whether a corner counts
-        places = np.flatnonzero(self._owned)
-        nodes = self.corners.ravel()[places]
-        order = np.argsort(nodes, kind="stable")
-        self.fan = Fan(np.searchsorted(nodes[order], np.arange(self.n_nodes + 1)), places[order])
+        self.fan = fan_of(self.corners, self.n_nodes, self._owned)
 
     def areas(self, position: np.ndarray) -> np.ndarray:
         """Areas of the elements [m²], shape (m,), for nodes at these positions [m], shape (n, 3), in the order of the mesh."""

@@ -6,7 +6,9 @@ from typing import Literal
 
 import numpy as np
 
+from pellucid.bodies.membrane_elements.bending_case import BendingCase
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
+from pellucid.bodies.membrane_elements.mesh import ElementMesh
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
@@ -23,7 +25,7 @@ from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_mesh
+from pellucid.parts.step_limit import StepLimit, bending_in_cells, bending_in_mesh, motion_in_cells, tightest, waves_in_mesh
 
 SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
@@ -37,13 +39,15 @@ class MembraneElementsCase(MembraneCase):
     elements: Elements = parameter(
         "", "quadrilaterals where the surface has them, or triangles alone: each quadrilateral cut in two", "quads"
     )
+    bending: BendingCase | None = parameter("", "resistance against bending; without it the membrane has none", None)
     hourglass: HourglassCase = parameter("", "hourglass control of its quadrilaterals", HourglassCase())
 
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
         motion = ("position", "velocity", "mass", "kinetic_energy")
-        return (*motion, "density", "pressure", "stress", "thickness", "stored_energy", "strain_energy")
+        bent = ("curvature", "bending_energy") if self.bending is not None else ()
+        return (*motion, "density", "pressure", "stress", "thickness", "stored_energy", "strain_energy", *bent)
 
     def owns_nodes(self, alone: bool) -> bool:
         """Its nodes move by themselves where no other body shares their velocity field."""
@@ -81,7 +85,21 @@ class MembraneElementsCase(MembraneCase):
         """Waves in its plane cross none of its elements in a step, and its nodes no cell."""
         wave, _ = self.signals_at_start()
         in_elements = waves_in_mesh(wave * float(rates_of_surface(self.mesh()).max()), wave, "membrane")
-        return tightest([in_elements, *([motion_in_cells(cell, self.fastest_at_start(self.mesh().vertices))] if cell else [])])
+        bending = [] if self.bending is None else [self._bending_limit(self.bending, cell)]
+        moving = [motion_in_cells(cell, self.fastest_at_start(self.mesh().vertices))] if cell else []
+        return tightest([in_elements, *bending, *moving])
+
+    def _bending_limit(self, bending: BendingCase, cell: float | None) -> StepLimit:
+        """Of bending waves on the nodes of a grid, or on its own."""
+        if cell:
+            return bending_in_cells(cell, bending.rigidity / (self.material.density * self.thickness))
+        from pellucid.bodies.membrane_elements.bending import Bending
+
+        mesh, areas = self.mesh(), ElementMesh(self.mesh())
+        mass = areas.at_nodes(self.material.density * self.thickness * areas.areas(mesh.vertices))
+        bent = Bending(mesh.triangles, mesh.vertices, mass, bending.rigidity)
+        bent.add_forces(mesh.vertices, np.zeros_like(mesh.vertices))
+        return bending_in_mesh(bent.rate)
 
     def mesh(self) -> Mesh:
         """Its elements at the start."""
@@ -108,6 +126,8 @@ class MembraneElementsCase(MembraneCase):
         place = (*path, self.place)
         wrong = [Finding(place, text, remedy) for text, remedy in mesh_faults(self.mesh(), self.surface.closed)]
         yield from wrong
+        if self.bending is not None and not wrong:
+            yield from self.bending.problems((*path, "bending"), self.mesh(), not all(parts.active_axes))
         if parts.grid is None:
             return
         if not wrong:

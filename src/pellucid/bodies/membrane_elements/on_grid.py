@@ -17,7 +17,7 @@ from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.parts.capabilities import TakesPressure
-from pellucid.parts.step_limit import StepLimit
+from pellucid.parts.step_limit import StepLimit, bending_in_cells, tightest
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
@@ -104,11 +104,15 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         self.totals.half_power = 0.5 * power(self._internal_forces(), velocity)
         self.arrays["volume"][:] = self.surface.mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
-        self._bound_rate(max(rate, fastest * self.grid.lattice.inverse_cell))
+        self._bound_rate(max(rate, fastest * self.grid.lattice.inverse_cell, 1.0 / self._bending_limit().step))
 
     def signal_limit(self) -> StepLimit:
-        """Waves in its elements, and how its nodes cross cells."""
-        return self.surface.step_limit(self.grid, self.fastest())
+        """Waves in its elements, how its nodes cross cells, and bending waves on the grid, which moves the nodes."""
+        return tightest([self.surface.step_limit(self.grid, self.fastest()), self._bending_limit()])
+
+    def _bending_limit(self) -> StepLimit:
+        rigidity = 0.0 if self.surface.bending is None else self.surface.bending.rigidity
+        return bending_in_cells(self.grid.lattice.cell, rigidity / self.areal_density)
 
     def stored_field(self, name: str) -> np.ndarray:
         """A field in the order in which the nodes are stored at the moment; see `ElementSurface.field`."""

@@ -1,6 +1,7 @@
 """Membranes of finite elements that move on their own nodes (Lian, Liu & Zhang 2014, section 4)."""
 
 from collections.abc import Mapping
+from math import hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.parts.capabilities import HasContactSurface, TakesPressure
 from pellucid.parts.placement import Placement
-from pellucid.parts.step_limit import StepLimit, told
+from pellucid.parts.step_limit import StepLimit, bending_in_mesh, told
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
@@ -48,15 +49,17 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         rate = self.surface.strain(self.arrays["position"], self.arrays["velocity"], dt, self.totals)
         self._find_forces()
         self._count_power()
-        self.totals.rate = max(rate, self.motion.crossing)
+        self.totals.rate = max(hypot(rate, self._bending_rate), self.motion.crossing)
 
     def step_limit(self) -> StepLimit:
         """Waves in its elements, and how its nodes cross cells."""
-        return told(self.totals.rate, [self.surface.step_limit(self.grid, max(self.fastest(), self.motion.top_speed))])
+        limits = [self.surface.step_limit(self.grid, max(self.fastest(), self.motion.top_speed))]
+        return told(self.totals.rate, [*limits, *([bending_in_mesh(self._bending_rate)] if self._bending_rate > 0.0 else [])])
 
     def _find_forces(self) -> None:
         self.motion.internal.fill(0.0)
         self.surface.add_internal_forces(self.arrays["position"], self.motion.internal)
+        self._bending_rate = 0.0 if self.surface.bending is None else self.surface.bending.rate
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""

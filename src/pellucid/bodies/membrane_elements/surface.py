@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.bodies.membrane_elements import forces
+from pellucid.bodies.membrane_elements.bending import Bending
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
@@ -24,6 +25,7 @@ from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.contact.overlong import overlong
 from pellucid.energy import Totals
 from pellucid.geometry.meshes.cells import Cells
+from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
@@ -32,6 +34,7 @@ from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, wave
 from pellucid.reductions import ordered_sum
 
 if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.bending_case import BendingCase
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "strain_energy", "density", "pressure")
@@ -81,6 +84,7 @@ class ElementSurface:
             "turn": turn,
             "hourglass": np.zeros((q, 2)),
         }
+        self.bending = None if case.bending is None else bending_of(case.bending, mesh, self.node_mass)
         self._chunks = (m + CHUNK - 1) // CHUNK
         self._sums, self._fault = np.zeros((self._chunks, ELEMENT_SUMS)), np.zeros((self._chunks, 2), np.int64)
         self._corner_forces = np.zeros((m, 4, 3))
@@ -96,11 +100,15 @@ class ElementSurface:
         what = (self.law, self._control, self.thickness * self._slice, self._rest, state)
         self._bundle = Bundle(StrainedElements(where[self.mesh.corners], self.mesh.n_quads, *what))
         self._about = Bundle(forces.CornersAbout(first, number, self.mesh.fan))
+        if self.bending is not None:
+            self.bending.bind(where)
 
     def add_internal_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Forces of stress and hourglass control on the nodes [N]."""
+        """Forces of stress, hourglass control and bending on the nodes [N]."""
         forces.internal_forces(self._chunks, self._bundle, position, self._corner_forces)
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
+        if self.bending is not None:
+            self.bending.add_forces(position, target)
 
     def add_pressure_forces(self, position: np.ndarray, pressure: float, target: np.ndarray) -> None:
         """Forces of a pressure [Pa] along the normals on the nodes [N]."""
@@ -132,6 +140,9 @@ class ElementSurface:
         sums = ordered_sum(self._sums)
         totals.parts["hourglass"] = float(sums[HOURGLASS])
         totals.stored = float(sums[STRAIN]) + totals.parts["hourglass"]
+        if self.bending is not None:
+            totals.parts["bending"] = self.bending.energy(position)
+            totals.stored += totals.parts["bending"]
         return float(self._sums[:, FREQUENCY].max())
 
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
@@ -146,6 +157,11 @@ class ElementSurface:
             return None
         code, element = self._fault[found[0]]
         return int(code), int(np.flatnonzero(self.number == self.mesh.corners[element, 0])[0])
+
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return [*FIELDS, *(("curvature", "bending_energy") if self.bending is not None else ())]
 
     def field(self, name: str, position: np.ndarray, mass: np.ndarray) -> np.ndarray:
         """A field at the nodes; units in `pellucid.state.FIELDS`.
@@ -166,7 +182,12 @@ class ElementSurface:
         if name == "strain_energy":
             return np.asarray(at_nodes(elements["strain_energy"])[self.number] / mass)
         if name == "stored_energy":
-            return np.asarray(at_nodes(elements["strain_energy"] + elements["hourglass_energy"])[self.number])
+            bent = 0.0 if self.bending is None else self.bending.energies
+            return np.asarray((at_nodes(elements["strain_energy"] + elements["hourglass_energy"]) + bent)[self.number])
+        if name == "curvature" and self.bending is not None:
+            return self.bending.curvatures(position)[self.number]
+        if name == "bending_energy" and self.bending is not None:
+            return self.bending.energies[self.number]
         raise KeyError(name)
 
     def _mean(self, values: np.ndarray) -> np.ndarray:
@@ -175,6 +196,18 @@ class ElementSurface:
         weighted = volume.reshape(-1, *[1] * (values.ndim - 1)) * values
         whole = self.mesh.at_nodes(volume)
         return np.asarray(self.mesh.at_nodes(weighted) / whole.reshape(-1, *[1] * (values.ndim - 1)))
+
+
+def bending_of(case: "BendingCase", mesh: Mesh, mass: np.ndarray) -> Bending:
+    """The bending of a mesh of triangles, nodes of this mass [kg], shape (n,), with the curvature at which nothing bends it."""
+    bending = Bending(mesh.triangles, mesh.vertices, mass, case.rigidity)
+    if case.spontaneous_curvature == "start":
+        bending.reference[:] = bending.curvatures(mesh.vertices)
+    elif case.shape is not None:
+        bending.reference[:] = bending.curvatures(case.shape.mesh("triangles").vertices)
+    else:
+        bending.reference[:] = case.spontaneous_curvature
+    return bending
 
 
 OF_NODES = ("id", "position", "velocity", "mass", "kinetic_energy")

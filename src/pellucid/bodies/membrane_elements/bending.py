@@ -1,0 +1,234 @@
+"""Bending of triangulated membranes: Jülicher's energy and its exact derivative.
+
+At a node i, M_i = ½ Σ_edges l φ is the integral of the sum of the principal curvatures 2H, over the edges of length l at whose
+triangles the normals meet at the angle φ, positive where they part; A_i is a third of the triangles about it. The energy
+
+    E = Σ_i κ/2 (M_i - c_i A_i)²/A_i,    g_i = (M_i - c_i A_i)/A_i,
+    dE = Σ_edges κ ½ (g_a + g_b)(φ dl + l dφ) - Σ_i κ (c_i g_i + ½ g_i²) dA_i
+
+depends on the shape alone, so that its forces add up to no force and no torque. Nodes of a rim have none: it is free to turn.
+Source: Jülicher 1996, J. Phys. II France 6, 1797, eq. 23, with c_i; of six schemes none has curvatures that converge at every
+node (Guckenberger et al. 2016, Comput. Phys. Commun. 207, 1).
+
+The largest eigenfrequency of the nodes is bounded by the rows of Σ_i κ/A_i |∂M_i/∂x_j| |∂M_i/∂x_k| over the mass of node j.
+"""
+
+from math import atan2, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.membrane_elements.geometry import cross, dot
+from pellucid.bodies.membrane_elements.mesh import Fan, fan_of
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.loops import parallel_loop
+from pellucid.reductions import ordered_sum
+
+CHUNK = 512
+ENERGY, RATE, SUMS = range(3)  # columns of the sums of a chunk
+OWN = 4  # columns of what a corner of a hinge is given: the force, and what bounds the step
+
+
+class Hinges(NamedTuple):
+    """Pairs of triangles with a common edge, h of them; t triangles, n nodes, all by the numbers of the mesh."""
+
+    corners: np.ndarray  # (h, 4) the edge from a to b, then what is left of the triangle on its left, and on its right
+    triangles: np.ndarray  # (t, 3)
+    where: np.ndarray  # (n,) the place at which a node is stored
+    about: Fan  # places 4 e + corner of the hinges about each node
+    round: Fan  # places 3 e + corner of the triangles about each node
+    rigidity: float  # κ [J]
+    reference: np.ndarray  # (n,) c₀ [1/m]
+    bends: np.ndarray  # (n,) whether a node has energy: those of rims have none
+    mass: np.ndarray  # (n,) [kg]
+    bent: np.ndarray  # (h, 2) l φ [m], and Σ_corners ½ l |∇φ|
+    slope: np.ndarray  # (n, 3) κ g, κ (c g + ½ g²), κ/A Σ_hinges ½ l |∇φ|
+    energy: np.ndarray  # (n,) [J]
+    hinge_values: np.ndarray  # (h, 4, OWN)
+    triangle_forces: np.ndarray  # (t, 3, 3) [N]
+    sums: np.ndarray  # (chunks of nodes, SUMS)
+
+
+class Bending:
+    """The bending of a membrane of triangles."""
+
+    def __init__(self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float) -> None:
+        """triangles, shape (t, 3), vertices, shape (n, 3), of the start [m]; mass: of the nodes [kg], shape (n,)."""
+        n, corners = len(vertices), hinges_of(triangles)
+        self._corners, self._triangles, self._mass, self.rigidity = corners, triangles, mass, rigidity
+        self._about, self._round = fan_of(corners, n), fan_of(triangles, n)
+        self._bends = np.ones(n, bool)
+        self._bends[rim_nodes(triangles)] = False
+        self._chunks = [(len(part) + CHUNK - 1) // CHUNK for part in (corners, triangles, vertices)]
+        self.reference = np.zeros(n)
+        self.energies = np.zeros(n)
+        self.rate = 0.0
+        """Half the largest eigenfrequency of the nodes [1/s], or more."""
+        self.bind(np.arange(n))
+
+    def bind(self, where: np.ndarray) -> None:
+        """Take up the order in which the nodes are stored: their places by their numbers, shape (n,)."""
+        h, t, n = len(self._corners), len(self._triangles), len(self._mass)
+        self._sums = np.zeros((self._chunks[2], SUMS))
+        self._slope = np.zeros((n, 3))
+        room = np.zeros((h, 2)), self._slope, self.energies, np.zeros((h, 4, OWN)), np.zeros((t, 3, 3)), self._sums
+        mesh = self._corners, self._triangles, where.astype(np.int64), self._about, self._round
+        self._bundle = Bundle(Hinges(*mesh, self.rigidity, self.reference, self._bends, self._mass, *room))
+
+    def curvatures(self, position: np.ndarray) -> np.ndarray:
+        """The sum of the principal curvatures at the nodes [1/m], shape (n,), in the order of the mesh; none at a rim."""
+        self._bend(position)
+        return np.where(self._bends, self._slope[:, 0] / self.rigidity + self.reference, 0.0)
+
+    def energy(self, position: np.ndarray) -> float:
+        """The bending energy [J] of the membrane with nodes at these positions [m], shape (n, 3), as they are stored."""
+        self._bend(position)
+        return float(ordered_sum(self._sums)[ENERGY])
+
+    def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
+        """Add the forces at the nodes [N], shape (n, 3), as they are stored, and find `rate`."""
+        self._bend(position)
+        _push_hinges(self._chunks[0], self._bundle, position)
+        _push_triangles(self._chunks[1], self._bundle, position)
+        _gather(self._chunks[2], self._bundle, target)
+        self.rate = 0.5 * sqrt(float(self._sums[:, RATE].max()))
+
+    def _bend(self, position: np.ndarray) -> None:
+        _bend_hinges(self._chunks[0], self._bundle, position)
+        _bend_nodes(self._chunks[2], self._bundle, position)
+
+
+def hinges_of(triangles: np.ndarray) -> np.ndarray:
+    """The edges that two triangles have, with the corners across, shape (h, 4); triangles: shape (t, 3), of one orientation."""
+    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    across = np.concatenate([triangles[:, 2], triangles[:, 0], triangles[:, 1]])
+    code = triangles.max(initial=0) + 1
+    forth, back = ends[:, 0] * code + ends[:, 1], ends[:, 1] * code + ends[:, 0]
+    order = np.argsort(forth)
+    found = np.minimum(np.searchsorted(forth[order], back), len(order) - 1)
+    paired = (forth[order][found] == back) & (ends[:, 0] < ends[:, 1])
+    chosen = np.flatnonzero(paired)
+    return np.column_stack([ends[chosen], across[chosen], across[order[found[chosen]]]]).astype(np.int64)
+
+
+def rim_nodes(triangles: np.ndarray) -> np.ndarray:
+    """The nodes at edges that only one triangle has."""
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    once, count = np.unique(edges, axis=0, return_counts=True)
+    return np.unique(once[count == 1])
+
+
+@parallel_loop()
+def _bend_hinges(chunk, of, x):
+    """l φ, and how far corners turn it."""
+    corners, where, bent = of.corners, of.where, of.bent
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
+        a, b, c, d = where[corners[e, 0]], where[corners[e, 1]], where[corners[e, 2]], where[corners[e, 3]]
+        along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
+        left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
+        right = (x[d, 0] - x[a, 0], x[d, 1] - x[a, 1], x[d, 2] - x[a, 2])
+        n1, n2 = cross(along, left), cross(right, along)
+        square = dot(along, along)
+        length = sqrt(square)
+        bent[e, 0] = length * atan2(dot(along, cross(n1, n2)) / length, dot(n1, n2))
+        # |∂φ/∂x| is l over twice the area of the triangle across, and follows from both at the ends of the edge
+        one, two = length / sqrt(dot(n1, n1)), length / sqrt(dot(n2, n2))
+        s, t = abs(dot(left, along)) / square, abs(dot(right, along)) / square
+        bent[e, 1] = 0.5 * length * (one * (1.0 + s + abs(1.0 - s)) + two * (1.0 + t + abs(1.0 - t)))
+
+
+@parallel_loop()
+def _bend_nodes(chunk, of, x):
+    """Energies of the nodes, and their slopes with curvature and area."""
+    where, bent, slope, triangles = of.where, of.bent, of.slope, of.triangles
+    about, whole, total = of.about, of.round, 0.0
+    for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(where))):
+        slope[K, 0] = slope[K, 1] = slope[K, 2] = of.energy[K] = 0.0
+        if not of.bends[K]:
+            continue
+        curved = reach = area = 0.0
+        for k in range(about.start[K], about.start[K + 1]):
+            e, corner = about.places[k] // 4, about.places[k] % 4
+            if corner < 2:
+                curved += 0.5 * bent[e, 0]
+                reach += bent[e, 1]
+        for k in range(whole.start[K], whole.start[K + 1]):
+            e = whole.places[k] // 3
+            a, b, c = where[triangles[e, 0]], where[triangles[e, 1]], where[triangles[e, 2]]
+            u = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
+            v = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
+            n = cross(u, v)
+            area += sqrt(dot(n, n)) / 6.0
+        g = curved / area - of.reference[K]
+        slope[K, 0] = of.rigidity * g
+        slope[K, 1] = of.rigidity * g * (of.reference[K] + 0.5 * g)
+        slope[K, 2] = of.rigidity * reach / area
+        of.energy[K] = 0.5 * of.rigidity * g * g * area
+        total += of.energy[K]
+    of.sums[chunk, ENERGY] = total
+
+
+@parallel_loop()
+def _push_hinges(chunk, of, x):
+    """What hinges give to their corners: forces, and what bounds the step."""
+    corners, where, values, slope = of.corners, of.where, of.hinge_values, of.slope
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
+        a, b, c, d = where[corners[e, 0]], where[corners[e, 1]], where[corners[e, 2]], where[corners[e, 3]]
+        along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
+        left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
+        right = (x[d, 0] - x[a, 0], x[d, 1] - x[a, 1], x[d, 2] - x[a, 2])
+        n1, n2 = cross(along, left), cross(right, along)
+        square = dot(along, along)
+        length = sqrt(square)
+        one, two = length / dot(n1, n1), length / dot(n2, n2)
+        s, t = dot(left, along) / square, dot(right, along) / square
+        mean = 0.5 * (slope[corners[e, 0], 0] + slope[corners[e, 1], 0])
+        pull = mean * of.bent[e, 0] / square  # of the change of length, over the length
+        turn = mean * length  # of the change of angle; that of corner c is -n₁ l/|n₁|²
+        for i in range(3):
+            across, beyond = turn * one * n1[i], turn * two * n2[i]
+            values[e, 2, i], values[e, 3, i] = across, beyond
+            values[e, 0, i] = pull * along[i] - (1.0 - s) * across - (1.0 - t) * beyond
+            values[e, 1, i] = -pull * along[i] - s * across - t * beyond
+        stiff = 0.5 * length * (slope[corners[e, 0], 2] + slope[corners[e, 1], 2])
+        p, q = one * sqrt(dot(n1, n1)), two * sqrt(dot(n2, n2))  # |∂φ/∂x| at the corners across
+        values[e, 2, 3], values[e, 3, 3] = stiff * p, stiff * q
+        values[e, 0, 3] = stiff * (abs(1.0 - s) * p + abs(1.0 - t) * q)
+        values[e, 1, 3] = stiff * (abs(s) * p + abs(t) * q)
+
+
+@parallel_loop()
+def _push_triangles(chunk, of, x):
+    """Forces by which triangles change their area, on their corners."""
+    triangles, where, forces, slope = of.triangles, of.where, of.triangle_forces, of.slope
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
+        K = (triangles[e, 0], triangles[e, 1], triangles[e, 2])
+        a, b, c = where[K[0]], where[K[1]], where[K[2]]
+        u = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
+        v = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
+        n = cross(u, v)
+        # ∂A/∂x_b = ½ (c - a) × n over |n|, and so on round
+        share = (slope[K[0], 1] + slope[K[1], 1] + slope[K[2], 1]) / (6.0 * sqrt(dot(n, n)))
+        at_b, at_c = cross(v, n), cross(n, u)
+        for i in range(3):
+            forces[e, 1, i], forces[e, 2, i] = share * at_b[i], share * at_c[i]
+            forces[e, 0, i] = -share * (at_b[i] + at_c[i])
+
+
+@parallel_loop()
+def _gather(chunk, of, target):
+    """Forces at the nodes, and the square of the largest eigenfrequency by that of each."""
+    about, whole, values, forces, fastest = of.about, of.round, of.hinge_values, of.triangle_forces, 0.0
+    for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
+        p, stiff = of.where[K], 0.0
+        for k in range(about.start[K], about.start[K + 1]):
+            e, corner = about.places[k] // 4, about.places[k] % 4
+            for i in range(3):
+                target[p, i] += values[e, corner, i]
+            stiff += values[e, corner, 3]
+        for k in range(whole.start[K], whole.start[K + 1]):
+            e, corner = whole.places[k] // 3, whole.places[k] % 3
+            for i in range(3):
+                target[p, i] += forces[e, corner, i]
+        fastest = max(fastest, stiff / of.mass[K])
+    of.sums[chunk, RATE] = fastest
