@@ -113,13 +113,21 @@ def test_what_is_surrounded_is_seen_through_a_cut(run):
 
 def test_many_points_are_thinned_and_this_is_told(run, monkeypatch):
     whole = scene_of(run, PLENTY).told
-    monkeypatch.setattr(scene, "MOST_POINTS", 200)
+    monkeypatch.setattr(scene, "MOST_POINTS", 380)
     told = scene_of(run, PLENTY).told
-    total = sum(len(run.fields(body["name"])["position"]) for body in told["bodies"])
-    shown = sum(body["points"] for body in told["bodies"])
-    assert shown <= 200 + len(told["bodies"]) < total
-    assert told["notes"][0].startswith(f"Shown are {shown} of {total} points")
-    assert told["bodies"][0]["radius"] > whole["bodies"][0]["radius"]
+    sizes = {body["name"]: len(run.fields(body["name"])["position"]) for body in told["bodies"]}
+    largest = max(sizes, key=sizes.get)
+    for body, before in zip(told["bodies"], whole["bodies"], strict=True):
+        if body["name"] == largest:
+            assert body["points"] == 380 - sum(sizes.values()) + sizes[largest] < sizes[largest]
+            assert body["radius"] > before["radius"]
+        else:
+            assert body == before, "small bodies are whole, with their cells"
+    kept = next(body["points"] for body in told["bodies"] if body["name"] == largest)
+    words = f"Shown are {kept} of {sizes[largest]} points of {largest}, drawn by lot, without the cells between them"
+    assert told["notes"] == [words]
+    assert scene.shares([1, 1000, 100]) == [1, 279, 100]
+    assert scene.shares([500, 1000]) == [190, 190]
 
 
 def test_instants_are_thinned_to_the_budget_and_this_is_told(run):

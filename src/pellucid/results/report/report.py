@@ -96,10 +96,6 @@ def draw_report(
     return run.folder.report
 
 
-def _checks_beside(run: Run) -> str:
-    return section(f"Checks of the run beside, {run.out.name}", metrics_table(run.metrics))
-
-
 def metrics_table(metrics: dict[str, Metric]) -> str:
     """Metrics beside their references."""
 

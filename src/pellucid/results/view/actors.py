@@ -7,6 +7,7 @@ from pellucid.results.pictures.bodies_in_space import faceted
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.run import Run
+from pellucid.state import FIELDS
 
 GAPLESS = 1.3
 """Of discs in a plane, whose radius is so many times that of their area: none of what is behind shows between them."""
@@ -17,16 +18,20 @@ Fields = dict[str, np.ndarray]
 
 
 class Actor:
-    """A body of which every `stride`-th point is shown; where that is not each, the cells between them are not."""
+    """A body of which at most so many points are shown; where these are not all, the cells between them are not. They are
+    drawn by lot, the same in every page: each second or third of a lattice would be stripes."""
 
-    def __init__(self, run: Run, name: str, stride: int) -> None:
-        self.name, self.stride, self._run = name, stride, run
+    def __init__(self, run: Run, name: str, most: int) -> None:
+        self.name, self._run = name, run
         start = run.fields(name, float(run.times(name)[0]))
         self.total = len(start["position"])
-        self.start = start["position"][::stride]
-        self.cells = run.cells(name) if stride == 1 else Cells()
+        self._chosen = np.arange(self.total)
+        if most < self.total:
+            self._chosen = np.sort(np.random.default_rng(0).choice(self.total, most, replace=False))
+        self.start = start["position"][self._chosen]
+        self.cells = run.cells(name) if most >= self.total else Cells()
         self.surface = faceted(self.cells, self.start)
-        self.radius = float(_radius(run, start) * np.cbrt(stride))
+        self.radius = float(_radius(run, start) * np.cbrt(self.total / len(self._chosen)))
 
     @property
     def kind(self) -> str:
@@ -35,14 +40,14 @@ class Actor:
 
     def at(self, time: float) -> Fields:
         """The stored fields of the points that are shown."""
-        return {name: values[:: self.stride] for name, values in self._run.fields(self.name, time).items()}
+        return {name: values[self._chosen] for name, values in self._run.fields(self.name, time).items()}
 
     def shown(self, fields: Fields) -> Fields:
         """Scalars, sizes of vectors, von Mises' equivalents of stresses, and how far points are from where they began."""
         found = {"displacement": np.linalg.norm(fields["position"] - self.start, axis=1)}
         for name, values in fields.items():
             if name not in UNSEEN and (values.ndim == 1 or values.shape[1] in (3, 6)):
-                found[name] = scalar(values)
+                found[name] = scalar(values, names=FIELDS[name].names if name in FIELDS else ())
         return {name: values.astype(np.float32) for name, values in found.items()}
 
 

@@ -15,7 +15,7 @@ from pellucid.results.view.packing import Pack, places, shades
 from pellucid.state import FIELDS
 
 MOST_POINTS = 200_000
-"""Of all bodies together. Of more, points are left out evenly; the files have all."""
+"""Of all bodies together. Of more, those of the largest bodies are left out by lot; the files have all."""
 MOST_INSTANTS = 250
 MOST_FIELDS = 8
 SEEN = 0.2, 99.8
@@ -47,8 +47,8 @@ def scene_of(run: Run, budget: int) -> Scene | None:
     bodies = run.stored.bodies
     if sum(run.stored.thin) > 1:
         return None
-    points = sum(len(run.fields(body.name, names=("position",))["position"]) for body in bodies)
-    actors = [Actor(run, body.name, max(1, -(-points // MOST_POINTS))) for body in bodies]
+    sizes = [len(run.fields(body.name, names=("position",))["position"]) for body in bodies]
+    actors = [Actor(run, body.name, most) for body, most in zip(bodies, shares(sizes), strict=True)]
     if np.count_nonzero(_sides(actors) == 0.0) > 1:  # nodes of a line
         return None
     times = run.times(bodies[0].name)
@@ -65,6 +65,16 @@ def scene_of(run: Run, budget: int) -> Scene | None:
             count = min(fitting, most)
         else:
             return scene
+
+
+def shares(sizes: list[int]) -> list[int]:
+    """How many of the points of bodies of these sizes are shown: small ones are whole, large ones share what is left."""
+    left, found = MOST_POINTS, [0] * len(sizes)
+    ascending = sorted(range(len(sizes)), key=sizes.__getitem__)
+    for number, k in enumerate(ascending):
+        found[k] = min(sizes[k], left // (len(sizes) - number))
+        left -= found[k]
+    return found
 
 
 def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> Scene:
@@ -157,7 +167,7 @@ def _fields(states: list[list[_Instant]], without: set[str]) -> dict[str, Limits
 
 
 def _told(name: str, colours: Limits, states: list[list[_Instant]]) -> dict[str, Any]:
-    values = np.concatenate([at.shown[name] for instants in states for at in instants if name in at.shown])
+    values = np.concatenate([at.shown[name][at.there] for instants in states for at in instants if name in at.shown])
     values = values[np.isfinite(values)]
     unit = FIELDS["position" if name == "displacement" else name].unit
     ends = {"low": colours.low, "high": colours.high, "least": float(values.min()), "most": float(values.max())}
@@ -189,11 +199,11 @@ def _sides(actors: list[Actor]) -> np.ndarray:
 
 def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str]) -> list[str]:
     """What of the run is not shown."""
-    notes, stride = [], actors[0].stride
-    if stride > 1:
-        shown, total = sum(len(actor.start) for actor in actors), sum(actor.total for actor in actors)
-        counts = f"{shown:,} of {total:,}".replace(",", "\u202f")
-        notes.append(f"Shown are {counts} points, each for {stride}, without the cells between them")
+    notes = []
+    for actor in actors:
+        if len(actor.start) < actor.total:
+            counts = f"{len(actor.start):,} of {actor.total:,}".replace(",", "\u202f")
+            notes.append(f"Shown are {counts} points of {actor.name}, drawn by lot, without the cells between them")
     if instants < recorded:
         notes.append(f"Shown are {instants} of {recorded} recorded instants")
     if left_out:
