@@ -71,3 +71,16 @@ def test_all_that_is_wrong_is_told_at_once() -> None:
 def test_a_value_is_found_by_the_name_of_its_entry() -> None:
     assert at_key(case(), "body.block.material.young_modulus") == 1000.0
     assert at_key(case(), "steady.tolerance") is None
+
+
+def test_keys_have_the_units_of_their_fields() -> None:
+    case = pellucid.load("gan2011/piezo-icsi")
+    keys = (
+        "grid.cell",
+        "body.zona.material.young_modulus",
+        "body.zona.material.damage.elastic_limit",
+        "time.transfer",
+        "no.key",
+    )
+    assert [unit_at(case, key) for key in keys] == ["m", "Pa", "", "", ""]
+    assert with_units(["grid.cell", "steps"], {"grid.cell": "m"}) == ["grid.cell [m]", "steps"]

@@ -63,7 +63,7 @@ def sweep(
     from pellucid.progress import watching
     from pellucid.studies.members import DONE
     from pellucid.studies.pool import Workers, read_slurm
-    from pellucid.studies.ranges import read_rows, read_values
+    from pellucid.studies.ranges import read_rows, read_values, with_units
     from pellucid.studies.samples import rows_of
     from pellucid.studies.sweep import run_sweep
 
@@ -74,7 +74,10 @@ def sweep(
     with _gone_on_with(folder), watching() as progress:
         table = run_sweep(base, rows, folder, read_time("--until", until), by, progress, samples is not None)
     shown = table[[name for name in table.columns if name not in ("steps", "message")][:8]]
-    print_table(list(shown.columns), [[_cell(value) for value in row] for row in shown.itertuples(index=False, name=None)])
+    print_table(
+        with_units(list(shown.columns), table.attrs["units"]),
+        [[_cell(value) for value in row] for row in shown.itertuples(index=False, name=None)],
+    )
     typer.echo(f"written: {folder / 'members.csv'}, {folder / 'members.parquet'}, {folder / 'report.html'}")
     if failed := int((table["state"] != DONE).sum()):
         raise RunStopped(f"{failed} of {len(table)} members failed: see {folder / 'members.csv'}")
@@ -136,8 +139,8 @@ def fit(
     folder = out or Path("fits") / _name(case)
     with _gone_on_with(folder), watching() as progress:
         found = run_fit(base, curves, ranges, folder, by, progress, method, trials, seed)
-    rows = [(key, f"{one.value:.5g}", f"{one.low:.5g}", f"{one.high:.5g}") for key, one in found.estimates.items()]
-    print_table(("parameter", "estimate", "95 % from", "to"), rows)
+    rows = [(key, f"{one.value:.5g}", f"{one.low:.5g}", f"{one.high:.5g}", one.unit) for key, one in found.estimates.items()]
+    print_table(("parameter", "estimate", "95 % from", "to", "unit"), rows)
     typer.echo(f"sum of squares over its degrees of freedom: {found.chi_square:.4g}")
     typer.echo(f"written: {folder / 'estimates.json'}, {folder / 'fitted.toml'}, {folder / 'report.html'}")
 

@@ -22,6 +22,7 @@ class Estimate(NamedTuple):
     value: float
     low: float
     high: float
+    unit: str = ""
 
 
 class Estimates(NamedTuple):

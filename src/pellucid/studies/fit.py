@@ -18,7 +18,7 @@ from pellucid.studies.fit_page import write_fit_page
 from pellucid.studies.measured import Curve, read_curve
 from pellucid.studies.misfit import Misfit
 from pellucid.studies.pool import Pool, Workers
-from pellucid.studies.ranges import Range, range_of
+from pellucid.studies.ranges import Range, range_of, unit_at
 from pellucid.studies.searches import METHODS
 from pellucid.studies.table import tabulated, write_table
 
@@ -120,6 +120,7 @@ def run_fit(
     if residuals is None or run is None:
         raise UsageError("the run with the best parameters failed; narrow their ranges")
     found = estimated(free, shares, residuals, slopes, all(curve.is_stated for curve in curves))
+    found = found._replace(by_key={key: one._replace(unit=unit_at(case, key)) for key, one in found.by_key.items()})
     best = case.with_settings(misfit.settings(shares))
     progress.begin("report")
     for text in found.warnings:

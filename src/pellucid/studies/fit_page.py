@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.results.pictures.annotations import Figure
-from pellucid.results.pictures.style import WIDTH, house_style, label, new_panels
+from pellucid.results.pictures.style import WIDTH, house_style, label, new_panels, pretty
 from pellucid.results.report.html import number, table_of
 from pellucid.results.storage.files import replacing
 from pellucid.results.storage.run import Run
@@ -27,8 +27,11 @@ def write_fit_page(out: Path, title: str, found: Estimates, curves: Sequence[Cur
     notes = "".join(f'<p class="note">Warning: {escape(text)}.</p>' for text in found.warnings)
     keys = list(found.by_key)
     estimates = table_of(
-        ("parameter", "estimate", "95 % from", "to"),
-        ([escape(key), *(number(value, 5) for value in one)] for key, one in found.by_key.items()),
+        ("parameter", "estimate", "95 % from", "to", "unit"),
+        (
+            [escape(key), *(number(value, 5) for value in one[:3]), escape(pretty(one.unit))]
+            for key, one in found.by_key.items()
+        ),
         "numbers",
     )
     rows = (
@@ -53,11 +56,10 @@ def _curves(curves: Sequence[Curve], run: Run) -> Figure:
     for (above, below), curve in zip(np.transpose(axes), curves, strict=True):
         bars = {"yerr": curve.deviation} if curve.is_stated else {}
         above.errorbar(curve.x, curve.y, fmt="o", markersize=3, linewidth=0.8, label=f"measured, {curve.path.name}", **bars)
-        order = np.argsort(curve.x)
-        above.plot(curve.x[order], curve.values(run)[order], "-", label="fitted")
+        above.plot(run.history[curve.against], run.history[curve.probe], "-", label="fitted")
         unit = "s" if curve.against == TIME else run.units[curve.against]
         label(above, curve.against, curve.probe, unit, curve.unit, legend=True)
         below.axhline(0.0, color="#667", linewidth=0.8)
         below.plot(curve.x, curve.residuals(run), "o", markersize=3)
-        label(below, curve.against, "difference over deviation" if curve.is_stated else "difference over spread", unit)
+        label(below, curve.against, f"difference\nover {'deviation' if curve.is_stated else 'spread'}", unit)
     return drawn

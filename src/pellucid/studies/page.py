@@ -9,6 +9,7 @@ from typing import Any
 
 from pellucid.results.report.html import number, page_of, section, table_of
 from pellucid.results.storage.files import explained, write_text
+from pellucid.studies.ranges import with_units
 
 
 def write_page(path: Path, title: str, sections: Iterable[str]) -> Path:
@@ -41,7 +42,7 @@ def frame_table(table: Any, columns: Iterable[str]) -> str:
     """Columns of a pandas table."""
     names = list(columns)
     rows = ([cell(value) for value in row] for row in table[names].itertuples(index=False, name=None))
-    return table_of(map(escape, names), rows, "numbers")
+    return table_of(map(escape, with_units(names, table.attrs.get("units", {}))), rows, "numbers")
 
 
 def titled(title: str, *parts: str) -> str:

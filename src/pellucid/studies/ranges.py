@@ -101,6 +101,29 @@ def at_key(case: "Case", key: str) -> Any:
     return here
 
 
+def unit_at(case: "Case", key: str) -> str:
+    """The SI unit of what stands in a case at a dotted key, "" for pure numbers, words and tables."""
+    here: Any = case
+    unit = ""
+    for part in find(case.to_data(), key):
+        if isinstance(here, (list, tuple)):
+            here = here[part] if isinstance(part, int) and part < len(here) else None
+            continue
+        fields = getattr(type(here), "model_fields", {})
+        name = next((name for name, field in fields.items() if part in (name, field.alias)), None)
+        if name is None:
+            return ""
+        extra = fields[name].json_schema_extra
+        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+        here = getattr(here, name)
+    return unit
+
+
+def with_units(names: Sequence[str], units: Mapping[str, str]) -> list[str]:
+    """Names of columns with their units, "grid.cell [m]"."""
+    return [f"{name} [{unit}]" if (unit := units.get(name, "")) and unit != "1" else name for name in names]
+
+
 def read_rows(path: Path) -> list[dict[str, Any]]:
     """Settings from a CSV file: a row of keys, then a row for each member. Raises UsageError with file and line."""
     with readable(path, "--from"), path.open(newline="", encoding="utf-8-sig") as file:

@@ -5,16 +5,17 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from pellucid.results.pictures.style import COLOURS, SEQUENTIAL, WIDTH, house_style, label, panels
+from pellucid.results.pictures.style import COLOURS, LINES, SEQUENTIAL, WIDTH, house_style, label, panels, pretty
 from pellucid.results.report.html import number, table_of
 from pellucid.results.storage.run import Run
 from pellucid.studies.members import DONE, Member, places
 from pellucid.studies.page import figure, frame_table, titled, write_page
-from pellucid.studies.ranges import DECADES
+from pellucid.studies.ranges import DECADES, with_units
 from pellucid.studies.sensitivities import LEAST, Sensitivity
 from pellucid.studies.table import outputs_of
 
 MOST_CURVES, MOST_OUTPUTS = 200, 12
+WORDS = dict(zip(LINES, ("solid", "dashed", "dash-dotted", "dotted"), strict=False))
 
 
 def write_sweep_page(
@@ -44,7 +45,8 @@ def write_sweep_page(
 
 
 def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[str]) -> list[str]:
-    """Every probe over time, a line for each member, coloured by the first parameter that is a number."""
+    """Every probe over time, a line for each member, coloured by the first parameter that is a number; the kind of line tells
+    the values of a second one that has few."""
     import matplotlib
 
     probes = [probe.name for probe in members[0].case.probe] if members else []
@@ -53,6 +55,8 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
     shown = members[:: -(-len(members) // MOST_CURVES)]
     runs = [Run(places(out, member.digest).run) for member in shown]
     values = table.set_index("member")[numeric[0]] if numeric else None
+    units = table.attrs["units"]
+    kinds = _kinds(table, numeric[1:])
     across = min(2, len(probes))
     drawn, axes = panels(len(probes), across, WIDTH, 3.2 * -(-len(probes) // across))
     for axis, name in zip(axes, probes, strict=True):
@@ -62,19 +66,34 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
             else:
                 spread = values.max() - values.min()
                 colour = matplotlib.colormaps[SEQUENTIAL](0.9 * (values[member.digest] - values.min()) / spread)
-            axis.plot(run.history["time"], run.history[name], color=colour, linewidth=1.0)
+            axis.plot(run.history["time"], run.history[name], kinds.get(member.digest, "-"), color=colour, linewidth=1.0)
         label(axis, "time", name, "s", runs[0].units[name])
     caption = f"The probes of {len(shown)} members"
     if values is not None:
         low, high = (number(float(end)) for end in (values.min(), values.max()))
-        caption += f", coloured by {numeric[0]} from {low} (dark) to {high} (bright)"
+        unit = pretty(units.get(numeric[0], ""))
+        caption += f", coloured by {numeric[0]} from {low} (dark) to {high} {unit}".rstrip() + " (bright)"
+    if kinds:
+        lines = ", ".join(
+            f"{number(float(value))} {WORDS[line]}" for value, line in zip(sorted(set(table[numeric[1]])), LINES, strict=False)
+        )
+        caption += f"; lines by {', '.join(with_units(numeric[1:2], units))}: {lines}"
     return [figure(drawn, f"{caption}.".replace("<sup>", "^").replace("</sup>", ""))]
+
+
+def _kinds(table: Any, numeric: Sequence[str]) -> dict[str, str]:
+    """The kind of line of each member, by the values of the first of some parameters; none where it has too many or is none."""
+    values = sorted(set(table[numeric[0]])) if numeric else []
+    if not 1 < len(values) <= len(LINES):
+        return {}
+    return {member: LINES[values.index(value)] for member, value in zip(table["member"], table[numeric[0]], strict=True)}
 
 
 def _dependence(table: Any, outputs: Sequence[str], keys: Sequence[str]) -> str:
     """Every result against every parameter, all members."""
     if not outputs:
         return ""
+    units = table.attrs["units"]
     across = len(keys) if len(keys) > 1 else 3
     pairs = [(output, key) for output in outputs for key in keys]
     drawn, axes = panels(len(pairs), across, max(WIDTH, 3.0 * across), 2.6 * -(-len(pairs) // across))
@@ -88,7 +107,7 @@ def _dependence(table: Any, outputs: Sequence[str], keys: Sequence[str]) -> str:
         means = table[output].groupby(values).mean()
         if 1 < len(means) < len(table):
             axis.plot(means.index.to_numpy(), means.to_numpy(), "-", linewidth=1.0)
-        axis.set(xlabel=key, ylabel=output.replace("_", " "))
+        label(axis, key, output, units.get(key, ""), units.get(output, ""))
     return figure(drawn, "Results of all members against each parameter; lines join the means of equal values.")
 
 

@@ -11,21 +11,34 @@ from pellucid.results.storage.files import replacing
 from pellucid.results.storage.run import Run
 from pellucid.studies.extra import need
 from pellucid.studies.members import DONE, Member, Outcome, places
-from pellucid.studies.ranges import at_key
+from pellucid.studies.ranges import at_key, unit_at
 
 REDUCED = ("last", "min", "max", "mean")
 
 
 def tabulated(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]) -> Any:
     """A pandas table, its rows in the order of the members: `member`, `state`, settings by their keys in SI units, `steps`,
-    `wall_seconds`, metrics by name, probes as `<probe>_last`, `_min`, `_max` and `_mean` over time, and `message`."""
+    `wall_seconds`, metrics by name, probes as `<probe>_last`, `_min`, `_max` and `_mean` over time, and `message`;
+    the units in `attrs["units"]`."""
     rows = [_row(out, member, ended[member.digest]) for member in members]
     columns = dict.fromkeys(name for row in rows for name in row if name != "message")
     table = need("pandas").DataFrame(rows, columns=[*columns, "message"])
     for key in keys_of(members):
         if table[key].dtype == object:  # words, or numbers beside words, which no column of a Parquet file can be
             table[key] = table[key].astype(str)
+    table.attrs["units"] = units_of(out, members, ended)
     return table
+
+
+def units_of(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]) -> dict[str, str]:
+    """The SI units of the columns that have one."""
+    units = {"wall_seconds": "s"} | {key: unit_at(members[0].case, key) for key in keys_of(members)}
+    done = next((member for member in members if ended[member.digest].state == DONE), None)
+    if done is not None:
+        run = Run(places(out, done.digest).run)
+        units |= {name: str(metric.get("unit", "")) for name, metric in run.summary["metrics"].items()}
+        units |= {f"{probe.name}_{word}": run.units[probe.name] for probe in done.case.probe for word in REDUCED}
+    return {name: unit for name, unit in units.items() if unit not in ("", "1")}
 
 
 def write_table(table: Any, out: Path) -> list[Path]:

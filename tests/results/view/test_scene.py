@@ -113,19 +113,21 @@ def test_what_is_surrounded_is_seen_through_a_cut(run):
 
 def test_many_points_are_thinned_and_this_is_told(run, monkeypatch):
     whole = scene_of(run, PLENTY).told
-    monkeypatch.setattr(scene, "MOST_POINTS", 380)
+    monkeypatch.setattr(scene, "MOST_POINTS", 200)
     told = scene_of(run, PLENTY).told
-    sizes = {body["name"]: len(run.fields(body["name"])["position"]) for body in told["bodies"]}
-    largest = max(sizes, key=sizes.get)
-    for body, before in zip(told["bodies"], whole["bodies"], strict=True):
-        if body["name"] == largest:
-            assert body["points"] == 380 - sum(sizes.values()) + sizes[largest] < sizes[largest]
-            assert body["radius"] > before["radius"]
-        else:
+    sizes = [len(run.fields(body["name"])["position"]) for body in told["bodies"]]
+    notes = []
+    for body, before, size, kept in zip(told["bodies"], whole["bodies"], sizes, scene.shares(sizes), strict=True):
+        assert body["points"] == kept
+        if kept == size:
             assert body == before, "small bodies are whole, with their cells"
-    kept = next(body["points"] for body in told["bodies"] if body["name"] == largest)
-    words = f"Shown are {kept} of {sizes[largest]} points of {largest}, drawn by lot, without the cells between them"
-    assert told["notes"] == [words]
+        else:
+            assert body["radius"] > before["radius"]
+            words = f"points of {body['name']}, drawn by lot, without the cells between them"
+            notes.append(f"Shown are {kept} of {size} {words}")
+    assert told["notes"] == notes
+    assert sum(scene.shares(sizes)) == 200
+    monkeypatch.setattr(scene, "MOST_POINTS", 380)
     assert scene.shares([1, 1000, 100]) == [1, 279, 100]
     assert scene.shares([500, 1000]) == [190, 190]
 
