@@ -47,7 +47,7 @@ class Table(NamedTuple):
 
 
 class MeasuredCurve(Model):
-    """Two columns of a CSV file with a row of names. The unit of each stands in brackets behind its name, or in a second row,
+    """Two columns of a CSV file with a row of names, which remarks that begin with # may precede. The unit of each stands in brackets behind its name, or in a second row,
     with or without # before it, as in the history of a run; "1" is that of a pure number."""
 
     path: InputFile = parameter("", "the CSV file")
@@ -55,6 +55,7 @@ class MeasuredCurve(Model):
     y: str = parameter("", "name of the column with the values; without it the second", "")
     deviation: str = parameter("", "name of a column with the standard deviation of the values", "")
     label: str = parameter("", "what the curve is called in the legend; without it the name of the file", "")
+    line: bool = parameter("", "whether it is drawn as a line, as theory is, instead of points", False)
 
     @property
     def title(self) -> str:
@@ -83,6 +84,9 @@ def read_table(path: Path) -> Table:
     lines = [(number, [cell.strip() for cell in row]) for number, row in rows if any(map(str.strip, row))]
     if not lines:
         raise CurveError(f"{path} is empty: write a row of names with units, {EXAMPLE}")
+    remarks = next((n for n, (_, row) in enumerate(lines) if not row[0].startswith("#")), 0)
+    if _number(lines[remarks][1][0]) is None:  # else the names themselves stand behind #
+        del lines[:remarks]
     heads = [NAMED.fullmatch(cell) for cell in lines[0][1]]
     names = [head["name"] if head else cell for head, cell in zip(heads, lines[0][1], strict=True)]
     if repeated := sorted({name for name in names if names.count(name) > 1}):

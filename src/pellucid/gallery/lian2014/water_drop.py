@@ -10,7 +10,6 @@ from scipy.spatial import cKDTree
 
 from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.gallery.lian2014.shapes import IMAGES
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
@@ -23,6 +22,8 @@ ENERGY = 0.01  # of the largest energy that moved; half of what the program warn
 SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2.1
 BROKEN = 0.05  # of the mass: on a thousandth of the stiffness it is nothing
 SHORT = 1e-9  # by which rounding may fall short of a bound
+IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
+"""Signs of x, y, z of the quarters."""
 PLANS = (6e-4, 9e-4, 1.1e-3, 1.3e-3)
 
 CAPTIONS = {
