@@ -47,8 +47,9 @@ class Table(NamedTuple):
 
 
 class MeasuredCurve(Model):
-    """Two columns of a CSV file with a row of names, which remarks that begin with # may precede. The unit of each stands in brackets behind its name, or in a second row,
-    with or without # before it, as in the history of a run; "1" is that of a pure number."""
+    """Two columns of a CSV file with a row of names, which remarks behind # may precede. The unit of each stands in brackets
+    behind its name, or in a second row, with or without # before it, as in the history of a run; "1" is that of a pure
+    number."""
 
     path: InputFile = parameter("", "the CSV file")
     x: str = parameter("", "name of the column along the abscissa; without it the first", "")
