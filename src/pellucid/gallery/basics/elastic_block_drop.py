@@ -57,7 +57,6 @@ class Impact(NamedTuple):
         return float((0.125 * (self.spacing / (2.0 * self.length)) ** 2) ** (1.0 / 3.0))
 
 
-
 def metrics(run: Run) -> dict[str, Metric]:
     """Force on the floor, when the block stands still, how fast it leaves, energy."""
     exact, history = Impact.of(run), run.history

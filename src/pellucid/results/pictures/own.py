@@ -75,7 +75,9 @@ def _look(run: Run, asked: Pictured) -> Look:
     view = View(camera.turn, camera.rise)
     mirrors = mirrors_at(asked.mirror, run.stored.grid)
     colours = asked.quantity, asked.component, asked.unit, asked.limits
-    return Look(*colours, asked.bodies, view, plane, mirrors=mirrors, arrows=asked.arrows, slice=_slice(run, asked))
+    window = None if asked.window is None else (np.array(asked.window.lower), np.array(asked.window.upper))
+    look = Look(*colours, asked.bodies, view, plane, mirrors=mirrors, arrows=asked.arrows)
+    return look._replace(slice=_slice(run, asked), window=window)
 
 
 def _slice(run: Run, asked: Pictured) -> Slice | None:
@@ -109,14 +111,17 @@ def plot(run: Run, asked: Plot) -> Figure:
 
 def _draw_panel(run: Run, asked: Panel, axes: Axes) -> None:
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
+    lines, marks, places = cycle(LINES), cycle(MARKS), run.history[asked.x]
     for number, name in enumerate(asked.y):
         line = LINES[number // len(COLOURS) % len(LINES)]
         values = run.history[name]
         mark = "o" if np.sum(~np.isnan(values)) == 1 else ""
-        axes.plot(run.history[asked.x] / x_size, values / y_size, line + mark, label=name.replace("_", " "))
-    lines, marks = cycle(LINES), cycle(MARKS)
+        axes.plot(places / x_size, values / y_size, line + mark, label=name.replace("_", " "))
     for curve in asked.measured:
         x, y, deviation = curve.read(x_si, y_si)
+        if curve.line:  # as far as the run has come
+            reached = np.clip(x, np.nanmin(places), np.nanmax(places))
+            x, y = reached, np.where(reached == x, y, np.interp(reached, x, y))
         look = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "label": curve.title, "capsize": 2.5, "zorder": 3}
         look |= {"fmt": next(lines), "linewidth": 0.9} if curve.line else {"fmt": next(marks)}
         axes.errorbar(x / x_size, y / y_size, None if deviation is None else deviation / y_size, **look)
