@@ -50,11 +50,16 @@ class Panel(Model):
     y: Names = parameter("", "columns of the history: probes, energies, momenta; all of one unit")
     x_unit: str = parameter("", "unit of the abscissa, such as ms; without it that of the history", "")
     y_unit: str = parameter("", "unit of the ordinate; without it that of the history", "")
+    y_limits: tuple[float, float] | None = parameter(
+        "", "ends of the ordinate in that unit; without it as the values are", None
+    )
     measured: tuple[MeasuredCurve, ...] = parameter("", "curves from files beside", ())
     difference: bool = parameter("", "whether it is shown below how far the columns are from the first of these curves", False)
 
     @check
-    def _has_a_curve(self) -> None:
+    def _is_complete(self) -> None:
+        if self.y_limits is not None and self.y_limits[0] >= self.y_limits[1]:
+            raise ValueError("the first of `y_limits` must be below the second")
         if self.difference and not self.measured:
             raise ValueError("a `difference` is that from the first `measured` curve: there is none")
 

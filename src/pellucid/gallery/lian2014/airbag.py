@@ -21,7 +21,7 @@ PARTS = 8  # of the bag, of which one is computed
 INSTANTS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
 
 CAPTIONS = {
-    "curves": "Volume beside that of the bag of least energy (dashed) at the pressure of the end; mean pressure of the gas, and "
+    "curves": "Volume beside that of the bag of least energy (dashed) at the pressure of the end; mean pressure of the gas and "
     "of its parts over their points.",
     "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
 }

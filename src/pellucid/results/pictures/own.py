@@ -125,6 +125,8 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes) -> None:
         look = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "label": curve.title, "capsize": 2.5, "zorder": 3}
         look |= {"fmt": next(lines), "linewidth": 0.9} if curve.line else {"fmt": next(marks)}
         axes.errorbar(x / x_size, y / y_size, None if deviation is None else deviation / y_size, **look)
+    if asked.y_limits is not None:
+        axes.set_ylim(asked.y_limits)
     several = len(asked.y) + len(asked.measured) > 1
     label(axes, asked.x, asked.y[0] if len(asked.y) == 1 else "", x_unit, y_unit, legend=several)
     if len(asked.y) > 1:
