@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import cycle
+from typing import Any
 
 import numpy as np
 
@@ -97,8 +98,8 @@ def plot(run: Run, asked: Plot) -> Figure:
     """A plot of a case: columns of the history and curves from files in its panels, and below what they differ by."""
     shown = (asked, *asked.beside)
     rows = 2 if any(panel.difference for panel in shown) else 1
-    room = {"height": 3.8 if rows == 1 else 5.2, "height_ratios": (3, 1)[:rows]}
-    figure, axes = new_panels(rows, len(shown), sharex="col" if rows == 2 else False, squeeze=False, **room)
+    room: dict[str, Any] = {"sharex": "col" if rows == 2 else False, "squeeze": False, "height_ratios": (3, 1)[:rows]}
+    figure, axes = new_panels(rows, len(shown), height=3.8 if rows == 1 else 5.2, **room)
     for panel, column in zip(shown, axes.T, strict=True):
         _draw_panel(run, panel, column[0])
         if panel.difference:
@@ -122,9 +123,10 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes) -> None:
         if curve.line:  # as far as the run has come
             reached = np.clip(x, np.nanmin(places), np.nanmax(places))
             x, y = reached, np.where(reached == x, y, np.interp(reached, x, y))
-        look = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "label": curve.title, "capsize": 2.5, "zorder": 3}
-        look |= {"fmt": next(lines), "linewidth": 0.9} if curve.line else {"fmt": next(marks)}
-        axes.errorbar(x / x_size, y / y_size, None if deviation is None else deviation / y_size, **look)
+        look: dict[str, Any] = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "capsize": 2.5, "linewidth": 0.9}
+        bars = None if deviation is None else deviation / y_size
+        form = next(lines if curve.line else marks)
+        axes.errorbar(x / x_size, y / y_size, bars, fmt=form, label=curve.title, zorder=3, **look)
     if asked.y_limits is not None:
         axes.set_ylim(asked.y_limits)
     several = len(asked.y) + len(asked.measured) > 1
