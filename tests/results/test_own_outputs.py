@@ -9,6 +9,9 @@ from typer.testing import CliRunner
 
 import pellucid
 from pellucid.case.judgement import Check
+from pellucid.case.measured import MeasuredCurve
+from pellucid.case.picture import Picture
+from pellucid.case.plot import Plot
 from pellucid.cli import app
 from pellucid.errors import CaseError
 from pellucid.results.checks import metric_of
@@ -135,6 +138,49 @@ def test_a_plot_has_its_units_and_the_measured_points(folder):
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["height", "by hand"]
 
 
+def test_panels_stand_side_by_side_over_what_they_differ_by(folder):
+    run = pellucid.Run(folder / "run")
+    curve = {"path": str(folder / "fall.csv"), "y": "height", "line": True}
+    asked = Plot(
+        name="all",
+        y="height",
+        y_unit="cm",
+        difference=True,
+        measured=[curve],
+        beside=[{"x": "height", "y": ["kinetic_energy", "strain_energy"], "y_limits": [0.0, 2.0]}],
+    )
+    with house_style():
+        height, energies, difference = plot(run, asked).axes
+    theory = height.containers[0].lines[0]
+    assert theory.get_linestyle() == "-"
+    assert theory.get_xdata() == pytest.approx([0.05, 0.1, 0.15, 0.2])
+    rows = run.history["time"] >= 0.05
+    exact = np.interp(run.history["time"], theory.get_xdata(), theory.get_ydata())
+    assert difference.lines[0].get_ydata()[rows] == pytest.approx((100.0 * run.history["height"] - exact)[rows])
+    assert np.isnan(difference.lines[0].get_ydata()[~rows]).all(), "of where the curve is not nothing is known"
+    assert energies.get_ylim() == (0.0, 2.0)
+    assert energies.get_xlabel() == "height [m]"
+    assert difference.get_ylabel() == "difference [cm]"
+
+
+def test_a_line_of_theory_goes_as_far_as_the_run(folder, tmp_path):
+    (tmp_path / "falls.csv").write_text("time [s],height [m]\n-1,0\n0.1,0\n0.1,1\n5,1\n")
+    run = pellucid.Run(folder / "run")
+    with house_style():
+        (axes,) = plot(run, Plot(name="a", y="height", measured=[{"path": str(tmp_path / "falls.csv"), "line": True}])).axes
+    line = axes.containers[0].lines[0]
+    assert line.get_xdata() == pytest.approx([0.0, 0.1, 0.1, run.history["time"][-1]])
+    assert line.get_ydata().tolist() == [0.0, 0.0, 1.0, 1.0]
+
+
+def test_a_window_shows_a_part_of_a_flat_picture(folder):
+    run = pellucid.Run(folder / "run")
+    window = {"lower": [0.25, 0.5], "upper": [0.75, 1.5]}
+    with house_style():
+        axes = picture(run, Picture(name="part", window=window)).axes[0]
+    assert (axes.get_xlim(), axes.get_ylim()) == ((0.25, 0.75), (0.5, 1.5))
+
+
 def test_verify_and_converge_take_them(folder):
     case = str(folder / "case.toml")
     result = CliRunner().invoke(app, ["verify", case])
@@ -197,6 +243,10 @@ def test_a_run_that_is_done_takes_others_from_a_file(folder):
         ('quantity = "velocity"', 'quantity = "heat"', "picture.fall.quantity", "no body here has such a field"),
         ('component = "y"\nunit', 'component = "xy"\nunit', "picture.fall.component", "has the components x, y, z"),
         ('unit = "cm/s"', 'unit = "kPa"', "picture.fall.unit", "dimension"),
+        ('y_unit = "cm"', "y_limits = [2, 1]", "plot.path", "must be below the second"),
+        ("measured = [{", "difference = true\n# [{", "plot.path", "there is none"),
+        ('y_unit = "cm"', "beside = [{ y = 'heigth' }]", "plot.path.beside.0.y", "did you mean `height`?"),
+        ("times = [0]", "window = { lower = [1, 0], upper = [0, 1] }", "picture.fall.window", "must be below `upper`"),
         ("times = [0]", "instants = 3", "picture.fall", "leave it out beside"),
         ("times = [0]", "slice = { across = 'x', at = 0 }", "picture.fall.slice", "the case is flat itself"),
         ('reference = "100 cm"', 'at = 1\nreference = "100 cm"', "check.fallen.at", "give a time that the run reaches"),
@@ -241,6 +291,19 @@ def test_units_may_stand_in_a_row_of_their_own(tmp_path):
     (tmp_path / "case.toml").write_text(BLOCK + OUTPUTS.replace(', deviation = "sd"', ""))
     x, y, none = pellucid.load(tmp_path / "case.toml").plot[0].measured[0].read("s", "m")
     assert (x.tolist(), y.tolist(), none) == ([0.05], [1.1875], None)
+
+
+@pytest.mark.parametrize("remark", ["# by hand\n", "# by hand, twice\n# s, m\n"])
+@pytest.mark.parametrize("head", ["time [ms],height [cm]", "time,height\n# ms,cm"])
+def test_remarks_may_precede_the_names(tmp_path, remark, head):
+    (tmp_path / "fall.csv").write_text(f"{remark}{head}\n50,118.75\n")
+    assert [list(column) for column in MeasuredCurve(path=str(tmp_path / "fall.csv")).read("s", "m")[:2]] == [[0.05], [1.1875]]
+
+
+def test_names_may_stand_behind_the_sign_of_remarks(tmp_path):
+    """As numpy.savetxt writes them."""
+    (tmp_path / "fall.csv").write_text("# time,height\n# ms,cm\n50,118.75\n")
+    assert [list(column) for column in MeasuredCurve(path=str(tmp_path / "fall.csv")).read("s", "m")[:2]] == [[0.05], [1.1875]]
 
 
 def test_curves_that_are_gone_and_slices_of_nothing_do_not_end_a_report(folder, tmp_path):

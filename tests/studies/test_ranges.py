@@ -1,8 +1,9 @@
 import pytest
 from small_studies import SPEED, case, write_csv
 
+import pellucid
 from pellucid.errors import CaseError, UsageError
-from pellucid.studies.ranges import Range, all_checked, at_key, range_of, read_rows, read_values
+from pellucid.studies.ranges import Range, all_checked, at_key, range_of, read_rows, read_values, unit_at, with_units
 
 
 def test_values_and_ends_are_told_apart() -> None:

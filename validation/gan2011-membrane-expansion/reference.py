@@ -190,8 +190,8 @@ def main(fine: int) -> None:
         change = np.abs(curves[one] - curves[other]).max(axis=0) / np.abs(curves[one] - curves[one][0]).max(axis=0)
         print(f"{one} against {other}: cube {100 * change[0]:.2f} %, pressure {100 * change[1]:.2f} % of the largest change")
     header = (
-        "# The lid and its cube by finite elements: validation/gan2011-membrane-expansion/reference.py. s, m, Pa\n"
-        "time,flowing_cube_z,flowing_gas_pressure,uniform_cube_z,uniform_gas_pressure"
+        "# The lid and its cube by finite elements: validation/gan2011-membrane-expansion/reference.py.\n"
+        "time,flowing_cube_z,flowing_gas_pressure,uniform_cube_z,uniform_gas_pressure\n# s,m,Pa,m,Pa"
     )
     table = np.column_stack([grid, curves["flowing"], curves["uniform"]])
     np.savetxt(TABLE, table, fmt="%.7g", delimiter=",", header=header, comments="")

@@ -131,8 +131,8 @@ def main(fine: int) -> None:
         print(f"{name}: lowest {finest[lowest]:.5f} m at {grid[lowest]:.3f} s; half the elements change {100 * change:.2f} %")
         columns += curves[1]
     header = (
-        "# The cuboid on the net by finite elements: validation/gan2011-net-impact/reference.py. s, m\n"
-        "time,tied_cuboid_z,tied_net_z,sliding_cuboid_z,sliding_net_z"
+        "# The cuboid on the net by finite elements: validation/gan2011-net-impact/reference.py.\n"
+        "time,tied_cuboid_z,tied_net_z,sliding_cuboid_z,sliding_net_z\n# s,m,m,m,m"
     )
     np.savetxt(TABLE, np.column_stack(columns), fmt="%.8g", delimiter=",", header=header, comments="")
 

@@ -19,7 +19,8 @@ NOISE = 1e-6  # m, a hundredth of the thickness
 
 def main(case: str) -> None:
     times, columns = (drape if case == "membrane-on-sphere" else impact)(case)
-    header = f"# {case} by finite elements: validation/lian2014-finite-elements/reference.py. s, m\ntime,{','.join(columns)}"
+    names = f"time,{','.join(columns)}\n# s{',m' * len(columns)}"
+    header = f"# {case} by finite elements: validation/lian2014-finite-elements/reference.py.\n{names}"
     path = TABLES / f"{case.replace('-', '_')}.csv"
     np.savetxt(path, np.column_stack([times, *columns.values()]), "%.8g", ",", header=header, comments="")
 

@@ -47,14 +47,16 @@ class Table(NamedTuple):
 
 
 class MeasuredCurve(Model):
-    """Two columns of a CSV file with a row of names. The unit of each stands in brackets behind its name, or in a second row,
-    with or without # before it, as in the history of a run; "1" is that of a pure number."""
+    """Two columns of a CSV file with a row of names, which remarks behind # may precede. The unit of each stands in brackets
+    behind its name, or in a second row, with or without # before it, as in the history of a run; "1" is that of a pure
+    number."""
 
     path: InputFile = parameter("", "the CSV file")
     x: str = parameter("", "name of the column along the abscissa; without it the first", "")
     y: str = parameter("", "name of the column with the values; without it the second", "")
     deviation: str = parameter("", "name of a column with the standard deviation of the values", "")
     label: str = parameter("", "what the curve is called in the legend; without it the name of the file", "")
+    line: bool = parameter("", "whether it is drawn as a line, as theory is, instead of points", False)
 
     @property
     def title(self) -> str:
@@ -83,6 +85,9 @@ def read_table(path: Path) -> Table:
     lines = [(number, [cell.strip() for cell in row]) for number, row in rows if any(map(str.strip, row))]
     if not lines:
         raise CurveError(f"{path} is empty: write a row of names with units, {EXAMPLE}")
+    remarks = next((n for n, (_, row) in enumerate(lines) if not row[0].startswith("#")), 0)
+    if _number(lines[remarks][1][0]) is None:  # else the names themselves stand behind #
+        del lines[:remarks]
     if len(lines[0][1]) == 1 and (other := next((mark for mark in ";\t" if mark in lines[0][1][0]), "")):
         name = {";": "semicolons", "\t": "tabs"}[other]
         raise CurveError(f"{path}:{lines[0][0]}: its columns are parted by {name}: part them by commas, and write 0.5 for 0,5")

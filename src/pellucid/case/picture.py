@@ -55,6 +55,18 @@ class SliceCase(Model):
     thickness: float | None = parameter("m", "of what is shown, half on either side; without it that of a cell", None, gt=0)
 
 
+class WindowCase(Model):
+    """What is shown of a flat picture, by its lower left and upper right corner."""
+
+    lower: tuple[float, float] = parameter("m", "lower left corner")
+    upper: tuple[float, float] = parameter("m", "upper right corner")
+
+    @check
+    def _has_room(self) -> None:
+        if not all(low < high for low, high in zip(self.lower, self.upper, strict=True)):
+            raise ValueError("`lower` must be below `upper` along both axes")
+
+
 class Pictured(Figure):
     """What pictures and films have in common."""
 
@@ -70,6 +82,7 @@ class Pictured(Figure):
     camera: CameraCase = parameter("", "where the eye is, in space", CameraCase())
     cut: CutCase | None = parameter("", "where bodies in space are cut open", None)
     slice: SliceCase | None = parameter("", "a plane of bodies in space that is shown alone", None)
+    window: WindowCase | None = parameter("", "what is shown of a flat case or a slice; without it all of the bodies", None)
 
     @check
     def _has_limits(self) -> None:
@@ -87,6 +100,8 @@ class Pictured(Figure):
             yield Finding((*path, "cut"), "the case is flat: there is nothing to cut open", "leave it out")
         if self.slice is not None and not all(parts.active_axes):
             yield Finding((*path, "slice"), "the case is flat itself", "leave it out")
+        if self.window is not None and self.slice is None and all(parts.active_axes):
+            yield Finding((*path, "window"), "the picture is not flat", "add a `slice`, or leave it out")
         if self.slice is not None and self.cut is not None:
             yield Finding((*path, "slice"), "a slice has nothing to be cut open", "leave `cut` out")
         if self.slice is not None and self.slice.thickness is None and parts.lacks_grid:

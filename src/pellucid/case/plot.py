@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 from pellucid.case.columns import unit_of, unknown_column
 from pellucid.case.measured import CurveError, MeasuredCurve
 from pellucid.findings import Finding, Path
-from pellucid.model import name_parameter, one_or_several, parameter
+from pellucid.model import Model, check, name_parameter, one_or_several, parameter
 from pellucid.parts.part import Part, Parts
 from pellucid.units import UnitError, to_si
 
@@ -43,18 +43,28 @@ class Figure(Part):
             yield Finding((*path, "name"), why, "choose another name")
 
 
-class Plot(Figure):
-    """A figure of the report, `figures/NAME.png`: columns of the history against time or another column."""
+class Panel(Model):
+    """Axes of a plot: columns of the history against time or another column, and curves from files beside."""
 
     x: str = parameter("", "column of the history along the abscissa", "time")
     y: Names = parameter("", "columns of the history: probes, energies, momenta; all of one unit")
     x_unit: str = parameter("", "unit of the abscissa, such as ms; without it that of the history", "")
     y_unit: str = parameter("", "unit of the ordinate; without it that of the history", "")
+    y_limits: tuple[float, float] | None = parameter(
+        "", "ends of the ordinate in that unit; without it as the values are", None
+    )
     measured: tuple[MeasuredCurve, ...] = parameter("", "curves from files beside", ())
+    difference: bool = parameter("", "whether it is shown below how far the columns are from the first of these curves", False)
+
+    @check
+    def _is_complete(self) -> None:
+        if self.y_limits is not None and self.y_limits[0] >= self.y_limits[1]:
+            raise ValueError("the first of `y_limits` must be below the second")
+        if self.difference and not self.measured:
+            raise ValueError("a `difference` is that from the first `measured` curve: there is none")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Columns that the history will not have, units of another dimension, files without such a curve."""
-        yield from super().problems(path, parts)
         wrong = list(unknown_column(self.x, (*path, "x"), parts))
         for name in self.y:
             wrong += unknown_column(name, (*path, "y"), parts)
@@ -64,7 +74,8 @@ class Plot(Figure):
             return
         if len(set(units.values())) > 1:
             told = ", ".join(f"{name} in {unit or 'numbers'}" for name, unit in units.items())
-            yield Finding((*path, "y"), f"one ordinate cannot show several units: {told}", "give each unit a plot of its own")
+            text = f"one ordinate cannot show several units: {told}"
+            yield Finding((*path, "y"), text, "give each unit a panel `beside` of its own")
             return
         yield from unit_problems(self.x_unit, x, (*path, "x_unit"))
         yield from unit_problems(self.y_unit, units[self.y[0]], (*path, "y_unit"))
@@ -73,3 +84,16 @@ class Plot(Figure):
                 curve.read(x, units[self.y[0]] or "")
             except CurveError as error:
                 yield Finding((*path, "measured", number), str(error))
+
+
+class Plot(Panel, Figure):
+    """A figure of the report, `figures/NAME.png`: columns of the history against time or another column."""
+
+    beside: tuple[Panel, ...] = parameter("", "further panels in the same figure", ())
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """What is wrong with its name and its panels."""
+        yield from Figure.problems(self, path, parts)
+        yield from Panel.problems(self, path, parts)
+        for number, panel in enumerate(self.beside):
+            yield from panel.problems((*path, "beside", number), parts)

@@ -1,9 +1,11 @@
 """Curves of a run beside exact ones, and metrics of numbers that have an exact value."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
+from pellucid.case import load
+from pellucid.references import finite_elements
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Axes, Run
@@ -35,23 +37,24 @@ def energy_metric(run: Run, tolerance: float) -> Metric:
     return vanishing(error, tolerance, "relative error of the energy balance at the end")
 
 
-def beside_elements(
-    panels: Sequence[Axes], run: Run, name: str, times: Array, known: Mapping[str, Array], colour: str, scale: float = 1.0
-) -> None:
-    """Above, a column of the history over curves of finite elements, the known ones by their names and in black; below, how far
-    it is from the first of these where the run has been.
+def deviations(
+    run: Run, table: str, columns: Mapping[str, tuple[str, str]], tolerance: float, known: str = ""
+) -> dict[str, Metric]:
+    """Largest deviations of columns of the history from finite elements over the largest change of these.
 
-    scale: of lengths and times in the picture.
+    columns: of each metric the column and what that is; known: how the columns of the table begin that are the reference.
+    Raises ValueError for another problem than that of the gallery, for which alone the finite elements are.
     """
-    (above, below), now, found, exact = panels, run.history["time"], run.history[name], next(iter(known.values()))
-    for (label, values), line in zip(known.items(), ("-", ":"), strict=True):
-        above.plot(scale * times, scale * values, color="black", linewidth=1, linestyle=line, label=label)
-    length = "mm" if scale == 1e3 else "m"
-    above.plot(scale * now, scale * found, color=colour, label=f"cell {scale * run.case.grid.cell:g} {length}")
-    above.legend()
-    reached = times <= now[-1] * (1.0 + 1e-9)
-    apart = (np.interp(times, now, found) - exact)[reached]
-    below.plot(scale * times[reached], 100.0 * apart / np.abs(exact - exact[0]).max(), color=colour)
+    if not finite_elements.same_problem(run.case, load(run.stored.id)):
+        raise ValueError("the finite elements are for bodies and materials as the gallery's case has them")
+    reference, found = finite_elements.read(table), {}
+    for name, (of, what) in columns.items():
+        error = finite_elements.largest_deviation(
+            run.history["time"], run.history[of], reference["time"], reference[known + of]
+        )
+        text = f"largest deviation of {what} from finite elements over their largest change"
+        found[name] = vanishing(error, tolerance, text)
+    return found
 
 
 def beside(axes: Axes, time: Array, found: Array, exact: Array, name: str, colour: str) -> None:

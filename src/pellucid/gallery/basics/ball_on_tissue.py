@@ -11,10 +11,9 @@ import numpy as np
 from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric, vanishing
-from pellucid.references.indentation import Layer, at_contact, force
+from pellucid.references.indentation import Layer, force
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.annotations import Run
 
 Array = np.ndarray
 
@@ -23,11 +22,6 @@ FORCE, FINE = 0.03, 0.07  # 3 % with cells of 0.07 of the ball's radius, a quart
 BENEATH = 0.25  # of the ball's radius, within which the face lies on it
 ENERGY = 0.02  # of the energy balance at the end; contact is slow and takes little
 MOMENTUM = 1e-12  # of all impulses: contact gives both sides the same
-
-CAPTIONS = {
-    "force": "Force on the ball while it is pressed in and held: the layer's is that of slow motion.",
-    "face": "Nodes of the tissue beside the plane y = 0 at the end, and the ball.",
-}
 
 METRICS = ("force", "gap", "energy", "momentum")
 
@@ -89,39 +83,3 @@ def _tissue(run: Run) -> tuple[Array, Array]:
     times = run.times("tissue")
     begun, now = (run.fields("tissue", float(times[frame]))["position"] for frame in (0, -1))
     return begun, now
-
-
-def figures(run: Run) -> dict[str, Figure]:
-    """Force against time, and the face beneath the ball."""
-    exact = Pressed.of(run)
-    return {"force": _curve(run, exact), "face": _face(run, exact)}
-
-
-def _curve(run: Run, exact: Pressed) -> Figure:
-    time = np.asarray(run.history["time"], dtype=float)
-    depth = np.array([exact.depth(run, float(at)) for at in time])
-    widest = np.sqrt(2.0 * exact.radius * depth.max())
-    pairs = [at_contact(exact.layer, exact.radius, float(contact)) for contact in np.linspace(1e-3, 1.0, 60) * widest]
-    levels, forces = np.array([(0.0, 0.0), *pairs]).T
-    known = np.interp(depth, levels, forces)
-    figure, axes = new_panels(width=7.0, height=3.6)
-    axes.plot(1e3 * time, 1e3 * known, color="black", linewidth=1, label="layer, exact")
-    axes.plot(1e3 * time, 1e3 * _force(run), "--", color=COLOURS[1], label="contact on the grid")
-    label(axes, "time", "force on the ball", "ms", "mN", legend=True)
-    return figure
-
-
-def _face(run: Run, exact: Pressed) -> Figure:
-    begun, now = _tissue(run)
-    end = float(run.history["time"][-1])
-    beside = begun[:, 1] < 1e-9
-    figure, axes = new_panels(width=7.0, height=4.0)
-    axes.plot(1e3 * now[beside, 0], 1e3 * now[beside, 2], ".", markersize=4, color=COLOURS[0], label="tissue")
-    angle = np.linspace(0.0, 0.25 * np.pi, 200)
-    x, z = exact.radius * np.sin(angle), exact.middle(run, end) - exact.radius * np.cos(angle)
-    axes.plot(1e3 * x, 1e3 * z, color=COLOURS[1], label="ball")
-    axes.set(aspect="equal", xlim=(0.0, 700.0 * exact.radius))
-    axes.set_ylim(1e3 * (exact.layer.thickness - 0.4 * exact.radius), 1e3 * (exact.layer.thickness + 0.2 * exact.radius))
-    label(axes, "x", "z", "mm", "mm")
-    axes.legend(loc="lower right")
-    return figure

@@ -14,7 +14,7 @@ ENERGY = 1e-12  # of its scale: rounding
 SAMPLES = 20  # of the exact density in a ring of one cell
 
 CAPTIONS = {
-    "blast": "Radius of the shock against time, density at the end over the radius, and energies against time. Density is the "
+    "blast": "Radius of the shock against time, and density at the end over the radius. Density is the "
     "mass in rings of one cell over their volume. The shock is spread over a few cells, so that the place where its pressure "
     "is half of the exact one may be ahead or behind, by two cells at most (dotted).",
     "bodies_speed": "The bodies, coloured by speed. The hot gas inside is so thin that few points are left in a cell, or none. "
@@ -105,9 +105,9 @@ def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Radius and energies against time, and density over the radius."""
+    """Radius against time, and density over the radius."""
     blast = Blast.of(run.case)
-    figure, (fronts_axes, profile, energies) = new_panels(1, 3, width=10.0, height=3.6)
+    figure, (fronts_axes, profile) = new_panels(1, 2, width=10.0, height=3.6)
     times, found = fronts(run, blast)
     line = np.linspace(0.0, times[-1], 200)
     fronts_axes.plot(line, blast.radius(line), color="black", linewidth=1, label="exact")
@@ -125,9 +125,4 @@ def figures(run: Run) -> dict[str, Figure]:
     label(profile, "radius", "density", "m", "kg/m^3")
     profile.legend(loc="upper left")
     profile.set_title(f"t = {times[-1]:.4g} s")
-    kinetic, internal = run.history["kinetic_energy"], run.history["internal_energy"]
-    for values, text in ((kinetic, "kinetic"), (internal, "internal"), (kinetic + internal, "together")):
-        energies.plot(run.history["time"], values, label=text)
-    energies.set_ylim(0.0, None)
-    label(energies, "time", "energy", "s", "J", legend=True)
     return {"blast": figure}

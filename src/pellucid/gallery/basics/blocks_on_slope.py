@@ -2,12 +2,9 @@
 
 import numpy as np
 
-from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
-
-CAPTIONS = {"blocks_on_slope": "Blocks that slide; that stick; and one that carries its weight upright."}
+from pellucid.results.pictures.annotations import Run
 
 METRICS = ("slides", "wall_slides", "sticks", "wall_sticks", "sits", "rests", "energy")
 
@@ -52,20 +49,3 @@ def metrics(run: Run) -> dict[str, Metric]:
     meaning = "fastest in the second half, over that of the first, as far as it is more"
     result["rests"] = Metric(later, first, max(0.0, later / first - 1.0), 0.05, "m/s", meaning)
     return result | {"energy": energy_metric(run, 0.005)}
-
-
-def figures(run: Run) -> dict[str, Figure]:
-    """Speeds, ways of what sticks, and the height of the block that rests."""
-    time, (_, pressed) = column(run, "time"), shear_and_compression(run)
-    figure, (speed, slip, rest) = new_panels(1, 3, height=3.4)
-    beside(speed, time, column(run, "slides_vx"), PULL * time, "on the plate", COLOURS[0])
-    beside(speed, time, column(run, "wall_slides_vx"), PULL * time, "on a wall", COLOURS[1])
-    slip.plot(time, 1e3 * column(run, "sticks_x"), color=COLOURS[0], label="sticks on the plate")
-    slip.plot(time, 1e3 * column(run, "wall_sticks_x"), "--", color=COLOURS[1], label="sticks on a wall")
-    rest.plot(time, 1e3 * column(run, "sits_y"), color=COLOURS[0])
-    for level in (0.0, -2.0):
-        rest.axhline(1e3 * level * pressed, color="#bbb", linewidth=1.0)
-    label(speed, "time", "speed", "s", "m/s", legend=True)
-    label(slip, "time", "way of what sticks", "s", "mm", legend=True)
-    label(rest, "time", "rise of the block that rests", "s", "mm")
-    return {"blocks_on_slope": figure}

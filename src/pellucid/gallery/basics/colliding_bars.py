@@ -2,12 +2,9 @@
 
 import numpy as np
 
-from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
-
-CAPTIONS = {"colliding_bars": "Mean velocities of the bars, and the force between them; grey, exact."}
+from pellucid.results.pictures.annotations import Run
 
 METRICS = ("force", "duration", "striker", "struck", "energy")
 
@@ -33,17 +30,3 @@ def metrics(run: Run) -> dict[str, Metric]:
         "struck": compared(struck, SPEED, 2.0 * front, "m/s", "speed at the end"),
         "energy": energy_metric(run, 0.01),
     }
-
-
-def figures(run: Run) -> dict[str, Figure]:
-    """Velocities and force."""
-    time = column(run, "time")
-    share = np.clip((time - TOUCH) / DURATION, 0.0, 1.0)
-    figure, (speed, force) = new_panels(1, 2, height=3.4)
-    beside(speed, 1e3 * time, column(run, "striker_vx"), SPEED * (1.0 - share), "striker", COLOURS[0])
-    beside(speed, 1e3 * time, column(run, "struck_vx"), SPEED * share, "struck", COLOURS[1])
-    touching = (time > TOUCH) & (time < TOUCH + DURATION)
-    beside(force, 1e3 * time, column(run, "force"), np.where(touching, FORCE, 0.0), "force", COLOURS[2])
-    label(speed, "time", "mean velocity", "ms", "m/s", legend=True)
-    label(force, "time", "force between the bars", "ms", "N")
-    return {"colliding_bars": figure}

@@ -5,17 +5,12 @@ import numpy as np
 from pellucid.gallery.exact_curves import energy_metric, vanishing, worst_balance
 from pellucid.references.annotations import Array
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import label, new_panels
+from pellucid.results.pictures.annotations import Run
 
 # Finite elements of our own, 48 rings (validation/basics-colliding-discs/disc_on_wall.csv), for the case as it stands
 CONTACT_BEGINS, CONTACT_DURATION = 1.609, 0.975  # s
 RESTITUTION = 0.905
 REFERENCE_MATERIAL = {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1000.0}
-
-CAPTIONS = {
-    "velocities": "Mean velocity of each disc along the line of centres; dotted, what finite elements give for the rebound.",
-}
 
 METRICS = ("momentum", "mirror", "diagonal", "energy", "energy_swing", "contact_begins", "contact_duration", "rebound")
 
@@ -79,17 +74,3 @@ def _mean_velocities(run: Run) -> tuple[Array, Array, Array]:
     history = run.history
     lower, upper = (np.column_stack([history[f"{name}_x"], history[f"{name}_y"]]) for name in ("lower", "upper"))
     return np.asarray(history["time"]), lower, upper
-
-
-def figures(run: Run) -> dict[str, Figure]:
-    """Speeds along the line of centres."""
-    times, lower, upper = _mean_velocities(run)
-    direction = lower[0] / np.linalg.norm(lower[0])
-    speeds, axes = new_panels(width=7.0, height=4.0)
-    axes.plot(times, lower @ direction, label="lower disc")
-    axes.plot(times, upper @ direction, label="upper disc")
-    if _as_published(run):
-        for value in (-RESTITUTION, RESTITUTION):
-            axes.axhline(value * float(np.linalg.norm(lower[0])), color="black", linewidth=0.8, linestyle=":")
-    label(axes, "time", "mean velocity along the line of centres", "s", "m/s", legend=True)
-    return {"velocities": speeds}

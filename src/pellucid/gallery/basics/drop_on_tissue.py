@@ -6,22 +6,15 @@ A quarter, x and y above 0, is computed.
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
-from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.exact_curves import vanishing, worst_balance
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
+from pellucid.results.pictures.annotations import Run
 
 Array = np.ndarray
 
 ROUNDING = 1e-12
 ENERGY = 1e-3  # of the largest energy that moved; it falls with the step at first order, and is 2e-5 at a Courant number of 0.5
 LEAK = 0.5  # cells: the grid parts the bodies at its nodes
-
-HEIGHTS = {"water_z": "lowest water", "face_z": "middle of the face"}
-
-CAPTIONS = {
-    "curves": "Middle of the face and lowest water; energies of the quarter and what contact took.",
-}
 
 METRICS = ("clearance", "impulse", "momentum", "mass", "energy")
 
@@ -60,8 +53,3 @@ def clearance(run: Run, time: float) -> float:
 def _momentum(run: Run, time: float) -> float:
     water = run.fields("water", time)
     return float(water["mass"] @ water["velocity"][:, 2])
-
-
-def figures(run: Run) -> dict[str, Figure]:
-    """Curves against time."""
-    return {"curves": drop_curves(run, HEIGHTS, "tissue")}

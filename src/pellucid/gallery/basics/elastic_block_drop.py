@@ -7,10 +7,7 @@ import numpy as np
 from pellucid.bodies.meshless_solid.model import MeshlessSolidCase
 from pellucid.gallery.exact_curves import compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
-
-CAPTIONS = {"bounce": "Velocity of the centre of mass, and the force on the floor."}
+from pellucid.results.pictures.annotations import Run
 
 METRICS = ("force", "turn", "rebound", "energy")
 
@@ -59,10 +56,6 @@ class Impact(NamedTuple):
         front to (c t h²/8)^(1/3) (as an Airy function, Whitham, Linear and Nonlinear Waves, section 11.5)."""
         return float((0.125 * (self.spacing / (2.0 * self.length)) ** 2) ** (1.0 / 3.0))
 
-    def velocity(self, time: "np.ndarray") -> "np.ndarray":
-        """Of the centre of mass [m/s]."""
-        return np.asarray(np.clip(2.0 * (time - self.touch) / self.duration - 1.0, -1.0, 1.0) * self.speed)
-
 
 def metrics(run: Run) -> dict[str, Metric]:
     """Force on the floor, when the block stands still, how fast it leaves, energy."""
@@ -85,18 +78,3 @@ def metrics(run: Run) -> dict[str, Metric]:
         "rebound": compared(rebound, exact.speed, 2.0 * exact.front, "m/s", text),
         "energy": energy_metric(run, 0.02),
     }
-
-
-def figures(run: Run) -> dict[str, Figure]:
-    """Velocity of the centre of mass, and the force on the floor."""
-    exact, history = Impact.of(run), run.history
-    time = np.asarray(history["time"], dtype=float)
-    figure, (left, right) = new_panels(1, 2, width=10.0, height=3.6)
-    left.plot(time, exact.velocity(time), color="black", linewidth=1, label="exact")
-    left.plot(time, history["velocity_z"], "--", color=COLOURS[1], label="nodes")
-    label(left, "time", "velocity of the centre of mass", "s", "m/s", legend=True)
-    inside = (time > exact.touch) & (time <= exact.touch + exact.duration)
-    right.plot(time, np.where(inside, exact.force, 0.0), color="black", linewidth=1)
-    right.plot(time, history["force"], color=COLOURS[1], linewidth=0.8)
-    label(right, "time", "force on the floor", "s", "N")
-    return {"bounce": figure}

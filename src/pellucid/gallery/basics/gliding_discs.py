@@ -9,7 +9,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"gliding_discs": "Speed on the plate, the way over the hill, and the energy of both; grey, the exact ones."}
+CAPTIONS = {"energy": "Energy of both discs; grey, the exact one."}
 
 METRICS = ("speed", "contact_work", "energy_flat", "energy_round", "way")
 
@@ -73,21 +73,12 @@ def bead(run: Run, time: Array) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Speed, way, energies."""
-    time, exact = column(run, "time"), bead(run, column(run, "time"))
-    figure, (speed, way, energy) = new_panels(1, 3, height=3.4)
-    beside(speed, time, column(run, "flat_vx"), np.full(len(time), 2.0), "on the plate", COLOURS[0])
-    speed.set_ylim(1.9, 2.1)
-    label(speed, "time", "speed", "s", "m/s")
-    turn = np.linspace(0.0, 2.0 * np.pi, 200)
-    way.fill(HILL[0] + 0.4 * np.sin(turn), HILL[1] + 0.4 * np.cos(turn), color="#ddd")
-    beside(way, exact[:, 0], exact[:, 1], exact[:, 1], "exact", "#bbb")
-    way.plot(column(run, "round_x"), column(run, "round_y"), color=COLOURS[1], linewidth=1.2)
-    way.set_aspect("equal")
-    label(way, "x", "y of the centre", "m", "m")
+    """Energies."""
+    time = column(run, "time")
+    figure, axes = new_panels(height=3.0)
     for name, level, what, colour in (("flat", 0.6, "on the plate", 0), ("round", HILL[1], "over the hill", 1)):
         share = energy_of(run, name, level)
-        beside(energy, time, 100.0 * (share / share[0] - 1.0), np.zeros(len(time)), what, COLOURS[colour])
-    energy.set_ylim(-1.0, 1.0)
-    label(energy, "time", "change of energy", "s", "%", legend=True)
-    return {"gliding_discs": figure}
+        beside(axes, time, 100.0 * (share / share[0] - 1.0), np.zeros(len(time)), what, COLOURS[colour])
+    axes.set_ylim(-1.0, 1.0)
+    label(axes, "time", "change of energy", "s", "%", legend=True)
+    return {"energy": figure}

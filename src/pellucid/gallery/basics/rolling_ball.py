@@ -2,12 +2,9 @@
 
 import numpy as np
 
-from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
-
-CAPTIONS = {"rolling_ball": "How far the ball is, and how fast."}
+from pellucid.results.pictures.annotations import Run
 
 METRICS = ("way", "speed", "aside", "energy")
 
@@ -26,14 +23,3 @@ def metrics(run: Run) -> dict[str, Metric]:
         "aside": Metric(aside, 0.0, aside / way, 0.002, "m", "farthest from its line, over the way: points lie mirrored"),
         "energy": energy_metric(run, 0.005),
     }
-
-
-def figures(run: Run) -> dict[str, Figure]:
-    """Way and speed."""
-    time, pull = column(run, "time"), SHARE * float(run.case.gravity[0])
-    figure, (way, speed) = new_panels(1, 2, height=3.2)
-    beside(way, time, column(run, "ball_x"), 0.5 * pull * time**2, "ball", COLOURS[0])
-    beside(speed, time, column(run, "ball_vx"), pull * time, "ball", COLOURS[0])
-    label(way, "time", "way along the slope", "s", "m")
-    label(speed, "time", "speed", "s", "m/s")
-    return {"rolling_ball": figure}

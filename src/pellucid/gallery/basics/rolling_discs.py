@@ -1,17 +1,13 @@
 """Discs that roll without slip and glide without friction down a slope, against rigid bodies."""
 
-from pellucid.gallery.exact_curves import beside, column, compared, energy_metric
+from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
-
-CAPTIONS = {"rolling_discs": "How far the discs are, and how much that differs from the exact ways."}
+from pellucid.results.pictures.annotations import Run
 
 METRICS = ("rigid", "elastic", "gliding", "gliding_speed", "energy")
 
 SHARES = {"rigid": 2.0 / 3.0, "elastic": 2.0 / 3.0, "gliding": 1.0}
 """Of the acceleration along the slope: what rolls turns as well, with a moment of inertia of m R²/2."""
-NAMES = {"rigid": "rigid, rolls", "elastic": "elastic, rolls", "gliding": "rigid, without friction"}
 RADIUS = 0.4
 
 
@@ -31,17 +27,3 @@ def metrics(run: Run) -> dict[str, Metric]:
     speed = float(column(run, "gliding_vx")[-1])
     result["gliding_speed"] = compared(speed, along * end, tolerances["gliding"], "m/s", "without friction, at the end")
     return result | {"energy": energy_metric(run, 0.005)}
-
-
-def figures(run: Run) -> dict[str, Figure]:
-    """Ways, and what is missing of them."""
-    time, along = column(run, "time"), float(run.case.gravity[0])
-    figure, (way, missing) = new_panels(1, 2, height=3.4)
-    for colour, (name, share) in zip(COLOURS, SHARES.items(), strict=False):
-        exact = 0.5 * share * along * time**2
-        beside(way, time, column(run, f"{name}_x"), exact, NAMES[name], colour)
-        missing.plot(time, 1e3 * (column(run, f"{name}_x") - exact), color=colour, label=NAMES[name])
-    missing.axhline(0.0, color="#bbb", linewidth=1.0)
-    label(way, "time", "way along the slope", "s", "m", legend=True)
-    label(missing, "time", "way found - exact", "s", "mm")
-    return {"rolling_discs": figure}

@@ -11,8 +11,7 @@ from pellucid.geometry.surfaces.film_shapes import Ellipse, Spheroid
 from pellucid.geometry.surfaces.icosphere import Icosphere
 from pellucid.materials.lipid_film import LipidFilm
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures import style
-from pellucid.results.pictures.annotations import Axes, Run
+from pellucid.results.pictures.annotations import Run
 
 INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid may have
 
@@ -46,12 +45,6 @@ def radius_of(film: FluidFilmCase) -> float:
 def pressures_of(run: Run) -> list[FilmPressure]:
     """The pressures on it."""
     return [load for load in run.case.load if isinstance(load, FilmPressure)]
-
-
-def finish_panel(axes: Axes, time: float) -> None:
-    """A picture of the plane of x and y at a time [s]: one scale, no lattice, names at the rim."""
-    axes.grid(False)
-    style.finish_panel(axes, f"t = {time:.2g} s", "x", "y", "m")
 
 
 def shapes_of(run: Run, name: str) -> list[Ellipsoid]:

@@ -4,23 +4,19 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import enclosed_area, finish_panel, kept, shapes_of
+from pellucid.gallery.benet2015.films import enclosed_area, kept, shapes_of
 from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.region import Region
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 NAME = "vesicle"
 NEAREST, TOUCH = 1.5, 0.5  # cells: quadratic functions reach so far; walls are nodes, and known to half a cell
 SHORT = 0.01  # of its radius
 FASTEST = 1.5  # of the mean velocity between plates: the middle of the channel
 SIDEWAYS = 0.01  # of its radius: channel, flow and points are symmetric
-PANELS = 6
-
 CAPTIONS = {
-    "passage": "The film and the points of the fluid on its way; the walls that are held.",
     "shape": "Place and deformation of the vesicle, and the area inside, against time.",
 }
 
@@ -89,32 +85,7 @@ def _distance(run: Run, position: np.ndarray) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The passage; curves."""
-    return {"passage": _passage(run), "shape": _shape(run)}
-
-
-def _passage(run: Run) -> Figure:
-    from matplotlib.patches import Circle
-
-    chosen = evenly(run.times(NAME), PANELS)
-    grid = run.case.grid
-    figure = new_figure(height=1.7 * -(-len(chosen) // 2), layout="compressed")
-    panels = figure.subplots(-(-len(chosen) // 2), 2, sharex=True, sharey=True).ravel()
-    for axes, time in zip(panels, chosen, strict=False):
-        for wall in _walls(run):
-            axes.add_patch(Circle(wall.centre()[:2], wall.radius, color="0.55", linewidth=0, label="wall"))
-        place, film = run.fields("fluid", float(time))["position"], run.fields(NAME, float(time))["position"]
-        axes.plot(place[:, 0], place[:, 1], ".", color=COLOURS[4], markersize=1.5, markeredgewidth=0, label="fluid")
-        axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1], label="film")
-        axes.set(xlim=(-8.5, 8.5), ylim=(grid.lower[1], grid.upper[1]))
-        finish_panel(axes, float(time))
-    handles, names = axes.get_legend_handles_labels()
-    once = dict(zip(names, handles, strict=True))  # of two walls one
-    figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=3, markerscale=4.0)
-    return figure
-
-
-def _shape(run: Run) -> Figure:
+    """Its place, its shape and what it holds, against time."""
     times, shapes = run.times(NAME), shapes_of(run, NAME)
     middle = [run.fields(NAME, float(time))["position"][:, 0].mean() for time in times]
     areas = np.array([enclosed_area(run, NAME, float(time)) for time in times])
@@ -125,4 +96,4 @@ def _shape(run: Run) -> Figure:
     label(centre, "time", "deformation", "s", "")
     right.plot(times, 100.0 * (areas / areas[0] - 1.0), color=COLOURS[0])
     label(right, "time", "change of the area inside", "s", "%")
-    return figure
+    return {"shape": figure}

@@ -2,22 +2,18 @@
 
 import numpy as np
 
-from pellucid.gallery.benet2015.films import finish_panel, kept, shapes_of
+from pellucid.gallery.benet2015.films import kept, shapes_of
 from pellucid.gallery.exact_curves import compared
 from pellucid.references.finite_elements import read
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import evenly
-from pellucid.results.pictures.style import COLOURS, label, new_figure, new_panels
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 NAME = "vesicle"
 CLOSE, CELLS = 0.03, 4.0  # error at so many cells a radius, at first order
 TURNED = 0.035  # 2 degrees, in radians
-PANELS = 5
-
 CAPTIONS = {
     "shape": "Deformation and inclination against time, with those by boundary integrals.",
-    "film": "The film and the points of the fluid inside and about it.",
 }
 
 METRICS = ("deformation", "inclination", "area", "film_mass")
@@ -40,11 +36,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Shape against time; the film at some instants."""
-    return {"shape": _shape(run), "film": _film(run)}
-
-
-def _shape(run: Run) -> Figure:
+    """Shape against time."""
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
     figure, (left, right) = new_panels(1, 2, height=3.4)
     found = [shape.deformation for shape in shapes], [shape.inclination for shape in shapes]
@@ -54,17 +46,4 @@ def _shape(run: Run) -> Figure:
         axes.plot(reference["time"], reference[key], "--", color=COLOURS[1], label="boundary integrals")
     label(left, "time", "deformation", "s", "", legend=True)
     label(right, "time", "inclination", "s", "degree")
-    return figure
-
-
-def _film(run: Run) -> Figure:
-    chosen = evenly(run.times(NAME), PANELS)
-    figure = new_figure(height=2.8, layout="compressed")
-    for axes, time in zip(figure.subplots(1, len(chosen), sharex=True, sharey=True), chosen, strict=True):
-        place, film = run.fields("fluid", float(time))["position"], run.fields(NAME, float(time))["position"]
-        axes.plot(place[:, 0], place[:, 1], ".", color="0.6", markersize=2.0, markeredgewidth=0, label="fluid")
-        axes.plot(*np.concatenate([film, film[:1]])[:, :2].T, color=COLOURS[1], label="film")
-        axes.set(xlim=(-1.9, 1.9), ylim=(-1.9, 1.9))
-        finish_panel(axes, float(time))
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, markerscale=4.0)
-    return figure
+    return {"shape": figure}

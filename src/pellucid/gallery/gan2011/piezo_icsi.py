@@ -11,21 +11,19 @@ from pellucid.gallery.gan2011 import piezo_pictures
 from pellucid.gallery.gan2011.piezo_pictures import films
 from pellucid.geometry.algorithms.enclosure import inside
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Axes, Figure, Run
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, label, new_figure
+from pellucid.results.pictures.style import label, new_panels
 
 __all__ = ["CAPTIONS", "figures", "films", "metrics"]
 
 PAPER_POINTS = 175_522
 FIRST = piezo_pictures.INSTANTS[0]
 MICRO = 1e6
-START = 2.0  # us, after which the pulse of the start has gone by
 
 CAPTIONS = piezo_pictures.CAPTIONS | {
-    "failure": "Left: failed points, path of the tip and force of the motion on the pipette, which sets off at once: the force "
-    "of the first two microseconds is off the scale. Right: the side of the zona that faces the pipette, as it lies at the "
-    "start; colours tell at which recorded instant a point had failed.",
+    "failure": "The side of the zona that faces the pipette, as it lies at the start; colours tell at which recorded instant a "
+    "point had failed.",
 }
 
 METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
@@ -82,33 +80,13 @@ def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
 
 
 def _failure(run: Run) -> Figure:
-    figure = new_figure(10.0, 5.0)
-    panels = figure.subplot_mosaic([["count", "place"], ["path", "place"], ["force", "place"]], width_ratios=(1.0, 1.3))
-    history = run.history
-    time = MICRO * history["time"]
-    panels["count"].plot(time, history["failed_points"], color=COLOURS[1])
-    label(panels["count"], "time", "failed points", "µs", "")
-    panels["path"].plot(time, MICRO * history["tip_y"], color="black")
-    label(panels["path"], "time", "tip", "µs", "µm")
-    panels["force"].plot(time, MICRO * history["reaction_y"], color=COLOURS[2], linewidth=0.8)
-    later = MICRO * np.abs(history["reaction_y"][time > START])
-    if later.size:
-        panels["force"].set_ylim(-1.1 * later.max(), 1.1 * later.max())
-        first = MICRO * float(np.abs(history["reaction_y"]).max())
-        if first > 1.1 * later.max():  # the pipette starts at once
-            panels["force"].text(0.15, 0.95, f"at first up to {first:.3g} µN", transform=panels["force"].transAxes, va="top")
-    label(panels["force"], "time", "force", "µs", "µN")
-    _place(panels["place"], run)
-    return figure
-
-
-def _place(axes: Axes, run: Run) -> None:
     """The first places of the points that face the pipette, coloured by the instant at which they had failed."""
     times = run.times("zona")
     start = run.fields("zona", 0.0)["position"]
     first = np.full(len(start), np.nan)
     for time in times[::-1]:
         first[run.fields("zona", float(time), ("failed",))["failed"] > 0] = MICRO * time
+    figure, axes = new_panels(width=6.5, height=5.0)
     middle = start.mean(axis=0)
     shown = start[:, 0] > middle[0]
     across = MICRO * (start - middle)[shown]
@@ -116,10 +94,11 @@ def _place(axes: Axes, run: Run) -> None:
     axes.scatter(across[:, 1], across[:, 2], s=size, color="#d8e6e6", linewidths=0)
     failed = np.isfinite(first[shown])
     dots = axes.scatter(across[failed, 1], across[failed, 2], s=size, c=first[shown][failed], cmap="plasma_r", linewidths=0)
-    bar = axes.figure.colorbar(dots, ax=axes, shrink=0.8)
+    bar = figure.colorbar(dots, ax=axes, shrink=0.8)
     bar.set_label("failed by [µs]")
     angle = np.linspace(0.0, 2.0 * np.pi, 100)
     axes.plot(5.0 * np.cos(angle), 5.0 * np.sin(angle), color="black", linewidth=1)
     axes.annotate("pipette", (0.0, 5.0), (12.0, 40.0), arrowprops={"arrowstyle": "-", "linewidth": 0.8})
     axes.set_aspect("equal")
     label(axes, "y", "z", "µm", "µm")
+    return figure

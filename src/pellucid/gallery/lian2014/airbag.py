@@ -21,8 +21,8 @@ PARTS = 8  # of the bag, of which one is computed
 INSTANTS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
 
 CAPTIONS = {
-    "curves": "Volume, height and half widths beside those of the bag of least energy (dashed) at the pressure of the end; "
-    "mean pressure of the gas, of its parts over their points; energies of the eighth.",
+    "curves": "Volume beside that of the bag of least energy (dashed) at the pressure of the end; mean pressure of the gas and "
+    "of its parts over their points.",
     "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
 }
 
@@ -120,7 +120,7 @@ def _extreme_stresses(run: Run, time: float) -> tuple[float, float]:
 
 
 def _curves(run: Run) -> Figure:
-    figure, ((volume, lengths), (pressure, energy)) = new_panels(2, 2, sharex=True, height=6.0, title=run.case.title)
+    figure, (volume, pressure) = new_panels(1, 2, height=3.6, title=run.case.title)
     times = run.times("bag")
     skin: Any = next(body for body in run.case.body if body.name == "bag")
     pressures = np.array([gas_pressure(run, float(time)) for time in times])
@@ -132,23 +132,12 @@ def _curves(run: Run) -> Figure:
     volume.plot(1e3 * times, gas, label="gas", linewidth=1.0)
     volume.axhline(least["volume"], color=COLOURS[0], linestyle="--", linewidth=0.8, label="least energy")
     volume.axhline(PAPER_BAG, color="black", linestyle=":", linewidth=0.8, label="bag of paper")
-    label(volume, "", "volume", "", "m³", title="volume", legend=True)
-    history = run.history
-    ms = 1e3 * history["time"]
-    for colour, (name, text) in zip(
-        COLOURS, (("height", "half height"), ("half_width", "half width"), ("corner", "half width at a corner")), strict=False
-    ):
-        lengths.plot(ms, history[name], color=colour, label=text)
-        lengths.axhline(least[name], color=colour, linestyle="--", linewidth=0.8)
-    label(lengths, "", "length", "", "m", title="shape", legend=True)
+    label(volume, "time", "volume", "ms", "m³", legend=True)
+    ms = 1e3 * run.history["time"]
     pressure.semilogy(1e3 * times, pressures, color=COLOURS[2], label="all the gas, by volume")
     for name, colour in zip(GAS, COLOURS[:2], strict=True):
-        pressure.semilogy(ms, history[f"{name}_pressure"], color=colour, linewidth=0.8, label=f"{name}, by points")
-    label(pressure, "time", "pressure", "ms", "Pa", title="mean pressure", legend=True)
-    for name in ("kinetic_energy", "strain_energy"):
-        energy.plot(ms, history[name], label=name.replace("_", " "))
-    energy.plot(ms, history["internal_energy"][0] - history["internal_energy"], label="given by the gas")
-    label(energy, "time", "energy", "ms", "J", title="energy of the eighth", legend=True)
+        pressure.semilogy(ms, run.history[f"{name}_pressure"], color=colour, linewidth=0.8, label=f"{name}, by points")
+    label(pressure, "time", "pressure", "ms", "Pa", legend=True)
     return figure
 
 

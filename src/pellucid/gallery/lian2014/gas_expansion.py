@@ -8,18 +8,13 @@ import numpy as np
 from pellucid.gallery.exact_curves import compared, vanishing
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.instants import recorded
-from pellucid.results.pictures.style import COLOURS, finish_panel, label, new_panels, panels
+from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 TOLERANCE = 0.005  # of the radius
 ENERGY = 0.01  # of the energy at the start; the paper loses 5 %
 LAST = 0.75  # s, over which the last swing is averaged: its period
-INSTANTS = (0.0, 0.5, 6.0)  # s
-
 CAPTIONS = {
-    "radii": "Distance of the membrane from the middle at 0 and 90 degrees; dotted, the circle.",
     "energy": "Share of the energy at the start that is lost.",
-    "shapes": "Membrane and gas of the quarter that is computed; dotted, the circle.",
 }
 
 METRICS = ("radius_0", "radius_90", "energy")
@@ -56,26 +51,8 @@ def loss(run: Run) -> np.ndarray:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Radii and loss of energy against time, and shapes."""
-    (radii, axes), times = new_panels(height=3.2, title=run.case.title), run.history["time"]
-    for name, angle, colour in (("radius_0", 0, COLOURS[0]), ("radius_90", 90, COLOURS[1])):
-        axes.plot(times, run.history[name], color=colour, label=f"{angle}°")
-    axes.axhline(circle(run), color="black", linestyle=":", linewidth=1)
-    label(axes, "time", "radius", "s", "m", legend=True)
-    energy, below = new_panels(height=2.8, title=run.case.title)
-    below.plot(times, 100.0 * loss(run), color=COLOURS[2])
-    label(below, "time", "loss of energy", "s", "%")
-    return {"radii": radii, "energy": energy, "shapes": _shapes(run)}
-
-
-def _shapes(run: Run) -> Figure:
-    reached = recorded(run.times("membrane"), INSTANTS)
-    figure, subplots = panels(len(reached), len(reached), height=3.2, sharey=True)
-    turn = np.linspace(0.0, 0.5 * pi, 91)
-    for axes, time in zip(subplots, reached, strict=True):
-        for name, size in (("gas", 1.5), ("membrane", 3.0)):
-            axes.plot(*run.fields(name, time)["position"][:, :2].T, ".", markersize=size, label=name)
-        axes.plot(circle(run) * np.cos(turn), circle(run) * np.sin(turn), "k:", linewidth=1)
-        finish_panel(axes, f"t = {time:.3g} s", "x", "y", "m")
-    figure.legend(*axes.get_legend_handles_labels(), markerscale=3, loc="outside lower center", ncols=2)
-    return figure
+    """Loss of energy against time."""
+    figure, axes = new_panels(height=2.8, title=run.case.title)
+    axes.plot(run.history["time"], 100.0 * loss(run), color=COLOURS[2])
+    label(axes, "time", "loss of energy", "s", "%")
+    return {"energy": figure}

@@ -8,9 +8,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from pellucid.gallery.drop_curves import drop_curves
 from pellucid.gallery.exact_curves import vanishing, worst_balance
-from pellucid.gallery.lian2014.shapes import IMAGES
 from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.instants import recorded
@@ -23,10 +21,11 @@ ENERGY = 0.01  # of the largest energy that moved; half of what the program warn
 SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2.1
 BROKEN = 0.05  # of the mass: on a thousandth of the stiffness it is nothing
 SHORT = 1e-9  # by which rounding may fall short of a bound
+IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
+"""Signs of x, y, z of the quarters."""
 PLANS = (6e-4, 9e-4, 1.1e-3, 1.3e-3)
 
 CAPTIONS = {
-    "curves": "Middle of the sheet and top of the drop; energies of the quarter and what contact took.",
     "pieces": "The water from above: what hangs together with most of it, and what no longer does.",
 }
 
@@ -86,13 +85,7 @@ def in_largest(run: Run, time: float) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Curves against time, and the water from above."""
-    names = {"membrane_z": "sheet's middle", "drop_top_z": "drop's top"}
-    curves = drop_curves(run, names, "sheet", title=run.case.title)
-    return {"curves": curves, "pieces": _pieces(run)}
-
-
-def _pieces(run: Run) -> Figure:
+    """The water from above."""
     reached = recorded(run.times("drop"), PLANS)
     figure, subplots = panels(len(reached), len(reached), height=3.5, sharex=True, sharey=True)
     for axes, time in zip(subplots, reached, strict=True):
@@ -102,4 +95,4 @@ def _pieces(run: Run) -> Figure:
             axes.plot(x, y, ".", markersize=1.5, color=colour, label=what)
         finish_panel(axes, f"t = {1e3 * time:.2f} ms", "x", "y", "mm")
     figure.legend(*subplots[0].get_legend_handles_labels(), markerscale=5, loc="outside lower center", ncols=2)
-    return figure
+    return {"pieces": figure}

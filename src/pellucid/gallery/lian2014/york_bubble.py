@@ -8,17 +8,12 @@ from pellucid.gallery.exact_curves import vanishing
 from pellucid.geometry.algorithms.enclosure import enclosed_volume, heights
 from pellucid.references.thin_bag import least_energy
 from pellucid.results.metrics import Metric
-from pellucid.results.pictures.annotations import Figure, Run
-from pellucid.results.pictures.style import COLOURS, label, new_panels
+from pellucid.results.pictures.annotations import Run
 
 CLOSE = 0.25
 """Cells within which contact closes a gap."""
 ROUND = 0.05  # of the half width
 SLACK = 0.02  # of the least energy, for the cones it was computed with
-
-CAPTIONS = {
-    "curves": "Height and width of the bag; speed of the water and force of the floor; energies.",
-}
 
 METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
 
@@ -59,11 +54,6 @@ def metrics(run: Run) -> dict[str, Metric]:
     return result
 
 
-def figures(run: Run) -> dict[str, Figure]:
-    """Curves of the history."""
-    return {"curves": _curves(run)}
-
-
 def _fit(run: Run, time: float) -> tuple[float, float]:
     """Share of the water's points that are outside, and the mean space between skin and water in cells."""
     skin, water, triangles = run.fields("skin", time)["position"], run.fields("water", time), run.triangles("skin")
@@ -78,26 +68,3 @@ def _fit(run: Run, time: float) -> tuple[float, float]:
 def _half_width(run: Run, time: float) -> float:
     x = run.fields("skin", time)["position"][:, :2]
     return float(np.linalg.norm(x, axis=1).max())
-
-
-def _curves(run: Run) -> Figure:
-    figure, (shape, motion, energy) = new_panels(3, 1, sharex=True, height=6.5, title=run.case.title)
-    for axes, title in zip((shape, motion, energy), ("shape", "motion", "energy"), strict=True):
-        axes.set_title(title)
-    history = run.history
-    ms = 1e3 * history["time"]
-    for column, text in (("top_z", "top"), ("bottom_z", "bottom"), ("half_width", "half width")):
-        shape.plot(ms, 1e3 * history[column], label=text)
-    label(shape, "", "length", "", "mm")
-    motion.plot(ms, history["water_velocity"], color=COLOURS[0], label="mean speed of the water [m/s]")
-    motion.plot(ms, history["floor_force"] / 100.0, color=COLOURS[1], label="force of the floor [100 N]", linewidth=0.7)
-    motion.set_ylabel("speed, force")
-    for column in ("kinetic_energy", "strain_energy", "internal_energy"):
-        energy.plot(ms, history[column], label=column.replace("_", " "))
-    energy.plot(ms, -history["contact_work"], label="lost in contact")
-    label(energy, "time", "energy", "ms", "J")
-    shape.set_ylim(top=1.3e3 * float(history["top_z"].max()))
-    shape.legend(loc="upper right", ncols=3)
-    motion.legend(loc="lower right")
-    energy.legend(loc="center left")
-    return figure

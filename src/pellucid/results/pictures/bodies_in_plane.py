@@ -58,7 +58,8 @@ class PlaneStage:
             raise UsageError("no point lay in the slice: put it elsewhere, or make it thicker")
         low, high = paper.min(axis=0), paper.max(axis=0)
         margin = 0.04 * (high - low).max()
-        self._low, self._high = low - margin, high + margin
+        corners: tuple[np.ndarray, np.ndarray] = look.window or (low - margin, high + margin)
+        self._low, self._high = corners
 
     @property
     def ratio(self) -> float:

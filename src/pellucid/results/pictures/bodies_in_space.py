@@ -38,7 +38,7 @@ FRONT: Direction = (0.0, -1.0, 0.0)
 ASIDE = 1e-3  # of the size of what is surrounded
 AT_REST = 1e-2  # of the fastest motion of the figure: what is slower has no arrows
 RIM = 3.0  # pixels: how wide the section of a membrane is drawn
-IN_FRONT = 0.01  # of the size of the picture, by which membranes are drawn nearer to the eye than solids that they lie on
+IN_FRONT = 0.01  # of the size of the picture, by which membranes are drawn nearer to the eye than what they lie on
 Box = tuple[np.ndarray, np.ndarray]
 """Lower and upper corner [m], shape (3,) each."""
 
@@ -89,9 +89,10 @@ class SpaceStage:
         for name, cells in self._cells.items():
             fields = state[name]
             colours = self._colours_of(name, fields)
-            lies_on = len(self._solids) > 0 and len(cells.tetrahedra) == 0 and len(self._surfaces[name].triangles) > 0
+            covers = len(cells.tetrahedra) == 0 and len(self._surfaces[name].triangles) > 0
+            lies_on = covers and (len(self._solids) > 0 or not self._cut)
             drawn.append(_drawable(fields, self._surfaces[name], colours, self._nearer if lies_on else 0.0 * self._nearer))
-            if isinstance(drawn[-1], Mesh) and not len(cells.tetrahedra):
+            if covers and isinstance(drawn[-1], Mesh):
                 skins.append(drawn[-1])
             if self._cut and len(cells.tetrahedra):
                 drawn.append(cut_face(fields["position"], cells.tetrahedra, colours, self._cut))

@@ -1,12 +1,14 @@
 """Pictures, films and plots that a case asks for."""
 
 from collections.abc import Iterator
+from itertools import cycle
+from typing import Any
 
 import numpy as np
 
 from pellucid.case.picture import Picture, Pictured
-from pellucid.case.plot import Plot
-from pellucid.results.pictures.annotations import Figure, Run
+from pellucid.case.plot import Panel, Plot
+from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.bodies_in_plane import PlaneStage
 from pellucid.results.pictures.bodies_in_space import SpaceStage, through_the_middle
 from pellucid.results.pictures.case_module import noticed
@@ -18,7 +20,7 @@ from pellucid.results.pictures.quantities import Look, Slice
 from pellucid.results.pictures.rendering.axes import INK
 from pellucid.results.pictures.rendering.camera import Plane, View
 from pellucid.results.pictures.stage import Stage, film_of, side_by_side
-from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels
+from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels, pretty
 from pellucid.units import to_si
 
 INSTANTS = 4
@@ -74,7 +76,9 @@ def _look(run: Run, asked: Pictured) -> Look:
     view = View(camera.turn, camera.rise)
     mirrors = mirrors_at(asked.mirror, run.stored.grid)
     colours = asked.quantity, asked.component, asked.unit, asked.limits
-    return Look(*colours, asked.bodies, view, plane, mirrors=mirrors, arrows=asked.arrows, slice=_slice(run, asked))
+    window = None if asked.window is None else (np.array(asked.window.lower), np.array(asked.window.upper))
+    look = Look(*colours, asked.bodies, view, plane, mirrors=mirrors, arrows=asked.arrows)
+    return look._replace(slice=_slice(run, asked), window=window)
 
 
 def _slice(run: Run, asked: Pictured) -> Slice | None:
@@ -91,27 +95,59 @@ def _extremes(run: Run, asked: Picture) -> Iterator[float]:
 
 
 def plot(run: Run, asked: Plot) -> Figure:
-    """A plot of a case: columns of the history, and measured curves with the bars of their deviations."""
-    figure, axes = new_panels(height=3.8)
-    x_si, y_si = (_si(run.units[name]) for name in (asked.x, asked.y[0]))
-    x_unit, y_unit = asked.x_unit or x_si, asked.y_unit or y_si
-    x_size, y_size = (to_si(f"1 {unit}", si) if unit else 1.0 for unit, si in ((x_unit, x_si), (y_unit, y_si)))
+    """A plot of a case: columns of the history and curves from files in its panels, and below what they differ by."""
+    shown = (asked, *asked.beside)
+    rows = 2 if any(panel.difference for panel in shown) else 1
+    room: dict[str, Any] = {"sharex": "col" if rows == 2 else False, "squeeze": False, "height_ratios": (3, 1)[:rows]}
+    figure, axes = new_panels(rows, len(shown), height=3.8 if rows == 1 else 5.2, **room)
+    for panel, column in zip(shown, axes.T, strict=True):
+        _draw_panel(run, panel, column[0])
+        if panel.difference:
+            _draw_difference(run, panel, column[1])
+            column[0].set_xlabel("")
+        elif rows == 2:
+            column[1].remove()
+    return figure
+
+
+def _draw_panel(run: Run, asked: Panel, axes: Axes) -> None:
+    (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
+    lines, marks, places = cycle(LINES), cycle(MARKS), run.history[asked.x]
     for number, name in enumerate(asked.y):
         line = LINES[number // len(COLOURS) % len(LINES)]
         values = run.history[name]
         mark = "o" if np.sum(~np.isnan(values)) == 1 else ""
-        axes.plot(run.history[asked.x] / x_size, values / y_size, line + mark, label=name.replace("_", " "))
-    for curve, mark in zip(asked.measured, MARKS * len(asked.measured), strict=False):
+        axes.plot(places / x_size, values / y_size, line + mark, label=name.replace("_", " "))
+    for curve in asked.measured:
         x, y, deviation = curve.read(x_si, y_si)
-        look = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "label": curve.title, "capsize": 2.5}
-        axes.errorbar(x / x_size, y / y_size, None if deviation is None else deviation / y_size, fmt=mark, zorder=3, **look)
+        if curve.line:  # as far as the run has come
+            reached = np.clip(x, np.nanmin(places), np.nanmax(places))
+            x, y = reached, np.where(reached == x, y, np.interp(reached, x, y))
+        look: dict[str, Any] = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "capsize": 2.5, "linewidth": 0.9}
+        bars = None if deviation is None else deviation / y_size
+        form = next(lines if curve.line else marks)
+        axes.errorbar(x / x_size, y / y_size, bars, fmt=form, label=curve.title, zorder=3, **look)
+    if asked.y_limits is not None:
+        axes.set_ylim(asked.y_limits)
     several = len(asked.y) + len(asked.measured) > 1
     label(axes, asked.x, asked.y[0] if len(asked.y) == 1 else "", x_unit, y_unit, legend=several)
     if len(asked.y) > 1:
-        axes.set_ylabel(f"[{y_unit}]" if y_unit else "")
-    return figure
+        axes.set_ylabel(f"[{pretty(y_unit)}]" if y_unit else "")
 
 
-def _si(unit: str) -> str:
-    """The unit of a column of the history as cases say it."""
-    return "" if unit == "1" else unit
+def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
+    """What the columns are off the first curve where both are."""
+    (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
+    x, y, _ = asked.measured[0].read(x_si, y_si)
+    places = run.history[asked.x]
+    for name in asked.y:
+        axes.plot(places / x_size, (run.history[name] - np.interp(places, x, y, np.nan, np.nan)) / y_size)
+    label(axes, asked.x, "difference", x_unit, y_unit)
+
+
+def _units(run: Run, asked: Panel) -> Iterator[tuple[str, str, float]]:
+    """Of abscissa and ordinate: the SI unit, that which is shown, and the size of this in SI."""
+    for column, shown in ((asked.x, asked.x_unit), (asked.y[0], asked.y_unit)):
+        si = "" if run.units[column] == "1" else run.units[column]
+        unit = shown or si
+        yield si, unit, to_si(f"1 {unit}", si) if unit else 1.0

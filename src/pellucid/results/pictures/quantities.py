@@ -35,7 +35,8 @@ class Slice(NamedTuple):
 class Look(NamedTuple):
     """How bodies are shown: what colours them and in which unit, which of them (all where none is named), from where, and
     where they are cut open: at a plane, or through the middle of the largest solid where `halved`, else only what surrounds
-    others; with their images in planes of symmetry, and arrows of the velocity in surfaces; or of a slice alone."""
+    others; with their images in planes of symmetry, and arrows of the velocity in surfaces; or of a slice alone; of flat
+    pictures only what lies in a window between two corners [m]."""
 
     quantity: str
     component: str | None = None
@@ -48,6 +49,7 @@ class Look(NamedTuple):
     mirrors: tuple[Mirror, ...] = ()
     arrows: bool = False
     slice: Slice | None = None
+    window: tuple[np.ndarray, np.ndarray] | None = None
 
 
 BOTH_SIGNS = 0.2

@@ -64,8 +64,8 @@ def draw_report(
     """The same in a folder that is held. `helpers`: other processes that draw, where they have begun already."""
     head, facts_of_run = header(run), facts(run)  # says where there is nothing yet, before anything is drawn
     texts = CAPTIONS | ({} if place_of_stop(run) is None else {"where_it_stopped": WITH_RING}) | captions(run)
-    texts |= {asked.name: asked.title for asked in (*run.stored.picture, *run.stored.film) if asked.title}
-    texts |= {asked.name: asked.title for asked in run.stored.plot if asked.title}
+    case = run.stored
+    texts |= {asked.name: asked.title for asked in (*case.picture, *case.film, *case.plot) if asked.title}
     progress = progress or WarningsOnly()
     notices: list[str] = []
     titles = painter.write_pictures(run, beside, progress, notices, helpers)
