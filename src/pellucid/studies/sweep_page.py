@@ -55,7 +55,7 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
     shown = members[:: -(-len(members) // MOST_CURVES)]
     runs = [Run(places(out, member.digest).run) for member in shown]
     values = table.set_index("member")[numeric[0]] if numeric else None
-    units = table.attrs["units"]
+    units = table.attrs.get("units", {})
     kinds = _kinds(table, numeric[1:])
     across = min(2, len(probes))
     drawn, axes = panels(len(probes), across, WIDTH, 3.2 * -(-len(probes) // across))
@@ -93,7 +93,7 @@ def _dependence(table: Any, outputs: Sequence[str], keys: Sequence[str]) -> str:
     """Every result against every parameter, all members."""
     if not outputs:
         return ""
-    units = table.attrs["units"]
+    units = table.attrs.get("units", {})
     across = len(keys) if len(keys) > 1 else 3
     pairs = [(output, key) for output in outputs for key in keys]
     drawn, axes = panels(len(pairs), across, max(WIDTH, 3.0 * across), 2.6 * -(-len(pairs) // across))
