@@ -31,12 +31,15 @@ class Quantity(NamedTuple):
 
     function: Callable[[Fetch], np.ndarray]
     field: Field
+    of_surface: bool = False
+    """Whether the function also asks for `TRIANGLES`, those of the body's surface, shape (t, 3), by numbers of its points."""
 
 
 REDUCTIONS: Registry[ReductionFunction] = Registry("reduction")
 QUANTITIES: Registry[Quantity] = Registry("quantity")
 NAME = r"[A-Za-z][A-Za-z0-9_-]*"
 REACTIONS = ("reaction", "torque")  # of a condition
+TRIANGLES = "triangles"
 PLACED = ("count", "nearest", "point")  # what needs a key of its own beside the values
 
 
@@ -77,6 +80,19 @@ def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callabl
 
     def add(function: QuantityFunction) -> QuantityFunction:
         QUANTITIES.register(name, Quantity(function, Field(components, unit, meaning)), function)
+        return function
+
+    return add
+
+
+def surface_quantity(
+    name: str, unit: str, meaning: str, components: tuple[str, ...] = ()
+) -> Callable[[QuantityFunction], QuantityFunction]:
+    """Decorator: the same of a body's surface, whose triangles `field(TRIANGLES)` gives; components: names, if several."""
+
+    def add(function: QuantityFunction) -> QuantityFunction:
+        known = Field(max(1, len(components)), unit, meaning, components)
+        QUANTITIES.register(name, Quantity(function, known, of_surface=True), function)
         return function
 
     return add
@@ -185,6 +201,9 @@ class Probe(Part):
                 yield Finding((*path, "quantity"), text, hint(self.quantity, fields))
                 return
             choices = self.field().names
+            if body is not None and self.of_surface and not body.has_triangles:
+                text = f"body {self.body} has no surface of triangles, of which {self.quantity} tells"
+                yield Finding((*path, "quantity"), text, "name a membrane, a film in space or a meshless-solid")
         if self.component is not None and self.component not in choices:
             text = f"{self.quantity} has {f'the components {listed(choices)}' if choices else 'no components'}"
             yield Finding((*path, "component"), text, "" if choices else "leave `component` out")
@@ -201,6 +220,12 @@ class Probe(Part):
     def field(self) -> Field:
         """What is known of the quantity that it reads of a body: components, unit, meaning."""
         return QUANTITIES.entries[self.quantity].field if self.quantity in QUANTITIES.entries else FIELDS[self.quantity]
+
+    @property
+    def of_surface(self) -> bool:
+        """Whether its quantity is of the body's surface, and not of its points."""
+        quantity = QUANTITIES.entries.get(self.quantity)
+        return quantity is not None and quantity.of_surface
 
     @property
     def runs_users_code(self) -> bool:

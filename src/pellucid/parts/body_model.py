@@ -124,6 +124,11 @@ class BodyModel(Part):
         """Whether it has nodes of its own, not those of the grid; `alone`: whether it has a velocity field to itself."""
         return False
 
+    @property
+    def has_triangles(self) -> bool:
+        """Whether it has a surface of triangles between its points, of which probes can tell area and enclosed volume."""
+        return False
+
     def selectable(self) -> Selectable | None:
         """What regions of conditions choose from at the start; None where that is known only when it is built."""
         return None

@@ -222,6 +222,11 @@ class FluidFilmCase(BodyModel):
         result[:, [0, 1] if self.shape.span == "plane" else [0, 2]] = places
         return result
 
+    @property
+    def has_triangles(self) -> bool:
+        """Of a film in space."""
+        return self.shape.surface is not None
+
     def selectable(self) -> Selectable:
         """Its nodes."""
         return Selectable(self.positions())

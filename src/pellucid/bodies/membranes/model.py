@@ -46,6 +46,11 @@ class MembraneCase(DampedModel):
         """The region that the membrane encloses."""
         return Inside(surface=self.surface)
 
+    @property
+    def has_triangles(self) -> bool:
+        """Those of its surface."""
+        return True
+
     def selectable(self) -> Selectable:
         """Its nodes or points, its elements in triangles, its rim."""
         return Selectable.of_membrane(*self.surface.triangulate())

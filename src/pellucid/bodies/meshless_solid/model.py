@@ -150,6 +150,11 @@ class MeshlessSolidCase(DampedModel):
         """Always."""
         return True
 
+    @property
+    def has_triangles(self) -> bool:
+        """Its outer faces."""
+        return True
+
     def selectable(self) -> Selectable | None:
         """Its nodes, its outer faces and the sets of its mesh."""
         return _selectable(self.mesh.mesh())

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.case.probe import Fetch, Probe
+from pellucid.case.probe import TRIANGLES, Fetch, Probe
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import absent
 from pellucid.state import COMPONENT_NAMES, FIELDS
@@ -120,13 +120,15 @@ def _fetches(bodies: Sequence[Any]) -> Callable[[Probe], Fetch]:
     def of(name: str, in_order: bool) -> Fetch:
         return _fields_of(named[name], named[name].field if in_order else named[name].stored_field)
 
-    return lambda probe: of(probe.body or "", probe.runs_users_code)
+    return lambda probe: of(probe.body or "", probe.runs_users_code or probe.of_surface)
 
 
 def _fields_of(body: Any, field: Fetch) -> Fetch:
     """The fields of a body by name, each worked out once; they may be the body's own arrays and cannot be written to."""
 
     def fetch(name: str) -> np.ndarray:
+        if name == TRIANGLES:
+            return body.cells().surface()
         try:
             return read_only(field(name))
         except KeyError:

@@ -1,0 +1,47 @@
+"""Quantities of surfaces that probes can name: area, enclosed volume, and the ellipsoid of what a surface encloses.
+
+Every point has the number of the whole body, so that any reduction of the probe gives it.
+"""
+
+import numpy as np
+
+from pellucid.case.probe import TRIANGLES, Fetch, quantity, surface_quantity
+from pellucid.geometry.meshes import enclosure_shape as shape
+
+
+@surface_quantity("surface_area", "m^2", "area of a surface, of a solid that of its outer faces")
+def _surface_area(field: Fetch) -> np.ndarray:
+    return _everywhere(field, shape.surface_area(field("position"), field(TRIANGLES)))
+
+
+@surface_quantity("enclosed_volume", "m^3", "volume that a surface encloses, an open one with flat lids over its rims")
+def _enclosed_volume(field: Fetch) -> np.ndarray:
+    return _everywhere(field, shape.enclosed_volume(field("position"), field(TRIANGLES)))
+
+
+@surface_quantity("taylor_deformation", "", "(L - B)/(L + B) of the longest and the shortest axis of that ellipsoid")
+def _taylor_deformation(field: Fetch) -> np.ndarray:
+    axes = shape.ellipsoid_of(field("position"), field(TRIANGLES)).axes
+    return _everywhere(field, (axes[0] - axes[2]) / (axes[0] + axes[2]))
+
+
+@surface_quantity("inclination", "rad", "angle between x and the longest axis of that ellipsoid")
+def _inclination(field: Fetch) -> np.ndarray:
+    along = shape.ellipsoid_of(field("position"), field(TRIANGLES)).directions[0]
+    return _everywhere(field, np.arctan2(np.hypot(along[1], along[2]), abs(along[0])))
+
+
+@surface_quantity(
+    "semi_axes", "m", "semi-axes of the ellipsoid with the inertia of what is enclosed", ("long", "middle", "short")
+)
+def _semi_axes(field: Fetch) -> np.ndarray:
+    return _everywhere(field, shape.ellipsoid_of(field("position"), field(TRIANGLES)).axes)
+
+
+@quantity("extent", "m", "how far the body reaches along each axis, from its first point to its last", 3)
+def _extent(field: Fetch) -> np.ndarray:
+    return _everywhere(field, np.ptp(field("position"), axis=0))
+
+
+def _everywhere(field: Fetch, value: float | np.ndarray) -> np.ndarray:
+    return np.tile(value, (len(field("id")), *[1] * np.ndim(value)))

@@ -1,0 +1,71 @@
+"""Area, enclosed volume and ellipsoid of a triangulated surface; an open one is closed by flat lids over its rims.
+
+Integrals over what a surface encloses are sums over the tetrahedra between its triangles and a point, exact for a polyhedron.
+The ellipsoid with the same volume and second moments M = ∫ x⊗x dV about the centroid has semi-axes sqrt(5 m/V) along the
+eigenvectors of M with the eigenvalues m (Ramanujan & Pozrikidis 1998, J. Fluid Mech. 361, 117, take it for capsules).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.geometry.meshes.triangulation import directed_edges
+
+
+class Ellipsoid(NamedTuple):
+    """Semi-axes [m], the longest first, shape (3,), and their directions, rows of a matrix, shape (3, 3)."""
+
+    axes: np.ndarray
+    directions: np.ndarray
+
+
+def closed_by_lids(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles with those of flat fans over all rims, about the mean of each rim's vertices."""
+    edges = directed_edges(triangles)
+    code = len(position)
+    forth, back = edges[:, 0] * code + edges[:, 1], edges[:, 1] * code + edges[:, 0]
+    rim = edges[~np.isin(forth, back)]
+    if not len(rim):
+        return position, triangles
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    joined = coo_array((np.ones(len(rim)), rim.T), (code, code))
+    ring = connected_components(joined, directed=False)[1][rim[:, 0]]
+    rings, of_edge = np.unique(ring, return_inverse=True)
+    sums = np.stack([np.bincount(of_edge, position[rim[:, 0], axis], len(rings)) for axis in range(3)], axis=1)
+    middles = sums / np.bincount(of_edge, minlength=len(rings))[:, None]
+    lids = np.column_stack([rim[:, 1], rim[:, 0], code + of_edge])
+    return np.concatenate([position, middles]), np.concatenate([triangles, lids])
+
+
+def surface_area(position: np.ndarray, triangles: np.ndarray) -> float:
+    """Area of the triangles [m²], without lids."""
+    a, b, c = position[triangles.T]
+    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def enclosed_volume(position: np.ndarray, triangles: np.ndarray) -> float:
+    """Volume inside [m³], negative where the normals turn inwards."""
+    _, volumes = _tetrahedra(position, triangles)
+    return float(volumes.sum())
+
+
+def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
+    """The ellipsoid of the same volume and second moments as what is inside."""
+    corners, volumes = _tetrahedra(position, triangles)
+    volume = float(volumes.sum())
+    centre = (volumes[:, None] * corners.sum(axis=1)).sum(axis=0) / (4.0 * volume)
+    first = (volumes[:, None] * corners.sum(axis=1)).sum(axis=0) / 4.0
+    sums = corners.sum(axis=1)
+    second = np.einsum("t,tki,tkj->ij", volumes, corners, corners) + np.einsum("t,ti,tj->ij", volumes, sums, sums)
+    moments, directions = np.linalg.eigh(second / 20.0 - np.outer(centre, first))
+    axes = np.sqrt(5.0 * np.maximum(moments / volume, 0.0))
+    return Ellipsoid(axes[::-1].copy(), directions.T[::-1].copy())
+
+
+def _tetrahedra(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners about the mean of the vertices, the fourth of each, shape (t, 3, 3), and volumes with their sign."""
+    vertices, closed = closed_by_lids(position, triangles)
+    corners = vertices[closed] - position.mean(axis=0)
+    return corners, np.linalg.det(corners) / 6.0

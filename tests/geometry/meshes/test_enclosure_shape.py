@@ -1,0 +1,55 @@
+"""Area, enclosed volume and ellipsoid of surfaces, closed and open."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from pellucid.geometry.meshes.enclosure_shape import closed_by_lids, ellipsoid_of, enclosed_volume, surface_area
+from pellucid.geometry.surfaces.surface import Surface
+
+BOX = Surface(box={"lower": [1, 2, 3], "upper": [2, 4, 6], "points": [3, 4, 5]}).triangulate()
+
+
+def ellipsoid(refinements, radii=(2.0, 1.0, 0.5)):
+    mesh = Surface(icosphere={"centre": [0, 0, 0], "radius": 1, "refinements": refinements}).mesh("triangles")
+    return mesh.vertices * radii + [3.0, -1.0, 7.0], mesh.triangles
+
+
+def test_a_box_is_exact():
+    assert surface_area(*BOX) == pytest.approx(2.0 * (2 + 3 + 6), rel=1e-13)
+    assert enclosed_volume(*BOX) == pytest.approx(6.0, rel=1e-13)
+    assert enclosed_volume(BOX[0], BOX[1][:, ::-1]) == pytest.approx(-6.0, rel=1e-13)
+    axes, directions = ellipsoid_of(*BOX)  # second moments of a box: a²/12
+    assert axes == pytest.approx(np.sqrt(5.0 / 12.0) * np.array([3.0, 2.0, 1.0]), rel=1e-12)
+    assert np.abs(directions) == pytest.approx(np.eye(3)[::-1], abs=1e-12)
+
+
+def test_an_ellipsoid_is_found_with_the_order_of_its_facets():
+    errors = []
+    for refinements in (2, 3, 4):
+        axes, directions = ellipsoid_of(*ellipsoid(refinements))
+        assert np.abs(directions[0]) == pytest.approx([1.0, 0.0, 0.0], abs=1e-3)
+        errors.append(np.abs(axes / [2.0, 1.0, 0.5] - 1.0).max())
+    assert errors[-1] < 1e-3
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.2)
+
+
+def test_it_turns_with_the_body():
+    x, triangles = ellipsoid(2)
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    axes, directions = ellipsoid_of(x, triangles)
+    turned = ellipsoid_of(x @ turn.T, triangles)
+    assert turned.axes == pytest.approx(axes, rel=1e-12)
+    assert np.abs(turned.directions @ turn @ directions.T) == pytest.approx(np.eye(3), abs=1e-9)
+
+
+def test_open_ends_have_flat_lids():
+    n, m = 96, 5
+    tube = Surface(tube={"start": [0, 0, -1], "end": [0, 0, 1], "radius": 1, "points": [n, m]}).triangulate()
+    polygon = 0.5 * n * np.sin(2.0 * pi / n)
+    assert enclosed_volume(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
+    vertices, triangles = closed_by_lids(*tube)
+    assert len(vertices) == len(tube[0]) + 2
+    assert surface_area(vertices, triangles) - surface_area(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
