@@ -5,7 +5,17 @@ import numpy as np
 from pellucid.errors import UsageError
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.mirrors import cells_with_images, with_images
-from pellucid.results.pictures.quantities import BY_BODY, Fields, Look, colours_of, explain, is_film, limits_of, values_of
+from pellucid.results.pictures.quantities import (
+    BY_BODY,
+    Fields,
+    Look,
+    colours_of,
+    explain,
+    is_film,
+    limits_of,
+    there,
+    values_of,
+)
 from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
 from pellucid.results.pictures.style import COLOURS, instant, label, new_panels
 from pellucid.results.storage.probes import scalar
@@ -27,7 +37,7 @@ def profiles(run: Run, axis: int) -> Figure:
     figure, grid = new_panels(2, 2, sharex=True, height=5.6, title=title)
     for axes, field in zip(grid.flat, wanted, strict=False):
         for name, colour in zip(names, COLOURS * len(names), strict=False):
-            fields = {key: values[_there(bodies[name])] for key, values in bodies[name].items()}
+            fields = {key: values[there(bodies[name])] for key, values in bodies[name].items()}
             values = scalar(fields[field], component if fields[field].ndim > 1 else None)
             axes.plot(fields["position"][:, axis], values, ".", markersize=2, color=colour, label=name)
         label(axes, component, field, "m", FIELDS[field].unit)
@@ -105,8 +115,8 @@ class PlaneStage:
         found = []
         for body in self._bodies:
             fields, start = self._fields(body.name, time), self._start[body.name]
-            there = _there(fields)
-            found.append((fields["position"][there][:, self._flat], values_of(body, fields, self._look, start)[there]))
+            kept = there(fields)
+            found.append((fields["position"][kept][:, self._flat], values_of(body, fields, self._look, start)[kept]))
         return found
 
     def _fields(self, name: str, time: float) -> Fields:
@@ -128,11 +138,6 @@ class PlaneStage:
         for width, colour in ((3.2, "white"), (1.6, INK)):
             drawn = LineCollection(position[lines], linewidths=width, colors=colour, capstyle="round")
             axes.add_collection(drawn)
-
-
-def _there(fields: Fields) -> np.ndarray:
-    """Which points have not left the grid: these have no mass any more."""
-    return np.asarray(fields["mass"] > 0.0) if "mass" in fields else np.ones(len(fields["position"]), dtype=bool)
 
 
 def _thinned(fields: Fields) -> Fields:

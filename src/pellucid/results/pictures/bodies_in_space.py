@@ -17,6 +17,7 @@ from pellucid.results.pictures.quantities import (
     colours_of,
     explain,
     limits_of,
+    there,
     values_of,
 )
 from pellucid.results.pictures.rendering.axes import coloured, corner_words, scale_bar, show
@@ -66,7 +67,7 @@ class SpaceStage:
         self._cut = look.cut or opening(list(self._start.values()))
         if look.halved and self._solids:
             self._cut = through_the_middle([bounding_box(position) for position in self._solids])
-        places = np.concatenate([of_body["position"] for state in fields for of_body in state.values()])
+        places = np.concatenate([of_body["position"][there(of_body)] for state in fields for of_body in state.values()])
         kept = places[self._cut.beyond(places) <= 0.0] if self._cut else places
         self._camera = camera_for(look.view, kept if len(kept) else places, COLUMNS, margin=0.06)
         self._surfaces = {name: faceted(of_body, self._start[name]) for name, of_body in self._cells.items()}
@@ -184,8 +185,8 @@ def _drawable(fields: Fields, surface: Faceted, colours: np.ndarray, nearer: np.
     if len(surface.triangles):
         failed = fields["failed"] > 0 if "failed" in fields else np.zeros(len(position), bool)
         return Mesh(position[shown], surface.triangles, colours[shown], failed[shown], FAILED)
-    there = fields["mass"] > 0.0  # the others have left the grid
-    position, colours = position[there], colours[there]
+    kept = there(fields)
+    position, colours = position[kept], colours[kept]
     stride = max(-(-len(position) // MOST_BALLS), 1)
-    radii = ball_radii(fields["mass"][there], fields["density"][there]) * np.cbrt(stride)
+    radii = ball_radii(fields["mass"][kept], fields["density"][kept]) * np.cbrt(stride)
     return Balls(position[::stride], radii[::stride], colours[::stride])

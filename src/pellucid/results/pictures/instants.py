@@ -6,8 +6,8 @@ import numpy as np
 
 
 def evenly(times: np.ndarray, most: int) -> np.ndarray:
-    """At most so many of the instants, the first and the last among them, as evenly as they lie."""
-    return times[np.unique(np.linspace(0, len(times) - 1, most).round().astype(int))]
+    """At most so many of the instants, the first and the last among them, as evenly as they lie; of one the last."""
+    return times[-1:] if most == 1 else times[np.unique(np.linspace(0, len(times) - 1, most).round().astype(int))]
 
 
 def recorded(frames: np.ndarray, times: Iterable[float]) -> np.ndarray:

@@ -123,10 +123,16 @@ def explain(figure: Figure, bodies: Sequence[StoredBody], look: Look, limited: L
     figure.legend(handles=dots, loc="outside lower center", ncols=min(6, len(dots)))
 
 
+def there(fields: Fields) -> np.ndarray:
+    """Which points have not left the grid, and are somewhere, shape (n,)."""
+    found = np.isfinite(fields["position"]).all(axis=1)
+    return np.asarray(found & (fields["mass"] > 0.0) if "mass" in fields else found)
+
+
 def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -> np.ndarray:
-    """What colours every point, shape (n,), in the unit of the look; not a number where a body has no such field. The load is
-    the field that its kind declares, else the pressure of a body with an equation of state, of others von Mises' equivalent
-    stress. start: first positions [m], shape (n, 3), from which displacements count."""
+    """What colours every point, shape (n,), in the unit of the look; not a number of what has left and where a body has no
+    such field. The load is the field that its kind declares, else the pressure of a body with an equation of state, of others von
+    Mises' equivalent stress. start: first positions [m], shape (n, 3), from which displacements count."""
     name = look.quantity
     if name == BY_BODY:
         return np.zeros(len(start))
@@ -141,6 +147,8 @@ def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -
         values = scalar(fields[name], look.component, FIELDS[name].names)
     else:
         return np.full(len(start), np.nan)
+    if "mass" in fields:
+        values = np.where(fields["mass"] > 0.0, values, np.nan)
     return values / to_si(f"1 {look.unit}", _meaning([body], look.quantity)[1]) if look.unit else values
 
 

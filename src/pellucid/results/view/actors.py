@@ -4,6 +4,7 @@ import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.pictures.bodies_in_space import faceted
+from pellucid.results.pictures.quantities import there
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.run import Run
@@ -49,12 +50,6 @@ class Actor:
             if name not in UNSEEN and (values.ndim == 1 or values.shape[1] in (3, 6)):
                 found[name] = scalar(values, names=FIELDS[name].names if name in FIELDS else ())
         return {name: values.astype(np.float32) for name, values in found.items()}
-
-
-def there(fields: Fields) -> np.ndarray:
-    """Which points have not left the grid, and are somewhere, shape (n,)."""
-    found = np.isfinite(fields["position"]).all(axis=1)
-    return np.asarray(found & (fields["mass"] > 0.0) if "mass" in fields else found)
 
 
 def _radius(run: Run, start: Fields) -> float:

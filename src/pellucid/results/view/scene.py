@@ -6,11 +6,11 @@ import numpy as np
 
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.results.pictures.bodies_in_space import Box, opening
-from pellucid.results.pictures.quantities import VIEW, Limits, limits
+from pellucid.results.pictures.quantities import VIEW, Limits, limits, there
 from pellucid.results.pictures.rendering.camera import View
 from pellucid.results.pictures.style import COLOURS, pretty
 from pellucid.results.storage.run import Run
-from pellucid.results.view.actors import Actor, Fields, there
+from pellucid.results.view.actors import Actor, Fields
 from pellucid.results.view.packing import Pack, places, shades
 from pellucid.state import FIELDS
 
