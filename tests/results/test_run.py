@@ -5,6 +5,7 @@ import pytest
 
 import pellucid
 from pellucid.errors import UsageError
+from pellucid.geometry.meshes.cells import Cells
 from pellucid.results import run as faces
 from pellucid.system import extras
 
@@ -94,12 +95,12 @@ def test_a_loop_over_a_simulation_goes_to_the_end(block):
     assert times[-1] == pytest.approx(1e-2)
 
 
-def test_all_kinds_of_cells_go_to_vtk():
-    from pellucid.geometry.meshes.cells import Cells
+def test_all_kinds_of_cells_are_those_of_vtk():
+    from pyvista import CellType
 
-    elements, kinds = faces._cells_of(Cells(triangles=np.array([[0, 1, 2]]), quadrilaterals=np.array([[0, 1, 2, 3]])))
-    assert elements.tolist() == [3, 0, 1, 2, 4, 0, 1, 2, 3]
-    assert kinds.tolist() == [5, 9]
+    names = ("VERTEX", "LINE", "TRIANGLE", "QUAD", "TETRA")
+    assert tuple(int(CellType[name]) for name in names) == faces.VTK_CELLS
+    assert Cells._fields == ("points", "lines", "triangles", "quadrilaterals", "tetrahedra")
 
 
 def test_progress_is_shown_where_it_is_asked_for(block, capfd):

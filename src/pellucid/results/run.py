@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.errors import UsageError
-from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.report.header import facts, header
 from pellucid.results.report.html import page_of
 from pellucid.results.storage.run import Run as StoredRun
@@ -20,8 +19,8 @@ if TYPE_CHECKING:
 need = partial(needed, extra="notebook", what="tables, datasets and scenes")
 HEIGHT = 1000  # pixels of the frame in a notebook
 FRAME = '<iframe srcdoc="{page}" style="width:100%;height:{height}px;border:0" allow="fullscreen"></iframe>'
-TRIANGLE, QUADRILATERAL, TETRAHEDRON, LINE, VERTEX = 5, 9, 10, 3, 1
-"""Types of cells of VTK."""
+VTK_CELLS = (1, 3, 5, 9, 10)
+"""Types of the cells of `Cells` in VTK: vertices, lines, triangles, quadrilaterals, tetrahedra."""
 
 
 class Run(StoredRun):
@@ -64,8 +63,8 @@ class Run(StoredRun):
         Raises `UsageError` where pyvista is not installed, and for a body that the run does not have.
         """
         fields = dict(self.fields(body, time))
-        elements, kinds = _cells_of(self.cells(body))
-        grid = need("pyvista").UnstructuredGrid(elements, kinds, fields.pop("position").astype(float))
+        elements = {kind: corners for kind, corners in zip(VTK_CELLS, self.cells(body), strict=True) if len(corners)}
+        grid = need("pyvista").UnstructuredGrid(elements, fields.pop("position").astype(float))
         for name, values in fields.items():
             grid.point_data[name] = values
         return grid
@@ -75,18 +74,15 @@ class Run(StoredRun):
 
         Raises `UnknownName` for a column that the history does not have, `UsageError` where there is nothing to plot.
         """
-        from pellucid.results.pictures.style import house_style, label, panels
+        from pellucid.results.pictures import figures
+        from pellucid.results.pictures.style import house_style
 
         names = columns or tuple(self.stored.probes)
         if not names:
             text = "the case has no probes: name columns of the history, such as kinetic_energy"
             raise UsageError(text)
         with house_style():
-            figure, drawn = panels(len(names), min(3, len(names)), height=2.8 * -(-len(names) // 3))
-            for axes, name in zip(drawn, names, strict=True):
-                axes.plot(self.history[x], self.history[name])
-                label(axes, x, name, self.units[x], self.units[name])
-        return figure
+            return figures.columns(self, names, x)
 
     def _repr_html_(self) -> str:
         """The run in a notebook: how it ended, its checks, and the view that turns."""
@@ -103,21 +99,3 @@ def dimension(name: str, components: int) -> str:
     along = COMPONENT_NAMES.get(components)
     is_along_axes = along is not None and (name not in FIELDS or FIELDS[name].names == along)
     return {3: "axis", 6: "axes", 9: "row_by_row"}[components] if is_along_axes else f"component_of_{name}"
-
-
-def _cells_of(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
-    """Cells as VTK has them: the number of corners before the corners of each, flat, and the type of each."""
-    parts, kinds = [], []
-    points = np.asarray(cells.points).reshape(-1, 1)
-    for kind, corners in (
-        (VERTEX, points),
-        (LINE, cells.lines),
-        (TRIANGLE, cells.triangles),
-        (QUADRILATERAL, cells.quadrilaterals),
-        (TETRAHEDRON, cells.tetrahedra),
-    ):
-        if len(corners):
-            counts = np.full((len(corners), 1), corners.shape[1])
-            parts.append(np.hstack([counts, corners]).ravel())
-            kinds.append(np.full(len(corners), kind, np.uint8))
-    return np.concatenate(parts), np.concatenate(kinds)

@@ -7,7 +7,7 @@ from pellucid import run
 from pellucid.case import Case
 from pellucid.errors import UsageError
 from pellucid.results.pictures.bodies_in_space import opening
-from pellucid.results.pictures.figures import bodies, energies, figures_of, probes
+from pellucid.results.pictures.figures import bodies, columns, energies, figures_of
 from pellucid.results.pictures.own import bodies_at
 from pellucid.results.pictures.quantities import Look, Slice
 from pellucid.results.pictures.rendering.axes import round_length
@@ -131,7 +131,11 @@ def test_steady_states_are_coloured_by_displacement_and_their_curves_go_over_the
         "probes",
     }
     with house_style():
-        picture, curves, reaction = bodies_at(hanging, Look("displacement")), energies(hanging), probes(hanging)
+        picture, curves, reaction = (
+            bodies_at(hanging, Look("displacement")),
+            energies(hanging),
+            columns(hanging, hanging.stored.probes),
+        )
     first, *_, last = (axes.images[0].get_array() for axes in picture.axes if axes.images)
     assert not np.allclose(first, last)
     assert picture.axes[-1].get_ylabel() == "displacement [m]"

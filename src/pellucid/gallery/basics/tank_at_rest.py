@@ -16,8 +16,8 @@ COLUMN_SHARE = 0.005  # the same beside the compressible column, which leaves no
 LEDGER = 1e-6  # rounding of the energies stored, over the little that moves
 
 CAPTIONS = {
-    "tank": "Speed of the fastest point against time, and the pressure of every point at the end over its height, beside that "
-    "of a column of the same liquid, which its own weight compresses, and ρ₀ g depth, which leaves the compression out. Right: "
+    "tank": "The pressure of every point at the end over its height, beside that of a column of the same liquid, which its own "
+    "weight compresses, and ρ₀ g depth, which leaves the compression out. Right: "
     "the largest difference between the pressure of a point and each of these two after the start, over the pressure on the "
     "ground. Dotted: the largest that is allowed."
 }
@@ -46,18 +46,12 @@ def pressure_errors(run: Run) -> tuple[Array, Array]:
     errors = []
     for time in run.times(water.name):
         points = run.fields(water.name, float(time))
-        depth = depths(run, np.asarray(points["position"]))
+        depth = water.hydrostatic.level - np.asarray(points["position"])[:, 1]
         found = np.asarray(points["pressure"])
         errors.append([np.abs(found - exact).max() for exact in (simple(run, depth), column(run, depth))])
     ground = simple(run, np.array([water.hydrostatic.level - run.case.grid.lower[1]]))
     worst = np.array(errors) / ground
     return worst[:, 0], worst[:, 1]
-
-
-def depths(run: Run, position: Array) -> Array:
-    """Depths [m] of places in a tank whose gravity is along -y."""
-    water: Any = run.case.body[0]
-    return np.asarray(water.hydrostatic.level - position[:, 1])
 
 
 def simple(run: Run, depth: Array) -> Array:
@@ -75,18 +69,13 @@ def column(run: Run, depth: Array) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Speed against time, pressure over height, and the largest error of the pressure against time."""
-    name = run.case.body[0].name
-    figure, (speed, profile, errors) = new_panels(1, 3, width=10.0, height=3.6)
-    speed.plot(run.history["time"][1:], run.history["fastest"][1:])
-    speed.axhline(SLOW, color="grey", linestyle=":", label="allowed")
-    speed.set_yscale("log")
-    label(speed, "time", "speed of the fastest point", "s", "m/s", legend=True)
-    points = run.fields(name)
-    position = np.asarray(points["position"])
-    height = position[:, 1]
-    line = np.linspace(run.case.grid.lower[1], height.max() + depths(run, position).min(), 200)
-    depth = depths(run, np.stack([line] * 3, axis=1))
+    """Pressure over height, and the largest error of the pressure against time."""
+    water: Any = run.case.body[0]
+    figure, (profile, errors) = new_panels(1, 2, width=10.0, height=3.6)
+    name, points = water.name, run.fields(water.name)
+    height = np.asarray(points["position"])[:, 1]
+    line = np.linspace(run.case.grid.lower[1], water.hydrostatic.level, 200)
+    depth = water.hydrostatic.level - line
     profile.plot(np.asarray(points["pressure"]), height, ".", color=COLOURS[1], markersize=3, label="every point")
     profile.plot(column(run, depth), line, color="black", linewidth=1, label="compressible column")
     profile.plot(simple(run, depth), line, color="grey", linewidth=1, linestyle="--", label="ρ₀ g depth")

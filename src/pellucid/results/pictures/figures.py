@@ -1,6 +1,6 @@
 """The figures of a run: those of its gallery case, its bodies, the energy balance, the momentum, the probes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from io import BytesIO
 from textwrap import fill
@@ -8,19 +8,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.case.plot import Plot
 from pellucid.energy import FIRST_JUDGED
-from pellucid.results.pictures.annotations import Axes, Figure, Run
+from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.bodies_in_plane import profiles
 from pellucid.results.pictures.bodies_in_space import is_open_in_front
 from pellucid.results.pictures.case_module import drawn, drawn_by_module, noticed
 from pellucid.results.pictures.curves_in_plane import are_curves
 from pellucid.results.pictures.own import bodies_at, picture, plot
 from pellucid.results.pictures.quantities import Look, is_still
-from pellucid.results.pictures.stopped import MARK, where_it_stopped
+from pellucid.results.pictures.stopped import mark_stop, where_it_stopped
 from pellucid.results.pictures.style import DPI, LINES, label, new_panels, panels, settle
 
 Draw = Callable[[], Figure | None]
 
+MOMENTUM = Plot(name="momentum", y=tuple(f"momentum_{axis}" for axis in "xyz"))
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
@@ -54,9 +56,9 @@ def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, 
     if not all(is_still(body) for body in run.stored.bodies):
         figures["energies"] = lambda: energies(run)
         if run.stored.steady is None and has_momentum(run):
-            figures["momentum"] = lambda: momentum(run)
+            figures["momentum"] = partial(plot, run, MOMENTUM)
     if run.stored.probes:
-        figures["probes"] = lambda: probes(run, beside)
+        figures["probes"] = lambda: columns(run, run.stored.probes, beside=beside)
     return figures
 
 
@@ -107,8 +109,8 @@ def energies(run: Run) -> Figure:
         hollow = run.stored.steady is not None and words.endswith(" work")
         marker = {"markersize": 10.0, "fillstyle": "none"} if hollow else {}
         left.plot(times, values, _line(run, len(left.lines) // 7 % 4), label=words, linewidth=width, **marker)
-    _mark_stop(run, left, "stop")
-    _mark_stop(run, right)
+    mark_stop(run, left, "stop")
+    mark_stop(run, right)
     label(left, _time(run), "energy", "s", "J")
     right.plot(times, 100.0 * run.history["energy_error"], _line(run), color="black", linewidth=1.0)
     right.axhline(0.0, color="#889", linewidth=0.8)
@@ -159,39 +161,22 @@ def has_momentum(run: Run) -> bool:
     return any(np.any(run.history[f"momentum_{axis}"] != 0.0) for axis in "xyz")
 
 
-def momentum(run: Run) -> Figure:
-    """The three components of the momentum against time."""
-    figure, axes = new_panels(height=2.8)
-    for axis, line in zip("xyz", LINES, strict=False):
-        axes.plot(run.history["time"], run.history[f"momentum_{axis}"], line, label=axis)
-    _mark_stop(run, axes)
-    label(axes, "time", "momentum", "s", "kg m/s")
-    axes.legend(ncols=3, loc="best")
-    return figure
-
-
-def probes(run: Run, beside: "Run | None" = None) -> Figure:
-    """Every probe against time, with the one of the same name of another run where it has one."""
-    number = len(run.stored.probes)
+def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None" = None) -> Figure:
+    """Columns of the history against time or another one, each with the one of the same name of another run beside."""
+    number = len(names)
     across = 2 if number == 4 else min(3, number)
     figure, drawn = panels(number, across, height=2.8 * -(-number // across))
-    for axes, probe in zip(drawn, run.stored.probes, strict=True):
-        axes.plot(run.history["time"], run.history[probe], _line(run))
-        if beside and beside.units.get(probe) == run.units[probe]:
-            axes.plot(beside.history["time"], beside.history[probe], _line(beside, 1))
-        _mark_stop(run, axes)
-        label(axes, _time(run), probe, "s", run.units[probe])
+    for axes, name in zip(drawn, names, strict=True):
+        axes.plot(run.history[x], run.history[name], _line(run))
+        if beside and beside.units.get(name) == run.units[name]:
+            axes.plot(beside.history[x], beside.history[name], _line(beside, 1))
+        if x == "time":
+            mark_stop(run, axes)
+        label(axes, _time(run) if x == "time" else x, name, run.units[x], run.units[name])
     lines = max((list(axes.lines) for axes in drawn), key=len)
     if beside and len(lines) > 1:
         figure.legend(lines, [_told_apart(run, beside), _told_apart(beside, run)], loc="outside lower center")
     return figure
-
-
-def _mark_stop(run: Run, axes: Axes, name: str = "") -> None:
-    """A line at the time of a stop that the curves do not reach: of the step in which it came nothing was recorded."""
-    time, times = run.stopped.get("time"), run.history["time"]
-    if time is not None and len(times) and time > times[-1]:
-        axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":", label=name)
 
 
 def _time(run: Run) -> str:

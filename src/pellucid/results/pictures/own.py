@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import cycle
+from os.path import commonprefix
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,8 @@ from pellucid.results.pictures.quantities import Look, Slice
 from pellucid.results.pictures.rendering.axes import INK
 from pellucid.results.pictures.rendering.camera import Plane, View
 from pellucid.results.pictures.stage import Stage, film_of, side_by_side
-from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels, pretty
+from pellucid.results.pictures.stopped import mark_stop
+from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels
 from pellucid.units import to_si
 
 INSTANTS = 4
@@ -130,9 +132,9 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes) -> None:
     if asked.y_limits is not None:
         axes.set_ylim(asked.y_limits)
     several = len(asked.y) + len(asked.measured) > 1
-    label(axes, asked.x, asked.y[0] if len(asked.y) == 1 else "", x_unit, y_unit, legend=several)
-    if len(asked.y) > 1:
-        axes.set_ylabel(f"[{pretty(y_unit)}]" if y_unit else "")
+    label(axes, asked.x, commonprefix(asked.y).rstrip("_-"), x_unit, y_unit, legend=several)  # noqa: RUF071 names, not paths
+    if asked.x == "time":
+        mark_stop(run, axes)
 
 
 def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:

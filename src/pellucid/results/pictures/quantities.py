@@ -131,8 +131,8 @@ def there(fields: Fields) -> np.ndarray:
 
 def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -> np.ndarray:
     """What colours every point, shape (n,), in the unit of the look; not a number of what has left and where a body has no
-    such field. The load is the field that its kind declares, else the pressure of a body with an equation of state, of others von
-    Mises' equivalent stress. start: first positions [m], shape (n, 3), from which displacements count."""
+    such field. The load is the field that its kind declares, else the pressure of a body with an equation of state, of others
+    von Mises' equivalent stress. start: first positions [m], shape (n, 3), from which displacements count."""
     name = look.quantity
     if name == BY_BODY:
         return np.zeros(len(start))

@@ -103,6 +103,13 @@ def place_of_stop(run: Run) -> np.ndarray | None:
     return last[point] if point < len(last) and np.isfinite(last[point]).all() else None
 
 
+def mark_stop(run: Run, axes: Axes, name: str = "") -> None:
+    """A line at the time of a stop that the curves do not reach: of the step in which it came nothing was recorded."""
+    time, times = run.stopped.get("time"), run.history["time"]
+    if time is not None and len(times) and time > times[-1]:
+        axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":", label=name)
+
+
 def _instant(failure: dict[str, Any]) -> str:
     return f"step {failure['settling_step']} of settling" if "settling_step" in failure else f"step {failure['step']}"
 

@@ -132,7 +132,7 @@ def instant(time: float) -> str:
 def with_unit(name: str, unit: str) -> str:
     """A quantity with its unit: "kinetic energy [J]"; without one "step"."""
     words = name.replace("_", " ")
-    return f"{words} [{pretty(unit)}]" if unit and unit != "1" else words
+    return f"{words} [{pretty(unit)}]".lstrip() if unit and unit != "1" else words
 
 
 def pretty(unit: str) -> str:
