@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 need = partial(needed, extra="notebook", what="tables, datasets and scenes")
-HEIGHT = 1000  # pixels of the frame in a notebook
-FRAME = '<iframe srcdoc="{page}" style="width:100%;height:{height}px;border:0" allow="fullscreen"></iframe>'
+FRAME = '<iframe srcdoc="{page}" style="width:100%;height:1000px;border:0" allow="fullscreen"></iframe>'
 VTK_CELLS = (1, 3, 5, 9, 10)
 """Types of the cells of `Cells` in VTK: vertices, lines, triangles, quadrilaterals, tetrahedra."""
 
@@ -79,8 +78,7 @@ class Run(StoredRun):
 
         names = columns or tuple(self.stored.probes)
         if not names:
-            text = "the case has no probes: name columns of the history, such as kinetic_energy"
-            raise UsageError(text)
+            raise UsageError("the case has no probes: name columns of the history, such as kinetic_energy")
         with house_style():
             return figures.columns(self, names, x)
 
@@ -91,7 +89,7 @@ class Run(StoredRun):
 
         checks = metrics_table(self.metrics) if self.metrics else ""
         page = page_of(self.stored.title, header(self) + facts(self) + checks + view_of(self))
-        return FRAME.format(page=escape(page), height=HEIGHT)
+        return FRAME.format(page=escape(page))
 
 
 def dimension(name: str, components: int) -> str:

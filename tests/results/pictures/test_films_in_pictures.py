@@ -7,7 +7,7 @@ from matplotlib.colors import to_hex
 
 import pellucid
 from pellucid.results.pictures.bodies_in_space import SpaceStage
-from pellucid.results.pictures.figures import has_momentum
+from pellucid.results.pictures.figures import figures_of
 from pellucid.results.pictures.own import bodies_at
 from pellucid.results.pictures.quantities import Look
 from pellucid.results.pictures.stage import film_of
@@ -75,12 +75,12 @@ def test_a_surface_moves_with_its_density_and_its_flow(squeezed, monkeypatch):
 
 
 def test_a_film_has_no_momentum_to_draw(squeezed):
-    assert not has_momentum(squeezed)
+    assert "momentum" not in figures_of(squeezed, None, [])
 
 
 def test_a_film_in_a_fluid_is_a_dark_line_on_top(tmp_path):
     run = pellucid.run(pellucid.loads(IN_FLUID), out=tmp_path / "run", report=False)
-    assert has_momentum(run)
+    assert "momentum" in figures_of(run, None, [])
     with house_style():
         figure = bodies_at(run, Look("load"))
     dots, light, dark = figure.axes[0].collections

@@ -55,7 +55,7 @@ def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, 
         figures |= bodies(run)
     if not all(is_still(body) for body in run.stored.bodies):
         figures["energies"] = lambda: energies(run)
-        if run.stored.steady is None and has_momentum(run):
+        if run.stored.steady is None and any(np.any(run.history[name] != 0.0) for name in MOMENTUM.y):
             figures["momentum"] = partial(plot, run, MOMENTUM)
     if run.stored.probes:
         figures["probes"] = lambda: columns(run, run.stored.probes, beside=beside)
@@ -154,11 +154,6 @@ def _shown_energies(run: Run) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     least = LEAST_SHOWN * max(sizes.values(), default=0.0)
     small = {words: size for words, size in sizes.items() if size < least}
     return {words: values for words, values in curves.items() if words not in small}, small
-
-
-def has_momentum(run: Run) -> bool:
-    """Whether anything of a run has inertia and moved."""
-    return any(np.any(run.history[f"momentum_{axis}"] != 0.0) for axis in "xyz")
 
 
 def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None" = None) -> Figure:
