@@ -83,19 +83,20 @@ def _stiffness(law, F):
     alike = apart < ALIKE * x
     shear = (y * tau - x * other) / (1.0 if alike else apart)
     shear = 0.25 * (c11 + c22) - 0.5 * c12 if alike else shear
-    # m·C·n of unit vectors is k p² + ½ (c₁₁ - c₂₂) p q + ... with p, q the cosines of the difference and the sum of their
-    # angles; where k is above 0, p = 1 is the worst, which leaves a parabola in q
-    bend = 0.5 * c12 + shear
-    slope, curve = 0.5 * (c11 - c22), 0.25 * (c11 + c22) - bend
-    inside = curve < 0.0 and abs(slope) < -2.0 * curve
-    most = max(c11, c22)
-    most = 0.25 * (c11 + c22) + bend - 0.25 * slope * slope / (curve if inside else -1.0) if inside else most
-    return max(most, shear, 0.25 * (c11 + c22) - 0.5 * c12, 0.0)
+    # m⊗n : C : m⊗n of unit vectors is k p² + d p q + e q² + c₁₂₁₂ (1 - q²), with the cosines p of the difference and q of the sum
+    # of their angles; the largest at p = 1, a parabola in q, or where k is below 0 within
+    k, d, e = 0.25 * (c11 + c22) + 0.5 * c12, 0.5 * (c11 - c22), 0.25 * (c11 + c22) - 0.5 * c12
+    curve = e - shear
+    top = k + shear - 0.25 * d * d / (curve if curve < 0.0 else -1.0)
+    along = top if curve < 0.0 and abs(d) < -2.0 * curve else max(c11, c22)
+    across = e - 0.25 * d * d / (k if k < 0.0 else -1.0) if k < 0.0 and abs(d) < -2.0 * k else e
+    return max(along, across, shear, 0.0)
 
 
 @default_function(natural_width)
-def _natural_width(law, stretch):
-    # Newton's method in the width's logarithm, between bounds: at the width `stretch` a law in tension is taut
+def by_search(law, stretch):
+    """The width that leaves no tension across a strip, by Newton's method in its logarithm, between bounds: at the width
+    `stretch` a law in tension is taut."""
     low, high = log(NARROWEST), log(stretch)
     y = -0.5 * high
     for _ in range(MOST_ITERATIONS):
