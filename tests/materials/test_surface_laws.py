@@ -185,14 +185,14 @@ def test_no_wave_outruns_the_bound_and_the_bound_is_near(sample, stretches):
     assert bound < fastest * (1.3 if sample.direction is None else 5.0) + 1e-6
 
 
-@pytest.mark.parametrize(("stretch", "stiffness"), [(1.0, 4.0), (1.5, 37.671875)])
+@pytest.mark.parametrize(("stretch", "stiffness"), [(1.0, 4.0), (1.1, 8.14897)])
 def test_a_skalak_membrane_stiffens_as_it_is_stretched(stretch, stiffness):
-    """W₁₁ = G (3λ² - 1) + GC λ² (3λ⁴ - 1), and the wave λ √(W₁₁/ρh) by the mass of initial area."""
+    """λ² W₁₁ = λ² (G (3λ² - 1) + GC λ² (3λ⁴ - 1)), and the wave √(λ² W₁₁/ρh) by the mass of initial area."""
     law = material("skalak-membrane").law(THICKNESS)
     shape = shape_of(law, (1.0, -1.0, 0.0), stretch, stretch)
     W11 = 3.0 * stretch**2 - 1.0 + stretch**2 * (3.0 * stretch**4 - 1.0)
-    assert stiffness == W11
-    assert wave_in_shape(law, shape, RHO) == pytest.approx(stretch * np.sqrt(W11 / (RHO * THICKNESS)), rel=1e-12)
+    assert stretch**2 * W11 == pytest.approx(stiffness, rel=1e-4)
+    assert wave_in_shape(law, shape, RHO) == pytest.approx(np.sqrt(stiffness / (RHO * THICKNESS)), rel=1e-4)
 
 
 @every_law
@@ -248,7 +248,11 @@ def test_a_folded_membrane_bears_tension_along_its_folds_alone(kind):
         ("holzapfel-gasser-ogden-membrane", {"dispersion": 0.4}, "dispersion\n.*less than or equal to 0.3"),
         ("holzapfel-gasser-ogden-membrane", {"fibre_direction": (0, 0, 0)}, "is no direction; give a vector"),
         ("holzapfel-gasser-ogden-membrane", {"wrinkling": True}, "wrinkling = true and fibres do not go together"),
-        ("ogden-membrane", {"exponents": (1.0, -5.0, -2.0)}, "exponents.1. = -5: a term resists where their product is above 0"),
+        (
+            "ogden-membrane",
+            {"exponents": (1.0, -5.0, -2.0)},
+            "exponents.1. = -5: a term resists where their product is above 0",
+        ),
         ("ogden-membrane", {"exponents": (1.0, 5.0)}, "shear_moduli has 3 numbers and exponents 2"),
         ("arruda-boyce-membrane", {"links": 0.5}, "links\n.*greater than or equal to 1"),
         ("yeoh-membrane", {"viscosity": 1e-7, "wrinkling": True}, "wrinkling = true and viscosity do not go together"),

@@ -45,7 +45,8 @@ def surface_tension(law: Law, F: Shape) -> InPlane:
 
 @generic
 def surface_stiffness(law: Law, F: Shape) -> float:
-    """Of the tangent of τ that of the stiffest plane wave, or a bound above it [N/m]; tension adds to it."""
+    """Of the tangent of τ that which bounds plane waves and, times the sum of squared gradients, elements [N/m]; tension adds
+    to it."""
 
 
 @pointwise
@@ -83,14 +84,18 @@ def _stiffness(law, F):
     alike = apart < ALIKE * x
     shear = (y * tau - x * other) / (1.0 if alike else apart)
     shear = 0.25 * (c11 + c22) - 0.5 * c12 if alike else shear
-    # m⊗n : C : m⊗n of unit vectors is k p² + d p q + e q² + c₁₂₁₂ (1 - q²), with the cosines p of the difference and q of the sum
-    # of their angles; the largest at p = 1, a parabola in q, or where k is below 0 within
+    # m⊗n : C : m⊗n of unit vectors is k p² + d p q + e q² + c₁₂₁₂ (1 - q²), with the cosines p of the difference and q of the
+    # sum of their angles; the largest at p = 1, a parabola in q, or where k is below 0 within
     k, d, e = 0.25 * (c11 + c22) + 0.5 * c12, 0.5 * (c11 - c22), 0.25 * (c11 + c22) - 0.5 * c12
     curve = e - shear
     top = k + shear - 0.25 * d * d / (curve if curve < 0.0 else -1.0)
     along = top if curve < 0.0 and abs(d) < -2.0 * curve else max(c11, c22)
     across = e - 0.25 * d * d / (k if k < 0.0 else -1.0) if k < 0.0 and abs(d) < -2.0 * k else e
-    return max(along, across, shear, 0.0)
+    # where c₁₁₂₂ exceeds what resists one stretch, elements that stretch both ways at once swing faster than plane waves: with
+    # p = c₁₁ + τ by at most ½ (p + c₁₁₂₂) of the sum over both gradients
+    pulled = max(tau, other, 0.0)
+    both = 0.5 * (max(c11, c22) + abs(c12) - pulled)
+    return max(along, across, shear, both, 0.0)
 
 
 @default_function(natural_width)

@@ -83,7 +83,8 @@ def figures(run: Run) -> dict[str, Figure]:
 
 
 CAPTIONS = {
-    "curves": "Tension against stretch: strips with free sides, sheets pulled both ways. Circles: the derivatives of the energies."
+    "curves": "Tension against stretch: strips with free sides, sheets pulled both ways, by points (lines) and elements "
+    "(crosses). Circles: the derivatives of the energies."
 }
 
 
@@ -95,12 +96,16 @@ def _curves(run: Run) -> Figure:
         for law, colour in zip(LAWS, COLOURS, strict=False):
             stretch, tension = exact[law, pull]
             axes.plot(stretch[4::5], tension[4::5], "o", color=colour, markersize=4, fillstyle="none", label=law)
-            for kind, line in (("elements", "-"), ("points", "--")):
+            for kind in TOLERANCES:
                 name = f"{law}-{pull}-{kind}"
-                if name in NAMES:
-                    _, stretch, tension = curve(run, name)
-                    inside = stretch <= exact[law, pull][0][-1]
-                    axes.plot(stretch[inside], tension[inside], line, color=colour, linewidth=1.0)
+                if name not in NAMES:
+                    continue
+                times, stretch, tension = curve(run, name)
+                if kind == "elements":
+                    rest = [int(np.argmin(np.abs(times - AT_REST[at]))) for at in STRETCHES[pull]]
+                    axes.plot(stretch[rest], tension[rest], "x", color=colour, markersize=9)
+                else:
+                    axes.plot(stretch, tension, color=colour, linewidth=1.0)
         label(axes, "stretch", "tension over modulus", "", "")
-    panels[0].legend(title="lines: elements, dashed: points")
+    panels[0].legend(title="lines: points, crosses: elements")
     return figure
