@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from pellucid.jit import kernel
+from pellucid.materials.damage import driving_strain
 from pellucid.materials.law import energy
 from pellucid.materials.membrane import plane_response, plane_wave_speed, shape_of, wave_in_shape
 from pellucid.materials.membrane_material import MEMBRANE_MATERIALS
@@ -238,6 +240,29 @@ def test_a_folded_membrane_bears_tension_along_its_folds_alone(kind):
         assert THICKNESS * s11 / (1.2 * width) == pytest.approx(stretch_slopes(plain, 1.2, width)[0] / width)
         assert ratio == pytest.approx(1.0 / (1.2 * narrow * width))
     assert plane_response(law, (0.9, 0.0, 0.0, 0.8))[:3] == (0.0, 0.0, 0.0)
+
+
+def respond(law, F):
+    return surface_energy(law, F), surface_tension(law, F), surface_stiffness(law, F)
+
+
+compiled = kernel()(respond)
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_compiled_laws_are_the_plain_ones(kind):
+    law, F = material(kind).elastic_law(), tuple(gradient((1.3, 1.1)).ravel())
+    plain, fast = respond(law, F), compiled(law, F)
+    for one, other in zip(plain, fast, strict=True):
+        assert other == pytest.approx(one, rel=1e-12)  # fused multiplications round differently
+
+
+@every_law
+def test_damage_follows_the_largest_logarithmic_strain(sample):
+    zona = {"elastic_limit": 0.1, "stiffness_loss": 0.9, "rate": 1.0, "failure_strain": 0.5}
+    damaged = type(sample)(**sample.model_dump() | {"damage": zona})
+    shape = tuple(gradient((1.3, 0.8)).ravel())
+    assert driving_strain(damaged.damage_law(), damaged.law(THICKNESS), shape) == pytest.approx(np.log(1.3), rel=1e-12)
 
 
 @pytest.mark.parametrize(

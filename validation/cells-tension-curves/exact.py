@@ -2,8 +2,8 @@
 
     python validation/cells-tension-curves/exact.py > src/pellucid/gallery/cells/tension-curves-exact.csv
 
-The energy W(λ₁, λ₂) of unit initial area is differentiated numerically with 50 digits; a strip has the width at which ∂W/∂λ₂ = 0,
-found by search. Needs mpmath. T = (1/λ₂) ∂W/∂λ₁, over G, for Arruda and Boyce's law over μ.
+The energy W(λ₁, λ₂) of unit initial area is differentiated numerically with 50 digits; a strip has the width at which
+∂W/∂λ₂ = 0, found by search. T = (1/λ₂) ∂W/∂λ₁, over G, for Arruda and Boyce's law over μ. Needs mpmath.
 """
 
 from mpmath import diff, findroot, mp, mpf

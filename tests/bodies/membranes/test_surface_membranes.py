@@ -44,7 +44,7 @@ def square(kind, material, n=9, **more):
 
 
 def stretch(kind, table, L, time=1.0, steps=100):
-    """Membrane of a kind after the velocity gradient L [1/s] has acted for a time, and its stress in the plane, shape (2, 2)."""
+    """Membrane of a kind after the velocity gradient L [1/s] has acted for a time, and its stress in the plane, (2, 2)."""
     if kind == "points":
         grid, body = point_body(table)
         drive(grid, body, L, time / steps, steps)

@@ -44,4 +44,4 @@ class ElementMembrane(Body, Membrane):
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""
-        return list(FIELDS)
+        return [*FIELDS, *(("dissipated_energy",) if "dissipated_energy" in self.surface.arrays else ())]
