@@ -100,3 +100,35 @@ def rotation(axis, angle):
     x, y, z = np.array(axis) / np.linalg.norm(axis)
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
+
+
+def single_element(table, kind):
+    """A body of one distorted element of about 1 m, of kind "quadrilaterals" or "triangles"."""
+    numbers = np.random.default_rng(2)
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) + numbers.uniform(-0.2, 0.2, (4, 3)) * (1, 1, 0)
+    none = [np.zeros((0, n), int) for n in (4, 3)]
+    quad, triangle = Mesh(corners, np.array([[0, 1, 2, 3]]), none[1]), Mesh(corners[:3], none[0], np.array([[0, 1, 2]]))
+    return body_of(table, quad if kind == "quadrilaterals" else triangle, counts=(4, 4, 4), cell=4.0, lower=(-8,) * 3)
+
+
+def bring_to(body, stretches, steps=20):
+    """Stretch a body along x and y."""
+    start = places(body)
+    for k in range(1, steps + 1):
+        bring(body, start * (*np.power(stretches, k / steps), 1.0))
+
+
+def fastest_frequency(body):
+    """The largest eigenfrequency of elements [1/s], by differences of the forces on their nodes."""
+    position, kept = places(body), {name: array.copy() for name, array in body.element_arrays.items()}
+
+    def forces_at(shift):
+        for name, array in kept.items():
+            body.element_arrays[name][...] = array
+        body.surface.strain(position + shift, shift, 1.0, body.totals)
+        body.arrays["position"][:] = position + shift
+        return forces(body).ravel()
+
+    shifts = 1e-6 * np.eye(position.size).reshape(-1, *position.shape)
+    stiffness = np.array([forces_at(-shift) - forces_at(shift) for shift in shifts]) / 2e-6
+    return np.sqrt(np.linalg.eigvals(stiffness / np.repeat(body.arrays["mass"], 3)).real.max())

@@ -55,3 +55,31 @@ def neo_hookean_stretch(stretches, nu=NU):
         low, high = (third, high) if across < 0.0 else (low, third)
     J = stretches[0] * stretches[1] * third
     return [(mu * (s**2 - 1.0) + lam * np.log(J)) / J for s in stretches], third
+
+
+def edge(name, x, y, hold="xyz", **more):
+    """A motion of the points of an edge, those within 0.01 m."""
+    lower, upper = (x[0] - 0.01, y[0] - 0.01, -1.0), (x[1] + 0.01, y[1] + 0.01, 1.0)
+    return {"name": name, "body": "sheet", "part": {"box": {"lower": lower, "upper": upper}}, "hold": tuple(hold)} | more
+
+
+RIM = [
+    edge("left", (-0.5, -0.5), (-0.5, 0.5)),
+    edge("right", (0.5, 0.5), (-0.5, 0.5)),
+    edge("front", (-0.45, 0.45), (-0.5, -0.5)),
+    edge("back", (-0.45, 0.45), (0.5, 0.5)),
+]
+
+
+def assert_stable_when_shaken(sim, steps=2000):
+    """Every point gets a velocity at random, and the kinetic energy stays of the size of what that gave."""
+    velocity = sim.bodies[0].arrays["velocity"]
+    velocity += np.random.default_rng(0).uniform(-1.0, 1.0, velocity.shape)
+    given = 0.5 * sim.bodies[0].mass
+    sim.step()
+    sim.begin_balance()
+    most = 0.0
+    for _ in range(steps):
+        sim.step()
+        most = max(most, sim.energies()["kinetic"])
+    assert most < 3.0 * given

@@ -21,6 +21,7 @@ from pellucid.materials.eos.equation import EquationOfStateModel
 from pellucid.materials.hyperelastic import FiniteStrainState, HyperelasticMaterial, finite_strain, hyperelastic
 from pellucid.materials.law import rate_type
 from pellucid.materials.point_state import point_state
+from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 from pellucid.model import InputFile, Vector, parameter
 from pellucid.registry import register
 
@@ -37,6 +38,7 @@ __all__ = [
     "PointMaterial",
     "PointsView",
     "SignalModel",
+    "SurfaceMembraneMaterial",
     "Vector",
     "decoupled",
     "exp",

@@ -13,7 +13,7 @@ from pellucid.jit import cache_folder
 
 SHAPES = '''
 from typing import NamedTuple
-from pellucid.jit import generic, kernel, pointwise
+from pellucid.jit import default_function, generic, kernel, pointwise
 
 FACTOR = 1.0
 
@@ -29,6 +29,14 @@ def area(shape, scale):
 def unused(shape):
     """Nothing calls this."""
 
+@generic
+def excess(shape):
+    """What is added."""
+
+@default_function(excess)
+def _no_excess(shape):
+    return 0.0
+
 @pointwise
 def scaled(x):
     """A caption."""
@@ -36,7 +44,7 @@ def scaled(x):
 
 @kernel(inner=True)
 def share(shape, i):
-    return scaled(area(shape, 1.0 + i))
+    return scaled(area(shape, 1.0 + i)) + excess(shape)
 
 @kernel()
 def total(shape, n):
@@ -141,6 +149,7 @@ def test_captions_comments_and_places_do_not_matter(run_again):
         ("law.py", "1.0 * a * b", "3.0 * a * b", 108.0),  # its helper
         ("law.py", "side: float\n    height: float", "height: float\n    side: float", 90.0),  # the order of its parameters
         ("shapes.py", "FACTOR = 1.0", "FACTOR = 0.5", 18.0),  # a constant
+        ("shapes.py", "return 0.0", "return 1.0", 39.0),  # the function for types that register none
         ("shapes.py", "1.0 + i", "2.0 + i", 54.0),  # an inner kernel
         ("shapes.py", "result = 0.0", "result = 1.0", 37.0),  # the kernel
     ],

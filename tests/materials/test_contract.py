@@ -24,7 +24,7 @@ def test_the_kind_chooses_among_the_registered():
     with pytest.raises(ValidationError, match="'fluid', 'linear-elastic', 'neo-hookean'"):
         TypeAdapter(materials.Material).validate_python(table | {"kind": "neo-hokean"})
     with pytest.raises(ValidationError, match="'linear-membrane', 'neo-hookean-membrane'"):
-        TypeAdapter(materials.AnyElasticMembraneMaterial).validate_python(table)
+        TypeAdapter(materials.AnySolidMembraneMaterial).validate_python(table)
 
 
 def test_a_material_says_its_law_state_and_waves():

@@ -90,7 +90,7 @@ def test_a_law_that_keeps_some_stiffness_loses_it_at_failure():
 @pytest.mark.parametrize("material", LAWS.values(), ids=LAWS)
 def test_work_is_what_can_be_had_back_and_what_damage_took(material):
     """Pulled along one axis to failure: dissipated energy is -∫ dk W, and all of the work at last."""
-    elastic, damage = material.law(), law(rate=1.0, stiffness_loss=0.9, failure_strain=0.2)
+    elastic, damage = material.law(1.0), law(rate=1.0, stiffness_loss=0.9, failure_strain=0.2)
     state, shape, old, work, elastic_work, expected, whole = record(), initial_shape(elastic), 0.0, 0.0, 0.0, 0.0, 1.0
     steps, D = 20_000, (1.0, 0.0, 0.0)
     dt = 0.19 / steps
@@ -118,10 +118,10 @@ def test_work_is_what_can_be_had_back_and_what_damage_took(material):
 def test_the_largest_strain_is_the_principal_one(seed):
     numbers = np.random.default_rng(seed)
     a, b, c = numbers.uniform(-0.05, 0.05, 3)
-    found = largest_strain(LAWS["linear"].law(), (a, b, c, 0.0))
+    found = largest_strain(LAWS["linear"].law(1.0), (a, b, c, 0.0))
     assert found == pytest.approx(np.linalg.eigvalsh([[a, c], [c, b]])[-1], abs=1e-15)
     F = np.eye(2) + numbers.uniform(-0.4, 0.4, (2, 2))
-    found = largest_strain(LAWS["neo-hookean"].law(), tuple(F.ravel()))
+    found = largest_strain(LAWS["neo-hookean"].law(1.0), tuple(F.ravel()))
     assert found == pytest.approx(np.log(np.linalg.svd(F, compute_uv=False)[0]), abs=1e-14)
 
 

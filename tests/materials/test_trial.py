@@ -230,3 +230,26 @@ surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_e
     assert "is (0.0, 0.0, 0.0); it must be a tuple of 4 numbers" in message
     message = law_told(folder, law=law, material=f"{foil}, wrinkling = true", body=body)
     assert "has no `unwrinkled`; register each" in message
+
+
+def test_a_surface_law_states_three_functions_and_no_stress_at_rest(folder: Path) -> None:
+    """The one of the page on membranes, whole and with mistakes."""
+    page = (Path(__file__).parents[2] / "docs" / "physics" / "membranes.md").read_text(encoding="utf-8")
+    (law,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    body = """\
+[[body]]
+name = "sheet"
+kind = "membrane-elements"
+thickness = 0.001
+surface = { rectangle = { corner = [0, 0, 0.1], first_edge = [1, 0, 0], second_edge = [0, 1, 0], points = [5, 5] } }
+"""
+    quadratic = 'kind = "quadratic-membrane", density = 1000, area_modulus = 2, shear_modulus = 1'
+    last = "@point_function(stretch_curvatures, Quadratic)"
+    message = law_told(folder, last, "", law, quadratic, body)
+    assert "body.sheet.material" in message
+    assert "has no `stretch_curvatures`; register each" in message
+    message = law_told(folder, "return even + apart, even - apart", "return even", law, quadratic, body)
+    assert "`stretch_slopes` of the law Quadratic" in message
+    assert "it must be a tuple of 2 numbers" in message
+    message = law_told(folder, "law.K * (a + b - 2.0), law.G", "law.K * (a + b - 1.9), law.G", law, quadratic, body)
+    assert "has a stress at rest; its energy must be least there" in message

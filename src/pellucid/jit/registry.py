@@ -130,6 +130,11 @@ def implementations(operation: Callable[..., Any]) -> dict[type, Callable[..., A
     return _generics[operation].implementations
 
 
+def defaults(operation: Callable[..., Any]) -> list[Callable[..., Any]]:
+    """The function for the types that register none, if there is one."""
+    return _generics[operation].default
+
+
 def is_pointwise(value: Any) -> bool:
     """Whether this function is marked with `@pointwise`."""
     return value in _helpers

@@ -57,6 +57,7 @@ def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type
         for operation in operations:
             chosen = registry.implementations(operation)
             ahead += [chosen[kind] for kind in classes if kind in chosen]
+            ahead += registry.defaults(operation)
         ahead = [function for function in dict.fromkeys(ahead) if function not in seen]
     named = {(kind.__module__, kind.__qualname__): kind for kind in classes}
     if len(named) < len(classes):

@@ -7,7 +7,7 @@ from typing import Any
 from pellucid.jit import implementations
 from pellucid.jit.registry import IN_KERNELS
 from pellucid.materials.contract import PointMaterial
-from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+from pellucid.materials.solid_membrane import SolidMembraneMaterial
 from pellucid.materials.trial import Call, calls_of, calls_of_membrane
 from pellucid.users.users_code import is_users, line_at
 
@@ -33,7 +33,7 @@ def why_not_compiled(material: Any) -> str:
 def _calls(material: Any) -> dict[Any, Call]:
     if isinstance(material, PointMaterial):
         return calls_of(material, material.law(), material.initial_state())
-    return calls_of_membrane(material, material.elastic_law()) if isinstance(material, ElasticMembraneMaterial) else {}
+    return calls_of_membrane(material, material.plain_law(1.0)) if isinstance(material, SolidMembraneMaterial) else {}
 
 
 def _place(message: str) -> str:

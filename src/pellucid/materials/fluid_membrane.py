@@ -12,6 +12,7 @@ import numpy as np
 
 from pellucid.jit import point_function
 from pellucid.materials.membrane import (
+    damped_rate,
     initial_shape,
     plane_diffusivity,
     plane_response,
@@ -47,7 +48,7 @@ class FluidMembraneMaterial(MembraneMaterial):
         if max(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity) == 0.0:
             raise ValueError("a fluid membrane without tension, stiffness and viscosity bears nothing: give one of them")
 
-    def law(self) -> FluidMembrane:
+    def law(self, thickness: float) -> FluidMembrane:
         """The law as kernels take it."""
         return FluidMembrane(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity)
 
@@ -56,7 +57,7 @@ class FluidMembraneMaterial(MembraneMaterial):
         area = shape[:, 0]
         return np.asarray((self.tension * (area - 1.0) + self.stiffness * (area - 1.0 - np.log(area))) / self.density)
 
-    def wave_speeds(self) -> tuple[float, float]:
+    def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
         """Of dilatation in the plane, and none of shear [m/s]."""
         return sqrt(self.stiffness / self.density), 0.0
 
@@ -96,3 +97,8 @@ def _plane_wave_speed(law, shape, density):
 @point_function(plane_diffusivity, FluidMembrane)
 def _plane_diffusivity(law, shape, density):
     return shape[0] * (2.0 * law.mu + law.lam) / density  # over the thickness that is there
+
+
+@point_function(damped_rate, FluidMembrane)
+def _damped_rate(law, rate, spread):
+    return rate if rate > 2.0 * spread else 2.0 * spread

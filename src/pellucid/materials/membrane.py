@@ -6,8 +6,10 @@ Cauchy stress in the frame and the ratio of thickness to its initial value. Sour
 
 from math import sqrt
 
-from pellucid.jit import default_function, generic, pointwise
-from pellucid.materials.law import Law
+import numpy as np
+
+from pellucid.jit import default_function, generic, point_function, pointwise
+from pellucid.materials.law import Law, LawType, energy
 
 InPlane = tuple[float, float, float]
 Shape = tuple[float, float, float, float]  # strain or deformation gradient in the plane, as the law has it
@@ -88,5 +90,85 @@ def _no_diffusivity(law, shape, density):
 
 
 @generic
+def damped_rate(law: Law, rate: float, spread: float) -> float:
+    """One over the largest stable step [1/s], from that of waves and that by which momentum spreads, ν/h² [1/s]."""
+
+
+@default_function(damped_rate)
+def _of_waves_alone(law, rate, spread):
+    return rate
+
+
+@generic
+def with_viscosity(law: Law, stress: InPlane, D: InPlane, ratio: float) -> InPlane:
+    """The stress in the frame [Pa] with that of viscosity; D: rate of deformation [1/s], ratio: of the thickness."""
+
+
+@default_function(with_viscosity)
+def _without_viscosity(law, stress, D, ratio):
+    return stress
+
+
+@generic
+def record_loss(law: Law, dissipated: np.ndarray, p: int, D: InPlane, ratio: float, scale: float) -> None:
+    """Add what viscosity takes of unit volume [W/m³], times a scale, to `dissipated` of point or element p."""
+
+
+@default_function(record_loss)
+def _loses_nothing(law, dissipated, p, D, ratio, scale):
+    pass
+
+
+@generic
 def initial_shape(law: Law) -> Shape:
     """The in-plane shape of the undeformed membrane, a 4-tuple."""
+
+
+def around(law: type[LawType]) -> type[LawType]:
+    """Class decorator: register for a law around another, its field `law`, what it does not change of that."""
+    point_function(initial_shape, law)(_inner_initial_shape)
+    point_function(stretched, law)(_inner_stretched)
+    point_function(stretched_midway, law)(_inner_stretched_midway)
+    point_function(shape_of, law)(_inner_shape_of)
+    point_function(smoothed, law)(_inner_smoothed)
+    point_function(plane_response, law)(_inner_response)
+    point_function(energy, law)(_inner_energy)
+    point_function(largest_strain, law)(_inner_strain)
+    point_function(plane_wave_speed, law)(_inner_speed)
+    return law
+
+
+def _inner_initial_shape(law):
+    return initial_shape(law.law)
+
+
+def _inner_stretched(law, shape, D, dt):
+    return stretched(law.law, shape, D, dt)
+
+
+def _inner_stretched_midway(law, shape, D, dt):
+    return stretched_midway(law.law, shape, D, dt)
+
+
+def _inner_shape_of(law, axes, major, minor):
+    return shape_of(law.law, axes, major, minor)
+
+
+def _inner_smoothed(law, shape, major, minor):
+    return smoothed(law.law, shape, major, minor)
+
+
+def _inner_response(law, shape):
+    return plane_response(law.law, shape)
+
+
+def _inner_energy(law, F):
+    return energy(law.law, F)
+
+
+def _inner_strain(law, shape):
+    return largest_strain(law.law, shape)
+
+
+def _inner_speed(law, shape, density):
+    return plane_wave_speed(law.law, shape, density)

@@ -7,7 +7,6 @@ import numpy as np
 from pellucid.materials.contract import BodyMaterial
 from pellucid.materials.damage import Elastodamage, Undamaged
 from pellucid.materials.law import Law
-from pellucid.materials.membrane import initial_shape, plane_diffusivity, wave_in_shape
 from pellucid.registry import Family
 
 
@@ -15,8 +14,18 @@ class MembraneMaterial(BodyMaterial):
     """A material of membranes. A new one is a subclass with its own `kind`."""
 
     @abstractmethod
-    def law(self) -> Law:
-        """The law as kernels take it."""
+    def law(self, thickness: float) -> Law:
+        """The law as kernels take it, of a membrane of this thickness at rest [m]."""
+
+    @abstractmethod
+    def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
+        """Speeds of pressure and shear waves in the plane at the start [m/s]; the thickness [m] counts where the moduli are
+        those of the surface."""
+
+    @property
+    def direction(self) -> np.ndarray | None:
+        """Along which, seen on the surface, the first of the axes at rest lies, shape (3,); None where any will do."""
+        return None
 
     def damage_law(self) -> Elastodamage | Undamaged:
         """The law of damage as kernels take it."""
@@ -29,13 +38,8 @@ class MembraneMaterial(BodyMaterial):
 
     def recoverable_energy(self, shape: np.ndarray) -> np.ndarray | None:
         """What points of in-plane shapes, (n, 4), can give back of the work of their stress [J/kg], shape (n,); None where
-        that is all, or damage tells."""
+        that is all, or what was lost is recorded."""
         return None
-
-    def signals(self, length: float) -> tuple[float, float]:
-        """Speed of waves in the plane [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
-        law, density = self.law(), self.density
-        return wave_in_shape(law, initial_shape(law), density), plane_diffusivity(law, initial_shape(law), density)
 
 
 MEMBRANE_MATERIALS = Family("material of a membrane", MembraneMaterial)

@@ -35,6 +35,16 @@ class Ogden(NamedTuple):
     rho0: float
 
 
+def check_terms(moduli: tuple[float, ...], exponents: tuple[float, ...]) -> None:
+    """Raises ValueError where terms lack a modulus or an exponent, or one does not resist."""
+    if moduli and len(moduli) != len(exponents):
+        raise ValueError(f"shear_moduli has {len(moduli)} numbers and exponents {len(exponents)}: each term has one of both")
+    for number, (mu, alpha) in enumerate(zip(moduli, exponents, strict=False)):
+        if not mu * alpha > 0.0:
+            terms = f"shear_moduli[{number}] = {mu:g} and exponents[{number}] = {alpha:g}"
+            raise ValueError(f"{terms}: a term resists where their product is above 0; give both the same sign")
+
+
 class OgdenMaterial(BulkMaterial):
     """Ogden solid, W = Σ μ_p/α_p (λ̄₁^α_p + λ̄₂^α_p + λ̄₃^α_p - 3) + κ/2 (J-1)²: any strain; at rest 2μ = Σ μ_p α_p."""
 
@@ -45,15 +55,7 @@ class OgdenMaterial(BulkMaterial):
     @field_validator("exponents")
     @classmethod
     def _terms_resist(cls, exponents: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        moduli = info.data.get("shear_moduli", ())
-        if moduli and len(moduli) != len(exponents):
-            raise ValueError(
-                f"shear_moduli has {len(moduli)} numbers and exponents {len(exponents)}: each term has one of both"
-            )
-        for number, (mu, alpha) in enumerate(zip(moduli, exponents, strict=False)):
-            if not mu * alpha > 0.0:
-                terms = f"shear_moduli[{number}] = {mu:g} and exponents[{number}] = {alpha:g}"
-                raise ValueError(f"{terms}: a term resists where their product is above 0; give both the same sign")
+        check_terms(info.data.get("shear_moduli", ()), exponents)
         return exponents
 
     def moduli(self) -> tuple[float, float]:

@@ -30,13 +30,21 @@ from pellucid.materials.membrane import (
     stretched_midway,
 )
 from pellucid.materials.point_state import load
+from pellucid.materials.surface_law import (
+    stretch_curvatures,
+    stretch_energy,
+    stretch_slopes,
+    surface_energy,
+    surface_stiffness,
+    surface_tension,
+)
 from pellucid.state import FIELDS
 from pellucid.tensors import ZERO_VECTOR
 from pellucid.users.users_code import failing_as, file_of
 
 if TYPE_CHECKING:
     from pellucid.materials.contract import PointMaterial
-    from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
+    from pellucid.materials.solid_membrane import SolidMembraneMaterial
 
 Operation = Callable[..., Any]
 RATE_FORM = (
@@ -60,6 +68,17 @@ MEMBRANE: dict[Operation, int] = {
     plane_wave_speed: 1,
 }
 """What a law of membranes states, and how many numbers each gives."""
+UNSTRETCHED, UNDEFORMED = (1.0, 1.0), ((1.0, 0.0, 0.0, 1.0),)
+SURFACE: dict[Operation, tuple[int, tuple[Any, ...]]] = {
+    stretch_energy: (1, UNSTRETCHED),
+    stretch_slopes: (2, UNSTRETCHED),
+    stretch_curvatures: (3, UNSTRETCHED),
+    surface_energy: (1, UNDEFORMED),
+    surface_tension: (3, UNDEFORMED),
+    surface_stiffness: (1, UNDEFORMED),
+}
+"""What surface laws state, how many numbers each gives, and the arguments at rest."""
+AT_REST = 1e-9  # of the stiffness: stress that counts as none
 DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, which register what most laws share"
 
 
@@ -127,22 +146,36 @@ def try_material(material: "PointMaterial") -> None:
         list(material.problems())
 
 
-def try_membrane(material: "ElasticMembraneMaterial") -> None:
-    """The same of the material of a membrane."""
+def try_membrane(material: "SolidMembraneMaterial") -> None:
+    """The same of the material of a membrane that has a shape at rest."""
     name = type(material).__name__
     with failing_as(lambda why: ValueError(f"{name}.elastic_law fails: {why}")):
-        elastic, law = material.elastic_law(), material.law()
+        operations, law = material.operations(), material.law(1.0)
+    (elastic,) = operations
     _check_parameters(elastic, name)
-    _check_registered(material.operations(elastic))
+    _check_registered(operations)
     calls = calls_of_membrane(material, law)
-    for operation, size in MEMBRANE.items():
-        found = calls[operation].result()
-        _check_tuple(found, size, f"`{operation.__name__}` of the law {_named(elastic)}")
+    for operation, call in calls.items():
+        size = MEMBRANE[operation] if operation in MEMBRANE else SURFACE[operation][0]
+        _check_tuple(call.result(), size, f"`{operation.__name__}` of the law {_named(elastic)}")
     calls[plane_wave_speed].number(least=0.0)
+    stress = plane_response(law, initial_shape(law))
+    stiffness = material.density * calls[plane_wave_speed].number() ** 2
+    if max(abs(s) for s in stress[:3]) > AT_REST * stiffness:
+        raise ValueError(f"the law {_named(elastic)} has a stress at rest; its energy must be least there")
 
 
-def calls_of_membrane(material: "ElasticMembraneMaterial", law: Any) -> dict[Operation, Call]:
-    """What kernels call of a law of membranes, with the arguments of a point at rest over no time."""
+def calls_of_membrane(material: "SolidMembraneMaterial", law: Any) -> dict[Operation, Call]:
+    """What kernels call of a law of membranes, with the arguments of a point at rest over no time: of the law that it is made
+    of where that is a surface law, and of the law itself."""
+    of_surface = {
+        operation: Call(operation, (part, *SURFACE[operation][1]))
+        for part, operations in material.operations().items()
+        for operation in operations
+        if operation in SURFACE
+    }
+    for call in of_surface.values():
+        call.result()
     shape = Call(initial_shape, (law,)).result()
     arguments = {
         initial_shape: (law,),
@@ -154,7 +187,7 @@ def calls_of_membrane(material: "ElasticMembraneMaterial", law: Any) -> dict[Ope
         largest_strain: (law, shape),
         plane_wave_speed: (law, shape, material.density),
     }
-    return {operation: Call(operation, given) for operation, given in arguments.items()}
+    return of_surface | {operation: Call(operation, given) for operation, given in arguments.items()}
 
 
 def _check_parameters(law: Any, name: str) -> None:

@@ -14,19 +14,10 @@ from typing import NamedTuple
 
 from pellucid.jit import generic, point_function
 from pellucid.materials.law import Law, energy
-from pellucid.materials.membrane import (
-    Shape,
-    initial_shape,
-    largest_strain,
-    plane_response,
-    plane_wave_speed,
-    shape_of,
-    smoothed,
-    stretched,
-    stretched_midway,
-)
+from pellucid.materials.membrane import Shape, around, plane_response, plane_wave_speed, smoothed
 
 
+@around
 class TensionField(NamedTuple):
     """A membrane of another law that bears no compression."""
 
@@ -38,24 +29,9 @@ def unwrinkled(law: Law, shape: Shape) -> tuple[Shape, float]:
     """The in-plane shape with its wrinkles smoothed out, a 4-tuple, and the area of that over the area of the shape itself."""
 
 
-@point_function(initial_shape, TensionField)
-def _initial_shape(law):
-    return initial_shape(law.law)
-
-
-@point_function(stretched, TensionField)
-def _stretched(law, shape, D, dt):
-    return stretched(law.law, shape, D, dt)
-
-
-@point_function(stretched_midway, TensionField)
-def _stretched_midway(law, shape, D, dt):
-    return stretched_midway(law.law, shape, D, dt)
-
-
-@point_function(shape_of, TensionField)
-def _shape_of(law, axes, major, minor):
-    return shape_of(law.law, axes, major, minor)
+@generic
+def natural_width(law: Law, stretch: float) -> float:
+    """The width over that at rest of a strip that is pulled to a stretch, its sides free."""
 
 
 @point_function(smoothed, TensionField)
@@ -79,11 +55,6 @@ def _plane_response(law, shape):
 def _relaxed_energy(law, F):
     smooth, _ = unwrinkled(law.law, F)
     return energy(law.law, smooth)
-
-
-@point_function(largest_strain, TensionField)
-def _largest_strain(law, shape):
-    return largest_strain(law.law, shape)
 
 
 @point_function(plane_wave_speed, TensionField)

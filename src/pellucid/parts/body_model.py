@@ -212,6 +212,10 @@ class BodyModel(Part):
         waves cross it."""
         return None
 
+    def waves_at_start(self) -> tuple[float, float]:
+        """Speeds of pressure and shear waves of its material at the start [m/s], by which times are measured."""
+        return self.material.wave_speeds()
+
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """The largest stable step at the start, in cells of this edge [m] if there are any: a fixed one must not pass it. None
         where only the body that is built knows one.

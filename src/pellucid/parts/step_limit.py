@@ -66,11 +66,15 @@ def signals_in_cells(cell: float, wave: float, diffusivity: float, speed: float 
     return tightest([waves_in_cells(cell, wave, speed, cause), spread_in_cells(cell, diffusivity)])
 
 
-def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"]) -> StepLimit:
+def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"], spread: float = 0.0) -> StepLimit:
     """Half the largest eigenfrequency of membrane elements, or of a meshless solid [1/s], and the speed of waves in these
-    [m/s]."""
-    if rate <= 0.0:
+    [m/s]; a quarter of the largest rate at which their viscosity lets modes fade [1/s], by forces of the step before."""
+    if rate <= 0.0 and spread <= 0.0:
         return NO_LIMIT
+    if spread > rate:
+        step = 1.0 / (sqrt(rate * rate + spread * spread) + spread)
+        return StepLimit(step, "viscous", f"its viscosity spreads momentum over its smallest element within {step:.3g} s")
+    rate = sqrt(rate * rate + spread * spread) + spread if spread > 0.0 else rate
     way, crossed, width = ("its plane", "smallest element", "wide") if cause == "membrane" else ("it", "closest nodes", "apart")
     reason = f"waves in {way} of {wave:.4g} m/s cross its {crossed}, in effect {wave / rate:.3g} m {width}"
     return StepLimit(1.0 / rate, cause, reason)

@@ -183,4 +183,4 @@ def _come_to_rest(
 def _crossing(model: BodyModel) -> float:
     """The time in which pressure waves cross a body [s]."""
     lower, upper = model.bounds()
-    return float((upper - lower).max()) / model.material.wave_speeds()[0]
+    return float((upper - lower).max()) / model.waves_at_start()[0]

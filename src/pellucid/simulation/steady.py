@@ -198,7 +198,7 @@ class SteadyClock(Clock):
 def _crossing(model: BodyModel) -> float:
     """The time in which slow waves cross a body [s]; a membrane has no speed of shear waves."""
     lower, upper = model.bounds()
-    pressure, shear = model.material.wave_speeds()
+    pressure, shear = model.waves_at_start()
     return float((upper - lower).max()) / (shear or 0.2 * pressure)
 
 

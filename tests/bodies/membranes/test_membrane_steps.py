@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from elements import DENSITY, body_of, bring, element_sheet, forces, places
-from membranes import THICKNESS, E, neo_hookean_stretch, sheet
+from elements import DENSITY, bring_to, element_sheet, fastest_frequency, single_element
+from membranes import RIM, THICKNESS, E, assert_stable_when_shaken, edge, neo_hookean_stretch, sheet
 from small_cases import simulation
 
-from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.membrane_material import MEMBRANE_MATERIALS
 
@@ -30,20 +29,6 @@ def square(kind, law, ratio=0.3, n=11, **more):
     return table
 
 
-def edge(name, x, y, hold="xyz", **more):
-    """A motion of the points of an edge, those within 0.01 m."""
-    lower, upper = (x[0] - 0.01, y[0] - 0.01, -1.0), (x[1] + 0.01, y[1] + 0.01, 1.0)
-    return {"name": name, "body": "sheet", "part": {"box": {"lower": lower, "upper": upper}}, "hold": tuple(hold)} | more
-
-
-RIM = [
-    edge("left", (-0.5, -0.5), (-0.5, 0.5)),
-    edge("right", (0.5, 0.5), (-0.5, 0.5)),
-    edge("front", (-0.45, 0.45), (-0.5, -0.5)),
-    edge("back", (-0.45, 0.45), (0.5, 0.5)),
-]
-
-
 # half the largest eigenfrequency over the speed of waves: 1/h of cells, and of square elements and their halves as in the sheet
 REACH = {"points": 4.0, "quadrilaterals": 10.0 * np.sqrt(2.0), "triangles": 10.0 * np.sqrt(3.0)}
 
@@ -54,20 +39,6 @@ def test_at_rest_all_laws_have_the_step_of_plane_stress(kind, ratio):
     rates = [simulation(square(kind, law, ratio), **SETTINGS).bodies[0].totals.rate for law in LAWS]
     speed = np.sqrt(E / ((1.0 - ratio**2) * DENSITY))
     assert rates == pytest.approx([REACH[kind] * speed] * len(LAWS), rel=1e-9)
-
-
-def assert_stable_when_shaken(sim, steps=2000):
-    """Every point gets a velocity at random, and the kinetic energy stays of the size of what that gave."""
-    velocity = sim.bodies[0].arrays["velocity"]
-    velocity += np.random.default_rng(0).uniform(-1.0, 1.0, velocity.shape)
-    given = 0.5 * sim.bodies[0].mass
-    sim.step()
-    sim.begin_balance()
-    most = 0.0
-    for _ in range(steps):
-        sim.step()
-        most = max(most, sim.energies()["kinetic"])
-    assert most < 3.0 * given
 
 
 @every_kind
@@ -108,26 +79,6 @@ def test_points_stretched_twofold_one_way_are_stable(ratio):
 @pytest.mark.parametrize("stretches", [(1.0, 1.0), (2.0, 1.0), (1.5, 1.5)])
 def test_no_element_swings_faster_than_its_bound(kind, law, stretches):
     """Against the largest eigenfrequency by differences of the forces on its corners."""
-    numbers = np.random.default_rng(2)
-    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) + numbers.uniform(-0.2, 0.2, (4, 3)) * (1, 1, 0)
-    none = [np.zeros((0, n), int) for n in (4, 3)]
-    quad, triangle = Mesh(corners, np.array([[0, 1, 2, 3]]), none[1]), Mesh(corners[:3], none[0], np.array([[0, 1, 2]]))
-    body = body_of(
-        element_sheet(law), quad if kind == "quadrilaterals" else triangle, counts=(4, 4, 4), cell=4.0, lower=(-8,) * 3
-    )
-    start, steps = places(body), 20
-    for k in range(1, steps + 1):
-        bring(body, start * (*np.power(stretches, k / steps), 1.0))
-    position, kept = places(body), {name: array.copy() for name, array in body.element_arrays.items()}
-
-    def forces_at(shift):
-        for name, array in kept.items():
-            body.element_arrays[name][...] = array
-        body.surface.strain(position + shift, shift, 1.0, body.totals)
-        body.arrays["position"][:] = position + shift
-        return forces(body).ravel()
-
-    shifts = 1e-6 * np.eye(position.size).reshape(-1, *position.shape)
-    stiffness = np.array([forces_at(-shift) - forces_at(shift) for shift in shifts]) / 2e-6
-    fastest = np.sqrt(np.linalg.eigvals(stiffness / np.repeat(body.arrays["mass"], 3)).real.max())
-    assert 1.0 <= 2.0 * body.totals.rate / fastest < 2.0
+    body = single_element(element_sheet(law), kind)
+    bring_to(body, stretches)
+    assert 1.0 <= 2.0 * body.totals.rate / fastest_frequency(body) < 2.0

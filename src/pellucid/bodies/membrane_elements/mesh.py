@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.bodies.membrane_elements.geometry import frame_of
 from pellucid.geometry.meshes.surface_mesh import Mesh
 
 
@@ -48,13 +49,42 @@ class ElementMesh:
         return np.stack(sums, axis=1).reshape(self.n_nodes, *values.shape[1:])
 
 
-def rest_gradients(places: np.ndarray) -> np.ndarray:
+def rest_gradients(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:
     """Gradients of the second and the third shape function of triangles, in axes of their planes [1/m], shape (t, 4).
 
-    places: of their corners at rest [m], shape (t, 3, 3). The first axis is along the first edge.
+    places: of their corners at rest [m], shape (t, 3, 3). The first axis is along the first edge, or where there is a
+    direction, shape (3,), along what of that lies in the plane.
     """
     chi, psi = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
+    if direction is not None:
+        first, second = axes_along(direction, np.cross(chi, psi))
+        cx, cy, px, py = (np.sum(a * b, axis=1) for a in (chi, psi) for b in (first, second))
+        return np.stack([py, -px, -cy, cx], axis=1) / (cx * py - cy * px)[:, None]
     length = np.linalg.norm(chi, axis=1)
     along = np.einsum("ti,ti->t", chi, psi) / length
     height = np.linalg.norm(np.cross(chi, psi), axis=1) / length
     return np.stack([1.0 / length, -along / (length * height), np.zeros(len(chi)), 1.0 / height], axis=1)
+
+
+def axes_along(direction: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Axes of planes with these normals, shape (n, 3), of any length: along what lies in them of a direction, and across it."""
+    normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+    first = direction - np.sum(direction * normal, axis=1)[:, None] * normal
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    return first, np.cross(normal, first)
+
+
+def initial_turns(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:
+    """Cosine and sine of the angle from the frames of quadrilaterals to those of their material, shape (q, 2): none, or to what
+    lies in their planes of a direction, shape (3,).
+
+    places: of their corners [m], shape (q, 4, 3).
+    """
+    turn = np.tile((1.0, 0.0), (len(places), 1))
+    if direction is None or not len(places):
+        return turn
+    a, b, c, d = np.moveaxis(places, 1, 0)
+    frames = np.array([frame_of(tuple(chi), tuple(psi)) for chi, psi in zip(b - a + c - d, c - b + d - a, strict=True)])
+    first, _ = axes_along(direction, frames[:, 2])
+    turn[:, 0], turn[:, 1] = np.sum(frames[:, 0] * first, axis=1), np.sum(frames[:, 1] * first, axis=1)
+    return turn

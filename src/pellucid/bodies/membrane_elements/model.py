@@ -19,7 +19,7 @@ from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import bounding_box
 from pellucid.geometry.surfaces.surface import Elements
 from pellucid.grid.model import GridCase
-from pellucid.materials import AnyElasticMembraneMaterial
+from pellucid.materials import AnySolidMembraneMaterial
 from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
@@ -35,7 +35,7 @@ class MembraneElementsCase(MembraneCase):
     """A membrane of finite elements, which moves on its own nodes and touches other bodies on the grid."""
 
     kind: Literal["membrane-elements"] = "membrane-elements"
-    material: AnyElasticMembraneMaterial = parameter("", "what the membrane is made of")
+    material: AnySolidMembraneMaterial = parameter("", "what the membrane is made of")
     elements: Elements = parameter(
         "", "quadrilaterals where the surface has them, or triangles alone: each quadrilateral cut in two", "quads"
     )
@@ -47,7 +47,8 @@ class MembraneElementsCase(MembraneCase):
         """The fields that probes can read."""
         motion = ("position", "velocity", "mass", "kinetic_energy")
         bent = ("curvature", "bending_energy") if self.bending is not None else ()
-        return (*motion, "density", "pressure", "stress", "thickness", "stored_energy", "strain_energy", *bent)
+        fields = ("density", "pressure", "stress", "thickness", "stored_energy", "strain_energy")
+        return (*motion, *fields, *self.losses(), *bent)
 
     def owns_nodes(self, alone: bool) -> bool:
         """Its nodes move by themselves where no other body shares their velocity field."""
@@ -83,8 +84,9 @@ class MembraneElementsCase(MembraneCase):
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
         """Waves in its plane cross none of its elements in a step, and its nodes no cell."""
-        wave, _ = self.signals_at_start()
-        in_elements = waves_in_mesh(wave * float(rates_of_surface(self.mesh()).max()), wave, "membrane")
+        wave, diffusivity = self.signals_at_start()
+        fastest = float(rates_of_surface(self.mesh()).max())
+        in_elements = waves_in_mesh(wave * fastest, wave, "membrane", fastest * fastest * diffusivity)
         bending = [] if self.bending is None else [self._bending_limit(self.bending, cell)]
         moving = [motion_in_cells(cell, self.fastest_at_start(self.mesh().vertices))] if cell else []
         return tightest([in_elements, *bending, *moving])

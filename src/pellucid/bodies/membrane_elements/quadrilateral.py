@@ -29,7 +29,16 @@ from pellucid.bodies.membrane_elements.hourglass import resisted
 from pellucid.grid.points import COLLAPSED, NOT_FINITE, OK
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.columns import WIDTH, put, take
-from pellucid.materials.membrane import plane_response, plane_wave_speed, principal_tension, stretched_midway
+from pellucid.materials.membrane import (
+    damped_rate,
+    plane_diffusivity,
+    plane_response,
+    plane_wave_speed,
+    principal_tension,
+    record_loss,
+    stretched_midway,
+    with_viscosity,
+)
 from pellucid.tensors import ZERO_VECTOR
 
 SPANS = ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR
@@ -54,7 +63,7 @@ def strain_quadrilaterals(surface, x, v, first, n, dt, c):
     _fetch(surface, x, v, first, n, c)
     _find_rates(n, dt, c)
     _respond(surface.law, surface.control, surface.thickness, n, dt, c)
-    _keep(surface.state, surface.thickness, first, n, c)
+    _keep(surface.law, surface.state, surface.thickness, first, n, dt, c)
 
 
 @pointwise
@@ -107,6 +116,7 @@ def _respond(law, control, thickness, n, dt, c):
         E, area = take((ZERO_VECTOR, 0.0), c, q + RATE * WIDTH)
         shape = stretched_midway(law, take(SHAPE_LIKE, c, q + SHAPE * WIDTH), E, dt)
         s11, s22, s12, ratio = plane_response(law, shape)
+        s11, s22, s12 = with_viscosity(law, (s11, s22, s12), E, ratio)
         (o11, o22, o12), V, m, energy = take((ZERO_VECTOR, 0.0, 0.0, 0.0), c, q + STRESS * WIDTH)
         volume = area * thickness * ratio
         work = (V * o11 + volume * s11) * E[0] + (V * o22 + volume * s22) * E[1] + 2.0 * (V * o12 + volume * s12) * E[2]
@@ -126,6 +136,8 @@ def _respond(law, control, thickness, n, dt, c):
         R2 = resisted(control, Q2, q2, dt, stiffness, impedance)
         warped += half * ((Q1 + R1) * q1 + (Q2 + R2) * q2)
         signal = sqrt(bound * (wave * wave + principal_tension(s11, s22, s12) * volume / m))
+        spread = bound * plane_diffusivity(law, take(SHAPE_LIKE, c, q + SHAPE * WIDTH), m / volume)
+        signal = damped_rate(law, signal, spread)
         magnitude = abs(s11 + s22 + s12 + signal + volume)
         over = over if ratio > 0.0 else 1.0
         put(c, q + HOURGLASS * WIDTH, ((R1, R2), warped))
@@ -133,7 +145,7 @@ def _respond(law, control, thickness, n, dt, c):
 
 
 @pointwise
-def _keep(state, thickness, first, n, c):
+def _keep(law, state, thickness, first, n, dt, c):
     turn, shape, stress, Q = state.turn, state.shape, state.plane_stress, state.hourglass
     for q in range(n):
         e = uintp(first + q)
@@ -145,6 +157,8 @@ def _keep(state, thickness, first, n, c):
         Q[e, 0], Q[e, 1] = R
         state.volume[e], state.strain_energy[e], state.hourglass_energy[e] = V, energy, warped
         state.thickness[e] = thickness * c[uintp(q + RATIO * WIDTH)]
+        D = take(ZERO_VECTOR, c, q + RATE * WIDTH)
+        record_loss(law, state.dissipated_energy, e, D, c[uintp(q + RATIO * WIDTH)], dt * V)
 
 
 @pointwise

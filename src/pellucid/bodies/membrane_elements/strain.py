@@ -33,6 +33,7 @@ class ElementArrays(NamedTuple):
     shape: np.ndarray  # (q, 4) in-plane shape in the material's frame, the law's own
     turn: np.ndarray  # (q, 2) cosine and sine of the angle from the element's frame to the material's
     hourglass: np.ndarray  # (q, 2) hourglass force Q in the element's frame [N]
+    dissipated_energy: np.ndarray  # (m,) the part of the work of the stress that viscosity took [J]; else of no length
 
 
 class StrainedElements(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.bending import Bending
-from pellucid.bodies.membrane_elements.mesh import ElementMesh, rest_gradients
+from pellucid.bodies.membrane_elements.mesh import ElementMesh, initial_turns, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
     ELEMENT_SUMS,
@@ -29,7 +29,7 @@ from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
-from pellucid.materials.membrane import wave_in_shape
+from pellucid.materials.membrane import plane_diffusivity, wave_in_shape
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, waves_in_mesh
 from pellucid.reductions import ordered_sum
 
@@ -50,8 +50,8 @@ class ElementSurface:
     """
 
     def __init__(self, case: "MembraneElementsCase", grid_case: GridCase | None) -> None:
-        self.law = case.material.law()
-        tense = prestretch(self.law, case.tension, case.thickness)
+        tense = prestretch(case.material.law, case.tension, case.thickness)
+        self.law = tense.law
         self.thickness = case.thickness / tense.ratio
         """At rest [m]."""
         self.areal_density = case.material.density * case.thickness
@@ -68,11 +68,11 @@ class ElementSurface:
         mass = case.material.density * volume
         self.node_mass = self.mesh.at_nodes(mass)
         """Of the nodes in the order of the mesh [kg], shape (n,)."""
-        self._rest = tense.stretch * rest_gradients(self.vertices[mesh.triangles])
+        direction = case.material.direction
+        self._rest = tense.stretch * rest_gradients(self.vertices[mesh.triangles], direction)
         plane_stress = np.tile((tense.stress, tense.stress, 0.0), (m, 1))
         plane_stress[q:] *= tense.ratio  # of triangles the second Piola-Kirchhoff stress, V/V₀ U⁻¹ σ U⁻¹
-        turn = np.zeros((q, 2))
-        turn[:, 0] = 1.0
+        turn = initial_turns(self.vertices[mesh.quads], direction)
         self.arrays: dict[str, np.ndarray] = {
             "element_mass": mass,
             "plane_stress": plane_stress,
@@ -85,6 +85,9 @@ class ElementSurface:
             "hourglass": np.zeros((q, 2)),
         }
         self.bending = None if case.bending is None else bending_of(case.bending, mesh, self.node_mass)
+        self._diffusivity = plane_diffusivity(self.law, tense.shape, case.material.density)
+        if self._diffusivity > 0.0:
+            self.arrays["dissipated_energy"] = np.zeros(m)
         self._chunks = (m + CHUNK - 1) // CHUNK
         self._sums, self._fault = np.zeros((self._chunks, ELEMENT_SUMS)), np.zeros((self._chunks, 2), np.int64)
         self._corner_forces = np.zeros((m, 4, 3))
@@ -96,7 +99,7 @@ class ElementSurface:
         """
         self.number, self._ranges = number, len(first) - 1
         where = np.argsort(number)  # from a node's number to its place
-        state = ElementArrays(*(self.arrays[name] for name in ElementArrays._fields))
+        state = ElementArrays(*(self.arrays.get(name, np.zeros(0)) for name in ElementArrays._fields))
         what = (self.law, self._control, self.thickness * self._slice, self._rest, state)
         self._bundle = Bundle(StrainedElements(where[self.mesh.corners], self.mesh.n_quads, *what))
         self._about = Bundle(forces.CornersAbout(first, number, self.mesh.fan))
@@ -139,6 +142,8 @@ class ElementSurface:
         strain(self._chunks, self._bundle, position, velocity, self._sums, self._fault, dt)
         sums = ordered_sum(self._sums)
         totals.parts["hourglass"] = float(sums[HOURGLASS])
+        if self._diffusivity > 0.0:
+            totals.parts["dissipated"] = float(self.arrays["dissipated_energy"].sum())
         totals.stored = float(sums[STRAIN]) + totals.parts["hourglass"]
         if self.bending is not None:
             totals.parts["bending"] = self.bending.energy(position)
@@ -161,7 +166,8 @@ class ElementSurface:
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""
-        return [*FIELDS, *(("curvature", "bending_energy") if self.bending is not None else ())]
+        lost = ("dissipated_energy",) if "dissipated_energy" in self.arrays else ()
+        return [*FIELDS, *lost, *(("curvature", "bending_energy") if self.bending is not None else ())]
 
     def field(self, name: str, position: np.ndarray, mass: np.ndarray) -> np.ndarray:
         """A field at the nodes; units in `pellucid.state.FIELDS`.
@@ -179,8 +185,8 @@ class ElementSurface:
             return self._mean(stress)[self.number]
         if name == "pressure":
             return np.asarray(-self.field("stress", position, mass)[:, :3].mean(axis=1))
-        if name == "strain_energy":
-            return np.asarray(at_nodes(elements["strain_energy"])[self.number] / mass)
+        if name in ("strain_energy", "dissipated_energy"):
+            return np.asarray(at_nodes(elements[name])[self.number] / mass)
         if name == "stored_energy":
             bent = 0.0 if self.bending is None else self.bending.energies
             return np.asarray((at_nodes(elements["strain_energy"] + elements["hourglass_energy"]) + bent)[self.number])

@@ -13,7 +13,18 @@ from math import inf, sqrt
 from pellucid.bodies.membrane_elements.geometry import cross, dot, edges, in_space
 from pellucid.grid.points import COLLAPSED, NOT_FINITE, OK
 from pellucid.jit import kernel, pointwise
-from pellucid.materials.membrane import plane_response, plane_wave_speed, principal_tension, shape_of, smoothed, turned_to
+from pellucid.materials.membrane import (
+    damped_rate,
+    plane_diffusivity,
+    plane_response,
+    plane_wave_speed,
+    principal_tension,
+    record_loss,
+    shape_of,
+    smoothed,
+    turned_to,
+    with_viscosity,
+)
 
 NARROWEST = 1e-3  # principal stretch; what is folded to less counts as this wide, and what bears compression has collapsed
 
@@ -26,6 +37,14 @@ def gradients(rest, chi, psi):
         (chi[0] * b11 + psi[0] * b21, chi[1] * b11 + psi[1] * b21, chi[2] * b11 + psi[2] * b21),
         (chi[0] * b12 + psi[0] * b22, chi[1] * b12 + psi[1] * b22, chi[2] * b12 + psi[2] * b22),
     )
+
+
+@pointwise
+def between(w, E):
+    """w E w of symmetric tensors (11, 22, 12)."""
+    a11, a12 = w[0] * E[0] + w[2] * E[2], w[0] * E[2] + w[2] * E[1]
+    a21, a22 = w[2] * E[0] + w[1] * E[2], w[2] * E[2] + w[1] * E[1]
+    return a11 * w[0] + a12 * w[2], a21 * w[2] + a22 * w[1], a11 * w[2] + a12 * w[1]
 
 
 @kernel(inline=True)
@@ -48,20 +67,22 @@ def strain_triangle(surface, x, v, e, dt):
     s11, s22, s12, ratio = plane_response(law, shape)
     at_rest = _volume_of(rest, initial)
     volume = at_rest * major * minor * ratio
-    # S = V/V₀ U⁻¹ σ U⁻¹, with σ turned back to the axes at rest
-    w11, w22, w12 = turned_to(C[0], C[1], C[2], 1.0 / major, 1.0 / minor)
-    a11, a12, a21, a22 = w11 * s11 + w12 * s12, w11 * s12 + w12 * s22, w12 * s11 + w22 * s12, w12 * s12 + w22 * s22
-    share = volume / at_rest
-    S11, S22, S12 = share * (a11 * w11 + a12 * w12), share * (a21 * w12 + a22 * w22), share * (a11 * w12 + a12 * w22)
-    # the Green strain of the step, from the gradients at its middle
+    # the rate of Green's strain over the step, from the gradients at its middle
     r1, r2 = gradients(rest, chi_rate, psi_rate)
     m1 = (f1[0] - half * r1[0], f1[1] - half * r1[1], f1[2] - half * r1[2])
     m2 = (f2[0] - half * r2[0], f2[1] - half * r2[1], f2[2] - half * r2[2])
+    E11, E22, E12 = dot(m1, r1), dot(m2, r2), 0.5 * (dot(m1, r2) + dot(m2, r1))
+    # D = U⁻¹ Ė U⁻¹ and S = V/V₀ U⁻¹ σ U⁻¹, with D and σ turned back to the axes at rest
+    w = w11, w22, w12 = turned_to(C[0], C[1], C[2], 1.0 / major, 1.0 / minor)
+    D = between(w, (E11, E22, E12))
+    s11, s22, s12 = with_viscosity(law, (s11, s22, s12), D, ratio)
+    record_loss(law, state.dissipated_energy, e, D, ratio, dt * volume)
+    a11, a12, a21, a22 = w11 * s11 + w12 * s12, w11 * s12 + w12 * s22, w12 * s11 + w22 * s12, w12 * s12 + w22 * s22
+    share = volume / at_rest
+    S11, S22, S12 = share * (a11 * w11 + a12 * w12), share * (a21 * w12 + a22 * w22), share * (a11 * w12 + a12 * w22)
     old = state.plane_stress
     state.strain_energy[e] += (
-        half
-        * at_rest
-        * ((old[e, 0] + S11) * dot(m1, r1) + (old[e, 1] + S22) * dot(m2, r2) + (old[e, 2] + S12) * (dot(m1, r2) + dot(m2, r1)))
+        half * at_rest * ((old[e, 0] + S11) * E11 + (old[e, 1] + S22) * E22 + (old[e, 2] + S12) * (dot(m1, r2) + dot(m2, r1)))
     )
     old[e, 0], old[e, 1], old[e, 2] = S11, S22, S12
     state.thickness[e], state.volume[e] = initial * ratio, volume
@@ -77,6 +98,7 @@ def strain_triangle(surface, x, v, e, dt):
     m = state.element_mass[e]
     wave = plane_wave_speed(law, shape, m / volume)
     signal = sqrt(bound * (wave * wave + principal_tension(s11, s22, s12) * volume / m))
+    signal = damped_rate(law, signal, bound * plane_diffusivity(law, shape, m / volume))
     turn = cross(m1, m2)
     h1 = (f1[0] - dt * r1[0], f1[1] - dt * r1[1], f1[2] - dt * r1[2])
     h2 = (f2[0] - dt * r2[0], f2[1] - dt * r2[1], f2[2] - dt * r2[2])

@@ -16,12 +16,15 @@ from pellucid.jit.columns import WIDTH, put, take
 from pellucid.jit.vector import LANES
 from pellucid.materials.damage import dissipate, driving_strain, has_failed, upright, weaken
 from pellucid.materials.membrane import (
+    damped_rate,
     fastest_wave,
     plane_diffusivity,
     plane_response,
     plane_wave_speed,
     principal_tension,
+    record_loss,
     stretched,
+    with_viscosity,
 )
 from pellucid.tensors import IDENTITY, NO_STRESS, ZERO_VECTOR, end_stress_power
 
@@ -156,6 +159,7 @@ def respond_to_shapes(law, lattice, thickness, dt, n, c):
         bears, (E11, E22, E12), cosine = take((0.0, ZERO_VECTOR, 0.0), c, q + BEARS * WIDTH)
         m, energy, speed, V, (o11, o22, o12), left = take((0.0, 0.0, 0.0, 0.0, ZERO_VECTOR, 0.0), c, q + MASS * WIDTH)
         ratio, wave, diffusivity, (s11, s22, s12) = take((0.0, 0.0, 0.0, ZERO_VECTOR), c, q + RATIO * WIDTH)
+        s11, s22, s12 = with_viscosity(law, (s11, s22, s12), (E11, E22, E12), ratio)
         s11, s22, s12 = left * s11, left * s22, left * s12
         power = 0.5 * ((o11 + s11) * E11 + (o22 + s22) * E22) + (o12 + s12) * E12
         more = dt * power * V / m
@@ -169,12 +173,13 @@ def respond_to_shapes(law, lattice, thickness, dt, n, c):
         bad = bad if bears > 0.0 else 0.0
         bad = bad if magnitude < inf else 1.0
         fastest = fastest_wave(wave, principal_tension(s11, s22, s12), m / V)
-        rate, viscous = h * (fastest + speed), 2.0 * h * h * diffusivity
-        viscous = viscous if bears > 0.0 else 0.0
+        spread = h * h * diffusivity
+        spread = spread if bears > 0.0 else 0.0
+        rate = damped_rate(law, h * (fastest + speed), spread)
         sums = bad, m * energy, new_power if bears > 0.0 else 0.0
         put(c, q + ENERGY * WIDTH, energy)
         put(c, q + PLANE_STRESS * WIDTH, (s11, s22, s12))
-        put(c, q + STRESS * WIDTH, (stress, magnitude, sums, rate if rate > viscous else viscous))
+        put(c, q + STRESS * WIDTH, (stress, magnitude, sums, rate))
 
 
 @pointwise
@@ -189,14 +194,19 @@ def fault_in(c, q):
 
 
 @pointwise
-def keep_stresses(surface, start, n, c):
+def keep_stresses(surface, dt, start, n, c):
     """Bring volumes, stresses and energies back."""
     index, damage, record, points, state = surface.index, surface.damage, surface.record, surface.points, surface.state
+    law = surface.law
     of_plane, whole = (points.volume, state.plane_stress), all_bear(c, n)
     keep_where(BEARS, whole, index, 0.0, state.strain_energy, start, n, c, ENERGY * WIDTH)
     keep_where(BEARS, whole, index, (0.0, ZERO_VECTOR), of_plane, start, n, c, VOLUME * WIDTH)
     keep_where(BEARS, whole, index, NO_STRESS, points.stress, start, n, c, STRESS * WIDTH)
     for q in range(n):
         if c[uintp(q + BEARS * WIDTH)] > 0.0:
+            p = place_of(index, start + q)
+            share = dt * c[uintp(q + LEFT * WIDTH)] * c[uintp(q + VOLUME * WIDTH)] / c[uintp(q + MASS * WIDTH)]
+            D = take(ZERO_VECTOR, c, q + STRETCHING * WIDTH)
+            record_loss(law, record.dissipated_energy, p, D, c[uintp(q + RATIO * WIDTH)], share)
             work, kept = c[uintp(q + ENERGY * WIDTH)], c[uintp(q + KEPT * WIDTH)]
-            dissipate(damage, record, place_of(index, start + q), work, kept)
+            dissipate(damage, record, p, work, kept)

@@ -24,6 +24,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
+from pellucid.materials.membrane import plane_diffusivity
 from pellucid.parts.capabilities import Membrane, TakesPressure
 from pellucid.parts.step_limit import StepLimit, signals_seen
 
@@ -45,8 +46,8 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         velocity_transfer: VelocityTransfer,
     ) -> None:
         self.material = case.material
-        self.law: Any = case.material.law()
-        tense = prestretch(self.law, case.tension, case.thickness)
+        tense = prestretch(case.material.law, case.tension, case.thickness)
+        self.law: Any = tense.law
         self.thickness = case.thickness / tense.ratio
         """At rest [m]."""
         self.areal_density = case.material.density * case.thickness
@@ -62,7 +63,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
             "mass": case.material.density * volume,
             "volume": volume,
             "stress": np.zeros((n, 6)),
-            "frame": initial_frames(vertices, self._triangles),
+            "frame": initial_frames(vertices, self._triangles, case.material.direction),
             "in_plane": np.tile(np.array(tense.shape), (n, 1)),
             "plane_stress": np.tile((tense.stress, tense.stress, 0.0), (n, 1)),
             "strain_energy": np.full(n, tense.energy / case.material.density),
@@ -70,6 +71,9 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         self.damage: Any = case.material.damage_law()
         if isinstance(self.damage, Elastodamage):
             arrays |= {name: np.zeros(n) for name in DamageRecord._fields}
+        self._diffusivity = plane_diffusivity(self.law, tense.shape, case.material.density)
+        if self._diffusivity > 0.0 and case.material.recoverable_energy(arrays["in_plane"]) is None:
+            arrays["dissipated_energy"] = np.zeros(n)
         radius = case.material.damage_radius
         self._mean = NonlocalMean(vertices, area, radius) if radius else None
         if radius:
@@ -112,7 +116,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     def signal_limit(self) -> StepLimit:
         """Signals in its plane."""
         cell = self.grid.lattice.cell
-        return signals_seen(cell, self.totals.rate, self.material.signals(cell)[1], self.fastest(), "membrane")
+        return signals_seen(cell, self.totals.rate, self._diffusivity, self.fastest(), "membrane")
 
     def cells(self) -> Cells:
         """Its triangles."""
@@ -171,7 +175,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         else:
             self._strain_with_mean(self._mean, dt)
         self._collect_strain_sums(last=move)
-        if isinstance(self.damage, Elastodamage):
+        if len(self._record.dissipated_energy):
             self._complete("dissipated_energy")
             self.totals.parts["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
             return

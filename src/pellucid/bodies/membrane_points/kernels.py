@@ -97,7 +97,7 @@ def strain(s, surface, dt):
         weaken_points(surface, start, n, c)
         respond_to_shapes(law, lattice, thickness, dt, n, c)
         keep_shapes(surface, start, n, c)
-        keep_stresses(surface, start, n, c)
+        keep_stresses(surface, dt, start, n, c)
         _sum_up(c, start, n, surface, s, sums)
     _keep_sums(slabs, s, sums)
 
@@ -155,6 +155,6 @@ def respond(s, surface, number, mean, kinematics, dt):
         fetch_stresses(surface, start, n, c)
         weaken_points(surface, start, n, c)
         respond_to_shapes(law, lattice, thickness, dt, n, c)
-        keep_stresses(surface, start, n, c)
+        keep_stresses(surface, dt, start, n, c)
         _sum_up(c, start, n, surface, s, sums)
     _keep_sums(slabs, s, sums)

@@ -46,7 +46,7 @@ class MembranePointsCase(MembraneCase):
         return (
             *COMMON_FIELDS,
             "strain_energy",
-            *(DamageRecord._fields if isinstance(self.material.damage_law(), Elastodamage) else ()),
+            *(DamageRecord._fields if isinstance(self.material.damage_law(), Elastodamage) else self.losses()),
         )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

@@ -39,8 +39,11 @@ def area_shares(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.bincount(triangles.ravel(), np.repeat(area / 3.0, 3), minlength=len(position))
 
 
-def initial_frames(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Frames (rows t₁, t₂, n), shape (n, 9), with n the normalised mean of the unit normals about a point (Gan 2011, eq. 8)."""
+def initial_frames(position: np.ndarray, triangles: np.ndarray, direction: np.ndarray | None = None) -> np.ndarray:
+    """Frames (rows t₁, t₂, n), shape (n, 9), with n the normalised mean of the unit normals about a point (Gan 2011, eq. 8).
+
+    direction: along which t₁ lies, seen on the surface, shape (3,); none where any tangent will do.
+    """
     a, b, c = position[triangles.T]
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -48,8 +51,8 @@ def initial_frames(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     for corner in triangles.T:
         np.add.at(mean, corner, normal)
     mean /= np.linalg.norm(mean, axis=1)[:, None]
-    # any tangent will do; take the axis that is farthest from the normal
-    away = np.eye(3)[np.argmin(np.abs(mean), axis=1)]
-    first = away - np.einsum("ij,ij->i", away, mean)[:, None] * mean
+    # where any tangent will do, take the axis that is farthest from the normal
+    away = np.eye(3)[np.argmin(np.abs(mean), axis=1)] if direction is None else direction
+    first = away - np.sum(away * mean, axis=1)[:, None] * mean
     first /= np.linalg.norm(first, axis=1)[:, None]
     return np.ascontiguousarray(np.concatenate([first, np.cross(mean, first), mean], axis=1))

@@ -15,13 +15,15 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.surfaces.inside import Inside
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.grid.model import GridCase
-from pellucid.materials.elastic_membrane import ElasticMembraneMaterial
 from pellucid.materials.membrane import plane_diffusivity, wave_in_shape
 from pellucid.materials.membrane_material import MembraneMaterial
+from pellucid.materials.solid_membrane import SolidMembraneMaterial
 from pellucid.model import Vector, parameter
 from pellucid.parts.part import Parts
 
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
+TINY = 1e-300
+ACROSS = 1e-4  # of 1, the cosine of a direction with the normal that it lies along but for an angle of 0.8°
 CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
 
 
@@ -70,20 +72,46 @@ class MembraneCase(DampedModel):
 
     def signals_at_start(self) -> tuple[float, float]:
         """Speed of waves in its plane [m/s] and kinematic viscosity [m²/s] under its tension at the start."""
-        law, density = self.material.law(), self.material.density
-        shape = prestretch(law, self.tension, self.thickness).shape
-        return wave_in_shape(law, shape, density), plane_diffusivity(law, shape, density)
+        density, tense = self.material.density, prestretch(self.material.law, self.tension, self.thickness)
+        return wave_in_shape(tense.law, tense.shape, density), plane_diffusivity(tense.law, tense.shape, density)
+
+    def waves_at_start(self) -> tuple[float, float]:
+        """Of pressure and shear in its plane."""
+        return self.material.wave_speeds(self.thickness)
+
+    def losses(self) -> tuple[str, ...]:
+        """Fields with what viscosity took of the work of its stress."""
+        material = self.material
+        return ("dissipated_energy",) if isinstance(material, SolidMembraneMaterial) and material.is_viscous else ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Findings of initial fields that a membrane cannot have."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         material = self.material
-        if self.tension > 0.0 and not isinstance(material, ElasticMembraneMaterial):
+        if material.direction is not None:
+            yield from self._direction_problems((*path, "material"), material.direction)
+        if self.tension > 0.0 and material.direction is not None:
+            text = "a membrane with fibres has no equal stretch that bears the same tension along all directions"
+            yield Finding((*path, "tension"), text, "leave it out, and stretch the membrane by prescribed motions of its rim")
+        elif self.tension > 0.0 and not isinstance(material, SolidMembraneMaterial):
             text = f'a membrane of kind "{material.kind}" has no elastic tension'
             yield Finding((*path, "tension"), text, "leave it out, or use an elastic material")
-        elif self.tension > 0.0 and isinstance(material, ElasticMembraneMaterial):
+        elif self.tension > 0.0:
             try:
-                prestretch(material.law(), self.tension, self.thickness)
+                prestretch(material.law, self.tension, self.thickness)
             except ValueError as error:
                 yield Finding((*path, "tension"), str(error), "use a smaller tension, or a stiffer or thicker membrane")
+
+    def _direction_problems(self, path: Path, direction: np.ndarray) -> Iterator[Finding]:
+        """A direction that stands across the surface somewhere."""
+        vertices, triangles = self.surface.triangulate()
+        corners = vertices[triangles]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        length = np.linalg.norm(normal, axis=1)
+        across = np.abs(normal @ direction) / np.maximum(length * np.linalg.norm(direction), TINY)
+        worst = int(np.argmax(across))
+        if across[worst] > 1.0 - ACROSS:
+            place = ", ".join(f"{x:.4g}" for x in corners[worst].mean(axis=0))
+            text = f"fibre_direction stands across the surface at ({place}) m, so that fibres have no direction there"
+            yield Finding(path, text, "give a direction that lies along the surface everywhere, such as the axis of a tube")

@@ -1,5 +1,6 @@
 """Initial tension of membranes: the equal stretch in the plane that bears it."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from pellucid.materials.law import Law
@@ -17,18 +18,27 @@ class Prestretch(NamedTuple):
     ratio: float  # of its thickness to that at rest
     shape: Shape  # as the law has it
     energy: float  # on unit of volume as it is now [J/m³]
+    law: Law
 
 
-def prestretch(law: Law, tension: float, thickness: float) -> Prestretch:
-    """The state in which a membrane, now of a thickness [m], bears a tension [N/m]. Raises ValueError where there is none."""
+def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float) -> Prestretch:
+    """The state in which a membrane, now of a thickness [m], bears a tension [N/m]. Raises ValueError where there is none.
+
+    law_of: the law of a membrane of a thickness at rest [m], on which the thickness of a stretched one over it does not depend.
+    """
     if tension == 0.0:
-        return Prestretch(1.0, 0.0, 1.0, initial_shape(law), 0.0)
+        law = law_of(thickness)
+        return Prestretch(1.0, 0.0, 1.0, initial_shape(law), 0.0, law)
     from scipy.integrate import quad
     from scipy.optimize import brentq
 
-    def response(stretch: float) -> tuple[float, float]:
+    def under(law: Law, stretch: float) -> tuple[float, float]:
         stress, _, _, ratio = plane_response(law, shape_of(law, ISOTROPIC, stretch, stretch))
         return stress, ratio
+
+    def response(stretch: float) -> tuple[float, float]:
+        _, ratio = under(law_of(thickness), stretch)
+        return under(law_of(thickness / ratio), stretch)
 
     wanted = tension / thickness
     stretch = 1.0
@@ -38,7 +48,10 @@ def prestretch(law: Law, tension: float, thickness: float) -> Prestretch:
         raise ValueError(f"the material bears no tension of {tension:g} N/m at a thickness of {thickness:g} m")
     stretch = float(brentq(lambda trial: response(trial)[0] - wanted, 1.0, stretch, xtol=1e-15))
     stress, ratio = response(stretch)
+    law = law_of(thickness / ratio)
     # on unit of volume at rest the two directions take σ times the ratio of thickness times λ, along dλ each
-    work = quad(lambda trial: 2.0 * response(trial)[0] * response(trial)[1] * trial, 1.0, stretch, epsabs=0.0, epsrel=1e-11)[0]
+    work = quad(
+        lambda trial: 2.0 * under(law, trial)[0] * under(law, trial)[1] * trial, 1.0, stretch, epsabs=0.0, epsrel=1e-11
+    )[0]
     shape = shape_of(law, ISOTROPIC, stretch, stretch)
-    return Prestretch(stretch, stress, ratio, shape, work / (stretch**2 * ratio))
+    return Prestretch(stretch, stress, ratio, shape, work / (stretch**2 * ratio), law)

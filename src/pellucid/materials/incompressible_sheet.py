@@ -1,0 +1,75 @@
+"""Incompressible sheets: the thickness λ₃ = 1/(λ₁λ₂) is eliminated; W = f(I - 3) of the first invariant is one of them.
+
+I = λ₁² + λ₂² + 1/(λ₁λ₂)². A strip whose sides are free has the width λ^(-½), for sides and thickness bear no stress alike.
+"""
+
+from math import sqrt
+
+from pellucid.jit import generic, point_function, pointwise
+from pellucid.materials.law import Law, LawType
+from pellucid.materials.surface_law import stretch_curvatures, stretch_energy, stretch_slopes
+from pellucid.materials.wrinkling import natural_width
+
+
+@generic
+def of_first_invariant(law: Law, excess: float) -> tuple[float, float, float]:
+    """f, f', f'' of I - 3 [N/m]."""
+
+
+def incompressible(law: type[LawType]) -> type[LawType]:
+    """Class decorator: register the width of a strip whose sides are free."""
+    point_function(natural_width, law)(_natural_width)
+    return law
+
+
+def invariant_based(law: type[LawType]) -> type[LawType]:
+    """Class decorator: register for an incompressible law what follows from `of_first_invariant`."""
+    point_function(stretch_energy, law)(_energy)
+    point_function(stretch_slopes, law)(_slopes)
+    point_function(stretch_curvatures, law)(_curvatures)
+    return incompressible(law)
+
+
+@pointwise
+def invariant_excess(a: float, b: float) -> float:
+    """I - 3, exact also where it is small."""
+    x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
+    J = a * b
+    return (x * x + x * y + y * y + x * y * (x + y)) / (J * J)
+
+
+@pointwise
+def invariant_slopes(a: float, b: float) -> tuple[float, float]:
+    """∂I/∂a, ∂I/∂b."""
+    J = a * b
+    inverse = 1.0 / (J * J)
+    return 2.0 * (a - inverse / a), 2.0 * (b - inverse / b)
+
+
+@pointwise
+def invariant_curvatures(a: float, b: float) -> tuple[float, float, float]:
+    """∂²I/∂a², ∂²I/∂b², ∂²I/∂a∂b."""
+    J = a * b
+    inverse = 1.0 / (J * J)
+    return 2.0 + 6.0 * inverse / (a * a), 2.0 + 6.0 * inverse / (b * b), 4.0 * inverse / J
+
+
+def _natural_width(law, stretch):
+    return 1.0 / sqrt(stretch)
+
+
+def _energy(law, a, b):
+    return of_first_invariant(law, invariant_excess(a, b))[0]
+
+
+def _slopes(law, a, b):
+    _, slope, _ = of_first_invariant(law, invariant_excess(a, b))
+    one, two = invariant_slopes(a, b)
+    return slope * one, slope * two
+
+
+def _curvatures(law, a, b):
+    _, slope, curvature = of_first_invariant(law, invariant_excess(a, b))
+    one, two = invariant_slopes(a, b)
+    first, second, mixed = invariant_curvatures(a, b)
+    return slope * first + curvature * one * one, slope * second + curvature * two * two, slope * mixed + curvature * one * two

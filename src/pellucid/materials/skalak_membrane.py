@@ -1,0 +1,80 @@
+"""Skalak's law, W = G/4 (I₁² + 2I₁ - 2I₂ + C I₂²), I₁ = λ₁² + λ₂² - 2, I₂ = (λ₁λ₂)² - 1: a red cell's, which keeps its area.
+
+At rest K = (1 + 2C) G. Source: Skalak, Tözeren, Zarda & Chien 1973, Biophys. J. 13, 245, whose B is G and whose C is CG here.
+"""
+
+from math import sqrt
+from typing import Literal, NamedTuple
+
+from pellucid.findings import Refusal
+from pellucid.jit import point_function
+from pellucid.materials.surface_law import stretch_curvatures, stretch_energy, stretch_slopes
+from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
+from pellucid.materials.wrinkling import natural_width
+from pellucid.model import check, parameter
+
+
+class SkalakSurface(NamedTuple):
+    """G [N/m] and C."""
+
+    G: float
+    C: float
+
+
+class SkalakMembraneMaterial(SurfaceMembraneMaterial):
+    """Skalak's law, W = G/4 (I₁² + 2I₁ - 2I₂ + C I₂²): hardens when stretched, and resists a change of area the more the larger
+    C; at rest K = (1 + 2C) G."""
+
+    kind: Literal["skalak-membrane"] = "skalak-membrane"
+    shear_modulus: float = parameter("N/m", "surface shear modulus G", gt=0)
+    area_coefficient: float = parameter("", "C, of the change of area, a pure number: the area modulus is (1 + 2C) G", gt=-0.5)
+
+    @check
+    def _has_a_natural_width(self) -> None:
+        if self.wrinkling and self.area_coefficient < 0.0:
+            raise Refusal(
+                f"area_coefficient = {self.area_coefficient:g} is below 0, with which a strip widens without end as it is "
+                f"pulled: it has no width to wrinkle to",
+                "leave out `wrinkling`, or make area_coefficient 0 or more",
+            )
+
+    def elastic_law(self) -> SkalakSurface:
+        """The surface law as kernels take it."""
+        return SkalakSurface(self.shear_modulus, self.area_coefficient)
+
+    def surface_moduli(self) -> tuple[float, float]:
+        """G and (1 + 2C) G [N/m]."""
+        return self.shear_modulus, (1.0 + 2.0 * self.area_coefficient) * self.shear_modulus
+
+
+@point_function(stretch_energy, SkalakSurface)
+def _energy(law, a, b):
+    # 2I₁ - 2I₂ is -2xy, with x = a² - 1 and y = b² - 1
+    x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
+    second = x + y + x * y
+    return 0.25 * law.G * (x * x + y * y + law.C * second * second)
+
+
+@point_function(stretch_slopes, SkalakSurface)
+def _slopes(law, a, b):
+    x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
+    even = law.C * (x + y + x * y)
+    return law.G * a * (x + even * (1.0 + y)), law.G * b * (y + even * (1.0 + x))
+
+
+@point_function(stretch_curvatures, SkalakSurface)
+def _curvatures(law, a, b):
+    x, y = a * a, b * b
+    square = x * y
+    steep = law.C * (3.0 * square - 1.0)
+    return (
+        law.G * (3.0 * x - 1.0 + y * steep),
+        law.G * (3.0 * y - 1.0 + x * steep),
+        2.0 * law.G * law.C * a * b * (2.0 * square - 1.0),
+    )
+
+
+@point_function(natural_width, SkalakSurface)
+def _natural_width(law, stretch):
+    x = stretch * stretch
+    return sqrt((1.0 + law.C * x) / (1.0 + law.C * x * x))

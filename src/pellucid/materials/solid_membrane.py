@@ -1,0 +1,66 @@
+"""Parameters of membranes that have a shape at rest, of any law: damage, wrinkling, viscosity in the surface."""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+
+from pellucid.materials.damage import DamageCase, Elastodamage, Undamaged
+from pellucid.materials.law import Law
+from pellucid.materials.membrane_material import MembraneMaterial
+from pellucid.materials.trial import Operation, try_membrane
+from pellucid.materials.viscous_membrane import ViscousMembrane
+from pellucid.materials.wrinkling import TensionField
+from pellucid.model import check, parameter
+
+
+class SolidMembraneMaterial(MembraneMaterial):
+    """What elastic membranes share."""
+
+    damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
+    wrinkling: bool = parameter("", "whether it wrinkles rather than bear compression (tension field)", False)
+    viscosity: float = parameter("N*s/m", "shear viscosity μ of the surface, beside its elasticity", 0.0, ge=0)
+    dilatational_viscosity: float = parameter("N*s/m", "second viscosity λ of the surface", 0.0, ge=0)
+
+    @check
+    def _wrinkles_alone(self) -> None:
+        if self.wrinkling and self.damage:
+            raise ValueError(
+                "wrinkling = true and damage do not go together: there is no law of damage for wrinkles; leave out one of them"
+            )
+        if self.wrinkling and self.is_viscous:
+            raise ValueError(
+                "wrinkling = true and viscosity do not go together: there is no law of viscosity for wrinkles; leave out one "
+                "of them"
+            )
+
+    @property
+    def is_viscous(self) -> bool:
+        """Whether part of its work is lost to viscosity."""
+        return max(self.viscosity, self.dilatational_viscosity) > 0.0
+
+    @abstractmethod
+    def plain_law(self, thickness: float) -> Law:
+        """The law of a membrane of this thickness at rest [m] that bears compression, without viscosity."""
+
+    def law(self, thickness: float) -> Law:
+        """The law as kernels take it."""
+        plain = self.plain_law(thickness)
+        if self.is_viscous:
+            return ViscousMembrane(plain, self.viscosity, self.dilatational_viscosity, thickness)
+        return TensionField(plain) if self.wrinkling else plain
+
+    @abstractmethod
+    def operations(self) -> Mapping[Law, Sequence[Operation]]:
+        """What must be registered for its law, and for the laws that this is made of."""
+
+    @check
+    def _law_is_whole(self) -> None:
+        try_membrane(self)
+
+    def damage_law(self) -> Elastodamage | Undamaged:
+        """The law of damage as kernels take it."""
+        return self.damage.law() if self.damage else Undamaged()
+
+    @property
+    def damage_radius(self) -> float | None:
+        """Of the mean of the strain that drives damage [m]."""
+        return self.damage.radius if self.damage else None

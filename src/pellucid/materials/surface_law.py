@@ -1,0 +1,119 @@
+"""Elastic laws of surfaces: energy W of unit initial area [J/m²] of the stretches in it, moduli [N/m] without a thickness.
+
+An isotropic law states W, its slopes and its curvatures as functions of the principal stretches λ₁, λ₂; what kernels ask for,
+functions of the deformation gradient in the plane, follows. A law with directions states these itself, in axes at rest of which
+the first is along the direction that its material names. The tension per present length is T₁ = (1/λ₂) ∂W/∂λ₁, and here stands
+J T: τ₁ = λ₁ ∂W/∂λ₁, force times length over initial area.
+"""
+
+from math import exp, log, sqrt
+
+from pellucid.jit import default_function, generic, pointwise
+from pellucid.materials.law import Law
+from pellucid.materials.membrane import InPlane, Shape, turned_to
+from pellucid.materials.membrane_gradient import larger_principal, left_stretch_squared
+from pellucid.materials.wrinkling import natural_width
+
+ALIKE = 1e-4  # relative difference of stretches below which they count as equal in a bound on the step
+NARROWEST, TOLERANCE, MOST_ITERATIONS = 1e-4, 1e-14, 80  # of a natural width: the least, and its logarithm's change
+
+
+@generic
+def stretch_energy(law: Law, a: float, b: float) -> float:
+    """W of the principal stretches a, b [J/m²]."""
+
+
+@generic
+def stretch_slopes(law: Law, a: float, b: float) -> tuple[float, float]:
+    """∂W/∂a, ∂W/∂b [N/m]."""
+
+
+@generic
+def stretch_curvatures(law: Law, a: float, b: float) -> tuple[float, float, float]:
+    """∂²W/∂a², ∂²W/∂b², ∂²W/∂a∂b [N/m]."""
+
+
+@generic
+def surface_energy(law: Law, F: Shape) -> float:
+    """W of a deformation gradient (11, 12, 21, 22) [J/m²]."""
+
+
+@generic
+def surface_tension(law: Law, F: Shape) -> InPlane:
+    """τ = J T in the frame, components 11, 22, 12 [N/m]."""
+
+
+@generic
+def surface_stiffness(law: Law, F: Shape) -> float:
+    """Of the tangent of τ that which bounds plane waves and, times the sum of squared gradients, elements [N/m]; tension adds
+    to it."""
+
+
+@pointwise
+def _principal(F: Shape) -> tuple[InPlane, float, float]:
+    """b, and the principal stretches, the larger first."""
+    b = left_stretch_squared(F)
+    major = sqrt(larger_principal(b))
+    return b, major, (F[0] * F[3] - F[1] * F[2]) / major
+
+
+@default_function(surface_energy)
+def _energy(law, F):
+    _, major, minor = _principal(F)
+    return stretch_energy(law, major, minor)
+
+
+@default_function(surface_tension)
+def _tension(law, F):
+    b, major, minor = _principal(F)
+    first, second = stretch_slopes(law, major, minor)
+    return turned_to(b[0], b[1], b[2], major * first, minor * second)
+
+
+@default_function(surface_stiffness)
+def _stiffness(law, F):
+    # the tangent in principal axes: C_iiii = λ_i² W_ii - τ_i, C₁₁₂₂ = λ₁λ₂ W₁₂, C₁₂₁₂ = (λ₂² τ₁ - λ₁² τ₂)/(λ₁² - λ₂²)
+    # (Ogden 1984, Non-Linear Elastic Deformations, section 6.1)
+    _, major, minor = _principal(F)
+    first, second = stretch_slopes(law, major, minor)
+    one, two, mixed = stretch_curvatures(law, major, minor)
+    tau, other = major * first, minor * second
+    c11, c22, c12 = major * major * one - tau, minor * minor * two - other, major * minor * mixed
+    x, y = major * major, minor * minor
+    apart = x - y
+    alike = apart < ALIKE * x
+    shear = (y * tau - x * other) / (1.0 if alike else apart)
+    shear = 0.25 * (c11 + c22) - 0.5 * c12 if alike else shear
+    # m⊗n : C : m⊗n of unit vectors is k p² + d p q + e q² + c₁₂₁₂ (1 - q²), with the cosines p of the difference and q of the
+    # sum of their angles; the largest at p = 1, a parabola in q, or where k is below 0 within
+    k, d, e = 0.25 * (c11 + c22) + 0.5 * c12, 0.5 * (c11 - c22), 0.25 * (c11 + c22) - 0.5 * c12
+    curve = e - shear
+    top = k + shear - 0.25 * d * d / (curve if curve < 0.0 else -1.0)
+    along = top if curve < 0.0 and abs(d) < -2.0 * curve else max(c11, c22)
+    across = e - 0.25 * d * d / (k if k < 0.0 else -1.0) if k < 0.0 and abs(d) < -2.0 * k else e
+    # where c₁₁₂₂ exceeds what resists one stretch, elements that stretch both ways at once swing faster than plane waves: with
+    # p = c₁₁ + τ by at most ½ (p + c₁₁₂₂) of the sum over both gradients
+    pulled = max(tau, other, 0.0)
+    both = 0.5 * (max(c11, c22) + abs(c12) - pulled)
+    return max(along, across, shear, both, 0.0)
+
+
+@default_function(natural_width)
+def by_search(law, stretch):
+    """The width that leaves no tension across a strip, by Newton's method in its logarithm, between bounds: at the width
+    `stretch` a law in tension is taut."""
+    low, high = log(NARROWEST), log(stretch)
+    y = -0.5 * high
+    for _ in range(MOST_ITERATIONS):
+        width = exp(y)
+        _, slope = stretch_slopes(law, stretch, width)
+        _, curvature, _ = stretch_curvatures(law, stretch, width)
+        low, high = (low, y) if slope > 0.0 else (y, high)
+        growth = slope + width * curvature
+        after = y - slope / growth if growth > 0.0 else low
+        after = after if low < after < high else 0.5 * (low + high)
+        change = after - y
+        y = after
+        if abs(change) < TOLERANCE:
+            break
+    return exp(y)

@@ -1,0 +1,38 @@
+"""Neo-Hookean surface, W = G/2 (λ₁² + λ₂² + (λ₁λ₂)⁻² - 3): an incompressible rubber sheet, G = μh.
+
+At rest the area modulus is K = 3G. Source: Barthès-Biesel, Diaz & Dhenin 2002, J. Fluid Mech. 460, 211.
+"""
+
+from typing import Literal, NamedTuple
+
+from pellucid.jit import point_function
+from pellucid.materials.incompressible_sheet import invariant_based, of_first_invariant
+from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
+from pellucid.model import parameter
+
+
+@invariant_based
+class SurfaceNeoHookean(NamedTuple):
+    """G [N/m]."""
+
+    G: float
+
+
+class SurfaceNeoHookeanMembraneMaterial(SurfaceMembraneMaterial):
+    """Neo-Hookean surface, W = G/2 (λ₁² + λ₂² + (λ₁λ₂)⁻² - 3); at rest K = 3G."""
+
+    kind: Literal["surface-neo-hookean-membrane"] = "surface-neo-hookean-membrane"
+    shear_modulus: float = parameter("N/m", "surface shear modulus G, a third of the surface Young's modulus", gt=0)
+
+    def elastic_law(self) -> SurfaceNeoHookean:
+        """The surface law as kernels take it."""
+        return SurfaceNeoHookean(self.shear_modulus)
+
+    def surface_moduli(self) -> tuple[float, float]:
+        """G and 3G [N/m]."""
+        return self.shear_modulus, 3.0 * self.shear_modulus
+
+
+@point_function(of_first_invariant, SurfaceNeoHookean)
+def _of_first_invariant(law, excess):
+    return 0.5 * law.G * excess, 0.5 * law.G, 0.0
