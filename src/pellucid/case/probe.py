@@ -118,7 +118,7 @@ OWN_REDUCTIONS = (*REDUCTIONS.entries, *PLACED)
 
 COLUMNS = (
     *("time", "step", "dt", "kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy", "dissipated_energy"),
-    "bending_energy",
+    *("bending_energy", "constraint_energy"),
     *(channel.name for channel in FIXED_COLUMNS),
     *("outflow_energy", "outflow_points", "outflow_mass"),
     *("artificial_heat", "transfer_error", "time_integration_error", "energy_error", "momentum_x", "momentum_y", "momentum_z"),

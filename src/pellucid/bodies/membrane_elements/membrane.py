@@ -41,6 +41,12 @@ class ElementMembrane(Body, Membrane):
         """Shares of the areas of the elements about each node."""
         return self.surface.areas(self.places())
 
+    def facts(self) -> dict[str, float]:
+        """How well area and volume are kept."""
+        kept = self.surface.constraints
+        drifts = {} if kept is None else kept.drifts(self.surface, self.arrays["position"])
+        return {**super().facts(), **drifts}
+
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""

@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.bodies.membrane_elements.bending_case import BendingCase
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_elements.mesh import ElementMesh
-from pellucid.bodies.membranes.model import MembraneCase
+from pellucid.bodies.membranes.model import CLOSE_IT, MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path, Reason
@@ -39,6 +39,12 @@ class MembraneElementsCase(MembraneCase):
     elements: Elements = parameter(
         "", "quadrilaterals where the surface has them, or triangles alone: each quadrilateral cut in two", "quads"
     )
+    area_stiffness: float = parameter(
+        "N/m", "k_A of the energy k_A (A - A₀)²/2A₀ that keeps the area of the whole membrane as it is at the start", 0.0, ge=0
+    )
+    volume_stiffness: float = parameter(
+        "Pa", "k_V of the energy k_V (V - V₀)²/2V₀ that keeps the volume which it encloses as it is at the start", 0.0, ge=0
+    )
     bending: BendingCase | None = parameter("", "resistance against bending; without it the membrane has none", None)
     hourglass: HourglassCase = parameter("", "hourglass control of its quadrilaterals", HourglassCase())
 
@@ -49,6 +55,11 @@ class MembraneElementsCase(MembraneCase):
         bent = ("curvature", "bending_energy") if self.bending is not None else ()
         fields = ("density", "pressure", "stress", "thickness", "stored_energy", "strain_energy")
         return (*motion, *fields, *self.losses(), *bent)
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether springs keep its area or volume."""
+        return self.area_stiffness + self.volume_stiffness > 0.0
 
     def owns_nodes(self, alone: bool) -> bool:
         """Its nodes move by themselves where no other body shares their velocity field."""
@@ -130,6 +141,8 @@ class MembraneElementsCase(MembraneCase):
         yield from wrong
         if self.bending is not None and not wrong:
             yield from self.bending.problems((*path, "bending"), self.mesh(), not all(parts.active_axes))
+        if self.is_kept and not wrong:
+            yield from self._constraint_problems(path, parts)
         if parts.grid is None:
             return
         if not wrong:
@@ -137,6 +150,16 @@ class MembraneElementsCase(MembraneCase):
         if not wrong and len(parts.names(BodyModel)) > 1:  # alone it touches nothing, and its nodes need no grid
             yield from self._size_problems(place, parts.grid)
         yield from place_problems(place, self.bounds(), parts.grid, self.is_surface)
+
+    def _constraint_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Quadrilaterals and thin grids, which have no springs, and a volume that nothing encloses."""
+        key = (*path, "volume_stiffness" if self.volume_stiffness else "area_stiffness")
+        if len(self.mesh().quads):
+            yield Finding(key, "is for triangles, and the membrane has quadrilaterals", 'use `elements = "triangles"`')
+        elif not all(parts.active_axes):
+            yield Finding(key, "is for surfaces in space, and the grid is one cell thick along an axis", "leave it out")
+        elif self.volume_stiffness > 0.0 and not self.surface.closed:
+            yield Finding(key, "the surface is open and encloses no volume", CLOSE_IT)
 
     def _size_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
         """Elements so large that cells between their nodes have nothing of the membrane."""

@@ -3,12 +3,14 @@
 Source: Lian, Liu & Zhang 2014, section 4.
 """
 
+from math import hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements import forces
+from pellucid.bodies.membrane_elements import constraints, forces
 from pellucid.bodies.membrane_elements.bending import Bending
+from pellucid.bodies.membrane_elements.constraints import Constraints
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, initial_turns, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
@@ -50,7 +52,7 @@ class ElementSurface:
     """
 
     def __init__(self, case: "MembraneElementsCase", grid_case: GridCase | None) -> None:
-        tense = prestretch(case.material.law, case.tension, case.thickness)
+        tense = prestretch(case.material.law, case.tension, case.thickness, case.inflation)
         self.law = tense.law
         self.thickness = case.thickness / tense.ratio
         """At rest [m]."""
@@ -85,6 +87,7 @@ class ElementSurface:
             "hourglass": np.zeros((q, 2)),
         }
         self.bending = None if case.bending is None else bending_of(case.bending, mesh, self.node_mass)
+        self.constraints = Constraints.of(case, self.mesh, self.vertices) if case.is_kept else None
         self._diffusivity = plane_diffusivity(self.law, tense.shape, case.material.density)
         if self._diffusivity > 0.0:
             self.arrays["dissipated_energy"] = np.zeros(m)
@@ -112,6 +115,8 @@ class ElementSurface:
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
         if self.bending is not None:
             self.bending.add_forces(position, target)
+        if self.constraints is not None:
+            self.constraints.add_forces(self, position, target)
 
     def add_pressure_forces(self, position: np.ndarray, pressure: float, target: np.ndarray) -> None:
         """Forces of a pressure [Pa] along the normals on the nodes [N]."""
@@ -123,6 +128,13 @@ class ElementSurface:
         areas = np.zeros((len(position), 3))
         self.add_pressure_forces(position, 1.0, areas)
         return areas
+
+    def area_slopes(self, position: np.ndarray) -> np.ndarray:
+        """∂A/∂x about each node [m], shape (n, 3), of a membrane of triangles."""
+        slopes = np.zeros((len(position), 3))
+        constraints.area_slopes(self._chunks, self._bundle.corners, position, self._corner_forces)
+        forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), slopes)
+        return slopes
 
     def areas(self, place: np.ndarray) -> np.ndarray:
         """Equal shares of the areas of the elements about each node [m²], shape (n,), for nodes at these places [m], shape
@@ -148,7 +160,12 @@ class ElementSurface:
         if self.bending is not None:
             totals.parts["bending"] = self.bending.energy(position)
             totals.stored += totals.parts["bending"]
-        return float(self._sums[:, FREQUENCY].max())
+        rate = float(self._sums[:, FREQUENCY].max())
+        if self.constraints is None:
+            return rate
+        totals.parts["constraint"] = self.constraints.energy(self, position)
+        totals.stored += totals.parts["constraint"]
+        return hypot(rate, self.constraints.rate(self, position))
 
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
         """How its elements as they were strained last bound the step, and its nodes at a speed [m/s] the cells of a grid."""

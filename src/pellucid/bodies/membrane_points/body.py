@@ -46,7 +46,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         velocity_transfer: VelocityTransfer,
     ) -> None:
         self.material = case.material
-        tense = prestretch(case.material.law, case.tension, case.thickness)
+        tense = prestretch(case.material.law, case.tension, case.thickness, case.inflation)
         self.law: Any = tense.law
         self.thickness = case.thickness / tense.ratio
         """At rest [m]."""

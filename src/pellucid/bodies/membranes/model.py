@@ -31,7 +31,7 @@ class MembraneCase(DampedModel):
     """A membrane on a surface."""
 
     place: ClassVar[str] = "surface"
-    start_only: ClassVar[tuple[str, ...]] = (*DampedModel.start_only, "thickness", "tension")
+    start_only: ClassVar[tuple[str, ...]] = (*DampedModel.start_only, "thickness", "tension", "inflation")
     is_surface: ClassVar[bool] = True
 
     surface: Surface = parameter("", "where the membrane is at the start")
@@ -40,6 +40,12 @@ class MembraneCase(DampedModel):
         material: MembraneMaterial
     tension: float = parameter(
         "N/m", "initial tension along all directions; thickness and density are those of the tense membrane", 0.0, ge=0
+    )
+    inflation: float = parameter(
+        "",
+        "instead of the tension α: at the start the membrane is 1 + α times as long along all directions as at rest",
+        0.0,
+        ge=0,
     )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
@@ -72,7 +78,7 @@ class MembraneCase(DampedModel):
 
     def signals_at_start(self) -> tuple[float, float]:
         """Speed of waves in its plane [m/s] and kinematic viscosity [m²/s] under its tension at the start."""
-        density, tense = self.material.density, prestretch(self.material.law, self.tension, self.thickness)
+        density, tense = self.material.density, prestretch(self.material.law, self.tension, self.thickness, self.inflation)
         return wave_in_shape(tense.law, tense.shape, density), plane_diffusivity(tense.law, tense.shape, density)
 
     def waves_at_start(self) -> tuple[float, float]:
@@ -91,17 +97,20 @@ class MembraneCase(DampedModel):
         material = self.material
         if material.direction is not None:
             yield from self._direction_problems((*path, "material"), material.direction)
-        if self.tension > 0.0 and material.direction is not None:
+        key = "inflation" if self.inflation else "tension"
+        if self.inflation > 0.0 and self.tension > 0.0:
+            yield Finding((*path, key), "`tension` says how far the membrane is stretched already", "leave one of them out")
+        elif self.tension > 0.0 and material.direction is not None:
             text = "a membrane with fibres has no equal stretch that bears the same tension along all directions"
             yield Finding((*path, "tension"), text, "leave it out, and stretch the membrane by prescribed motions of its rim")
-        elif self.tension > 0.0 and not isinstance(material, SolidMembraneMaterial):
+        elif self.tension + self.inflation > 0.0 and not isinstance(material, SolidMembraneMaterial):
             text = f'a membrane of kind "{material.kind}" has no elastic tension'
-            yield Finding((*path, "tension"), text, "leave it out, or use an elastic material")
-        elif self.tension > 0.0:
+            yield Finding((*path, key), text, "leave it out, or use an elastic material")
+        elif self.tension + self.inflation > 0.0:
             try:
-                prestretch(material.law, self.tension, self.thickness)
+                prestretch(material.law, self.tension, self.thickness, self.inflation)
             except ValueError as error:
-                yield Finding((*path, "tension"), str(error), "use a smaller tension, or a stiffer or thicker membrane")
+                yield Finding((*path, key), str(error), f"use a smaller {key}, or a stiffer or thicker membrane")
 
     def _direction_problems(self, path: Path, direction: np.ndarray) -> Iterator[Finding]:
         """A direction that stands across the surface somewhere."""

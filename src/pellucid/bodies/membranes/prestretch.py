@@ -21,16 +21,16 @@ class Prestretch(NamedTuple):
     law: Law
 
 
-def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float) -> Prestretch:
-    """The state in which a membrane, now of a thickness [m], bears a tension [N/m]. Raises ValueError where there is none.
+def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float, inflation: float = 0.0) -> Prestretch:
+    """The state in which a membrane, now of a thickness [m], bears a tension [N/m], or is stretched by 1 + inflation along all
+    directions. Raises ValueError where there is none.
 
     law_of: the law of a membrane of a thickness at rest [m], on which the thickness of a stretched one over it does not depend.
     """
-    if tension == 0.0:
+    if tension == inflation == 0.0:
         law = law_of(thickness)
         return Prestretch(1.0, 0.0, 1.0, initial_shape(law), 0.0, law)
     from scipy.integrate import quad
-    from scipy.optimize import brentq
 
     def under(law: Law, stretch: float) -> tuple[float, float]:
         stress, _, _, ratio = plane_response(law, shape_of(law, ISOTROPIC, stretch, stretch))
@@ -40,13 +40,10 @@ def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float)
         _, ratio = under(law_of(thickness), stretch)
         return under(law_of(thickness / ratio), stretch)
 
-    wanted = tension / thickness
-    stretch = 1.0
-    while response(stretch)[0] < wanted and stretch < LARGEST and response(stretch)[1] > THINNEST:
-        stretch *= 1.1
-    if response(stretch)[0] < wanted or response(stretch)[1] <= THINNEST:
-        raise ValueError(f"the material bears no tension of {tension:g} N/m at a thickness of {thickness:g} m")
-    stretch = float(brentq(lambda trial: response(trial)[0] - wanted, 1.0, stretch, xtol=1e-15))
+    stretch = 1.0 + inflation if inflation else _bearing(response, tension / thickness)
+    if stretch is None or response(stretch)[1] <= THINNEST:
+        what = f"tension of {tension:g} N/m" if inflation == 0.0 else f"inflation of {inflation:g}"
+        raise ValueError(f"the material bears no {what} at a thickness of {thickness:g} m")
     stress, ratio = response(stretch)
     law = law_of(thickness / ratio)
     # on unit of volume at rest the two directions take σ times the ratio of thickness times λ, along dλ each
@@ -55,3 +52,15 @@ def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float)
     )[0]
     shape = shape_of(law, ISOTROPIC, stretch, stretch)
     return Prestretch(stretch, stress, ratio, shape, work / (stretch**2 * ratio), law)
+
+
+def _bearing(response: Callable[[float], tuple[float, float]], wanted: float) -> float | None:
+    """The smallest stretch whose response bears a stress [Pa]; None where none does."""
+    from scipy.optimize import brentq
+
+    stretch = 1.0
+    while response(stretch)[0] < wanted and stretch < LARGEST and response(stretch)[1] > THINNEST:
+        stretch *= 1.1
+    if response(stretch)[0] < wanted:
+        return None
+    return float(brentq(lambda trial: response(trial)[0] - wanted, 1.0, stretch, xtol=1e-15))
