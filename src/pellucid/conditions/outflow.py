@@ -47,6 +47,7 @@ class Outflow(Condition):
         yield from parts.no_grid((*path, "faces"), "faces are those of a grid")
         for number, face in enumerate(self.faces):
             here = (*path, "faces", number)
+            yield from parts.seam(here, face)
             if face in self.faces[:number]:
                 yield Finding(here, f"the face {face} is named twice", "leave it out once")
             elif not parts.active_axes["xyz".index(face[0])]:

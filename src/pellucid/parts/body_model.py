@@ -231,6 +231,12 @@ class BodyModel(Part):
         return np.asarray(lower + share * (upper - lower))
 
 
+def selectable_of(body: BodyModel, parts: Parts) -> Selectable | None:
+    """What regions of conditions choose from of a body in a case, as far as that is known before it is built."""
+    of, grid = body.selectable(), parts.grid
+    return of if of is None or grid is None else of._replace(periods=grid.periods())
+
+
 def is_alone(body: BodyModel, parts: Parts) -> bool:
     """Whether a body has a velocity field to itself; without a grid there are no fields."""
     return parts.grid is None or sum(other.field == body.field for other in parts.of(BodyModel)) == 1

@@ -50,7 +50,8 @@ def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
     their bodies evenly."""
     if domain.group.size == 1:
         return
-    rows, axis = rows_of(grid, grid_functions(case.functions, (1, 1, 1), case.thin())), grid.lattice.slab_axis
+    functions = grid_functions(case.functions, (1, 1, 1), case.thin(), case.is_periodic())
+    rows, axis = rows_of(grid, functions), grid.lattice.slab_axis
     edges = case.lower[axis] + case.cell * rows.edges
     edges[[0, -1]] = -np.inf, np.inf  # bodies may reach beyond
     below = np.zeros(len(edges))
