@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,9 @@ import numpy as np
 from pellucid.contact.contact_surface import ContactSurface
 
 
+WHOLLY = sqrt(2.0)
+"""Reaches within which all points with weight lie. Of one reach boxes leave some out, which ones depends on where they lie: where
+boxes are about images too, bodies that move together by a cell would not meet as before."""
 ACROSS = 2.0  # of the largest reach of a point, from a seam: a place beside it meets no point that is further beyond
 
 
@@ -40,6 +44,7 @@ class Described(NamedTuple):
     flip: np.ndarray  # (n - m, 3) -1 along the axes across which it is mirrored, 1 along others
     lower: np.ndarray  # (3,) of a box about the places [m],
     upper: np.ndarray  # (3,)
+    about: float = 1.0  # how far about a place others look for its points, in reaches of these
 
     def fold(self, force: np.ndarray) -> np.ndarray:
         """Forces on the points of the surface, shape (m, 3), with those on their images, of forces on all (n, 3)."""
@@ -69,7 +74,9 @@ def describe(surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[S
         found.add(np.flatnonzero(np.abs(found.place[:, axis] - at) < found.reach), across, 2.0 * at * np.eye(3)[axis])
     place = found.place
     ends = place.min(axis=0, initial=np.inf), place.max(axis=0, initial=-np.inf)
-    return Described(place, found.normal, found.size, found.reach, found.velocity, found.point[m:], found.flip[m:], *ends)
+    about = WHOLLY if seams else 1.0
+    of_images = found.point[m:], found.flip[m:]
+    return Described(place, found.normal, found.size, found.reach, found.velocity, *of_images, *ends, about)
 
 
 @dataclass

@@ -40,7 +40,7 @@ class HalfPair:
     def find(self, one: Described, other: Described) -> bool:
         """Find the points of the one surface that overlap with the other; whether there are any."""
         m = len(self.one.place)
-        bins = _bins(one, other, float(other.reach.max()))
+        bins = _bins(one, other, other.about * float(other.reach.max()))
         self.overlap: Overlap | None = None
         if bins is None:
             return False

@@ -160,4 +160,4 @@ def _seen(folding, lattice, about, x, a, b, c):
 @point_function(seen_from, Folded)
 def _seen_from_node(folding, lattice, about, x, a, b, c):
     o, h = about.offset, -lattice.cell
-    return h * (o[0] + a), h * (o[1] + b), h * (o[2] + c)
+    return h * (o[0] + 1.0 * a), h * (o[1] + 1.0 * b), h * (o[2] + 1.0 * c)
