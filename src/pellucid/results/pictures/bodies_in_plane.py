@@ -5,6 +5,7 @@ import numpy as np
 from pellucid.errors import UsageError
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.mirrors import cells_with_images, with_images
+from pellucid.results.pictures.seams import places_unmoved, in_box
 from pellucid.results.pictures.quantities import BY_BODY, Fields, Look, colours_of, explain, is_film, limits_of, values_of
 from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
 from pellucid.results.pictures.style import COLOURS, instant, label, new_panels
@@ -49,7 +50,7 @@ class PlaneStage:
         self._skins = [body.name for body in bodies if is_film(body) and not sliced]
         thin = [axis == look.slice.axis for axis in range(3)] if look.slice is not None else run.stored.thin
         self._flat = [axis for axis in range(3) if not thin[axis]]
-        self._start = {body.name: self._fields(body.name, 0.0)["position"] for body in self._bodies}
+        self._start = {body.name: places_unmoved(self._fields(body.name, 0.0)) for body in self._bodies}
         states = [of_body for time in times for of_body in self._state(float(time))]
         self._colours = limits_of([values for _, values in states], look)
         skins = [self._skin(name, float(time)) for name in self._skins for time in times]
@@ -109,7 +110,7 @@ class PlaneStage:
         return found
 
     def _fields(self, name: str, time: float) -> Fields:
-        fields: Fields = self._run.fields(name, time)
+        fields = in_box(self._run.fields(name, time), self._run.cells(name), self._run.stored.grid)
         if (sliced := self._look.slice) is not None:
             if name not in self._beside:
                 start = self._run.fields(name, 0.0, ("position",))["position"][:, sliced.axis]
@@ -118,7 +119,8 @@ class PlaneStage:
         return with_images(_thinned(fields), self._look.mirrors)
 
     def _skin(self, name: str, time: float) -> np.ndarray:
-        return with_images(self._run.fields(name, time, ("position",)), self._look.mirrors)["position"][:, self._flat]
+        fields = in_box(self._run.fields(name, time, ("position",)), self._run.cells(name), self._run.stored.grid)
+        return with_images(fields, self._look.mirrors)["position"][:, self._flat]
 
     def _draw_skin(self, axes: Axes, position: np.ndarray, lines: np.ndarray) -> None:
         """A film as a dark line, light at its sides, so that it stands out from every colour."""
