@@ -24,8 +24,8 @@ def place_problems(
 ) -> Iterator[Finding]:
     """Findings of a body, whose place is at `path`, that reaches beyond the grid, or meets itself across a seam.
 
-    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may reach. fills: whether it goes on across
-    a seam where it is as long as a period; flows: whether it may meet itself.
+    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may reach. fills: whether it goes on
+    across a seam where it is as long as a period; flows: whether it may meet itself.
     """
     ends = zip("xyz", *bounds, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
     for axis, low, high, grid_low, grid_high, thin in ends:
@@ -59,11 +59,13 @@ def _seam_problems(
     if low >= upper or high <= lower:
         text = f"{reach}, outside the grid: {lower:g} to {upper:g} m, which repeats itself there"
         yield Finding(path, text, "move the body to the image of it that begins within the grid")
-    elif high - low > period + slack or (high - low > most + slack and not flows and not (fills and high - low >= period - slack)):
+    elif high - low > period + slack or (
+        high - low > most + slack and not flows and not (fills and high - low >= period - slack)
+    ):
         goes_on = f", or exactly {period:g} m, over which it goes on across the seam" if fills else ""
         text = (
-            f"{reach}, {high - low:g} m of a period of {period:g} m: it would meet itself across the seam; at most {most:g} m, two "
-            f"cells less than the period, is allowed{goes_on}"
+            f"{reach}, {high - low:g} m of a period of {period:g} m: it would meet itself across the seam; at most {most:g} m, "
+            f"two cells less than the period, is allowed{goes_on}"
         )
         yield Finding(path, text, f"make the grid longer along {axis}, or the body shorter")
 

@@ -66,7 +66,9 @@ class Wall(Sliding):
                     return
         for axis, component in zip("xyz", self.normal, strict=True):
             if axis in grid.periodic and component != 0.0:
-                text = f"has the component {component:g} along {axis}, along which the grid is periodic: the plane would end there"
+                text = (
+                    f"has the component {component:g} along {axis}, along which the grid is periodic: the plane would end there"
+                )
                 yield Finding((*path, "normal"), text, f"set its {axis} to 0, or take {axis} out of grid.periodic")
                 return
         corners = np.array(list(product(*zip(grid.lower, grid.extent_upper(), strict=True))))

@@ -9,10 +9,9 @@ import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 
-
 WHOLLY = sqrt(2.0)
-"""Reaches within which all points with weight lie. Of one reach boxes leave some out, which ones depends on where they lie: where
-boxes are about images too, bodies that move together by a cell would not meet as before."""
+"""Reaches within which all points with weight lie. Boxes of one reach leave some out, by where they lie: where there are images
+too, bodies that are moved together by a cell would not meet as before."""
 ACROSS = 2.0  # of the largest reach of a point, from a seam: a place beside it meets no point that is further beyond
 
 

@@ -16,7 +16,7 @@ from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.shape import Shape
-from pellucid.geometry.shapes.contract import ActiveAxes
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.geometry.shapes.solids import Box
 from pellucid.model import Vector, check, parameter
@@ -216,16 +216,23 @@ def _in_shape(shape: Shape, of: Selectable, active: ActiveAxes, reach: float) ->
     return inside
 
 
-def images(
-    periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np.ndarray, np.ndarray]
-) -> Iterator[np.ndarray]:
-    """By what [m], shape (3,), to move a body so that its images meet a place; both by their lower and upper corners [m]. Not at
-    all where no axis is periodic."""
+def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np.ndarray, np.ndarray]) -> Iterator[np.ndarray]:
+    """By what [m], shape (3,), to move a body so that its images meet a place; both by their lower and upper corners [m]. Not
+    at all where no axis is periodic."""
     ways = []
     for period, low, high, lower, upper in zip(periods, *body, *place, strict=True):
         first, last = (0, 0) if period == 0.0 else (ceil((lower - high) / period), floor((upper - low) / period))
         ways.append(period * np.arange(first, last + 1))
     return (np.array(way) for way in product(*ways))
+
+
+def within(region: Geometry, places: np.ndarray, active: ActiveAxes, periods: Vector) -> np.ndarray:
+    """Which places [m], shape (n, 3), or images of them, lie in a region, shape (n,)."""
+    inside = np.zeros(len(places), bool)
+    if len(places):
+        for way in images(periods, (places.min(axis=0), places.max(axis=0)), region.bounds()):
+            inside |= region.contains(places + way if way.any() else places, active)
+    return inside
 
 
 def _holds(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float) -> np.ndarray:

@@ -23,9 +23,9 @@ class AxisIntegrals(NamedTuple):
 def axis_integrals(function: Any, n: int) -> AxisIntegrals:
     """Those of a function along an axis of n cells."""
     if isinstance(function, PeriodicAxis):
-        first, value, slope = axis_integrals(function.function, 2 * NEAR + 1)  # of which the middle knows of no wall
-        cell = np.arange(n)
-        return AxisIntegrals((cell + first[NEAR] - NEAR) % n, *(np.tile(of[NEAR], (n, 1)) for of in (value, slope)))
+        far = axis_integrals(function.function, 2 * NEAR + 1)  # of which the middle knows of no wall
+        starts = (np.arange(n) + far.first[NEAR] - NEAR) % n
+        return AxisIntegrals(starts, *(np.tile(of[NEAR], (n, 1)) for of in (far.value, far.slope)))
     cells = min(n, 2 * NEAR + 1)
     value, slope = np.zeros((2, cells, cells + 4))
     gauss = (0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)) / PARTS

@@ -2,8 +2,8 @@
 
 Nothing is copied from one end to the other. A stencil counts its nodes on beyond the last one, and a table says which nodes
 these are; so what points give is added once, in the order of slabs, wherever the seam lies. Points go on across it: their
-positions tell how often they crossed it, and lengths, normals and displacements know of no seam. Only where a position becomes a
-place on the grid is it folded into the box.
+positions tell how often they crossed it, and lengths, normals and displacements know of no seam. Only where a position becomes
+a place on the grid is it folded into the box.
 """
 
 from math import inf
@@ -138,7 +138,7 @@ def _index_along(lattice, I, axis):
     s, slow = lattice.strides, lattice.slab_axis
     middle = 1 if slow == 0 else 0  # the order of the axes in memory
     rest = I if axis == slow else I % _along(s, slow)
-    rest = rest if axis == slow or axis == middle else rest % _along(s, middle)
+    rest = rest if axis in (slow, middle) else rest % _along(s, middle)
     return rest // _along(s, axis)
 
 

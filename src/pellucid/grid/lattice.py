@@ -37,7 +37,7 @@ def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[i
     along = [np.arange(m) % n if folds else np.arange(m) for m, n, folds in zip(layers, counts, periodic, strict=True)]
     here = [np.arange(m) for m in layers]
     stored, real = (
-        sum(np.ix_(*(stride * axis for stride, axis in zip(strides, axes, strict=True)))).ravel() for axes in (here, along)
+        np.add.outer(np.add.outer(strides[0] * x, strides[1] * y), strides[2] * z).ravel() for x, y, z in (here, along)
     )
     table = np.empty(len(stored), np.int64)
     table[stored] = real

@@ -31,7 +31,6 @@ class ActiveCondition:
         """Its work and impulses over the step; None where nodes or bodies count them."""
         return None
 
-
     def impulses(self) -> Mapping[str, np.ndarray]:
         """Impulses over the step [N s], shape (3,), by the names under which probes find the forces, of what nodes and bodies
         count without a name."""
@@ -41,7 +40,7 @@ class ActiveCondition:
         """What a checkpoint keeps, for JSON."""
         return {}
 
-    def restore(self, numbers: Mapping[str, Any]) -> None:  # noqa: B027
+    def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on from it."""
 
 

@@ -90,7 +90,8 @@ def _near(
         return []
     boxes = [bounding_box(standing[model.name].position) if model.name in going_on else model.bounds() for model in known]
     lower, upper = (np.array(ends)[:, ~np.array(grid.thin())] for ends in zip(*boxes, strict=True))
-    meet = (lower[:, None] <= upper[None] + grid.cell).all(axis=2)
+    folds = np.array(grid.is_periodic())[~np.array(grid.thin())]  # along these any two may meet across the seam
+    meet = ((lower[:, None] <= upper[None] + grid.cell) | folds).all(axis=2)
     pairs = np.argwhere(np.triu(meet & meet.T, 1)).tolist()
     return [(known[i], known[j]) for i, j in pairs if not {known[i].name, known[j].name} <= going_on]
 
@@ -99,7 +100,7 @@ def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: Ab
     """What lies inside a body: inside its shape, or where it goes on, in a cube of the volume of one of its points."""
     x, y, z = active = np.array([not thin for thin in grid.thin()])
     if model.name not in going_on or standing.volume is None:
-        return lambda places: model.contains(places, (x, y, z))
+        return lambda places: model.contains(places, (x, y, z), grid.periods())
     from scipy.spatial import cKDTree
 
     size = standing.volume / grid.slice_thickness() ** np.count_nonzero(~active)

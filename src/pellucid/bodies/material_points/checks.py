@@ -85,7 +85,9 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
         yield Finding(here, text, "leave it out")
     elif body.is_rigid:
         yield Finding(here, "a rigid body has no pressure that holds its weight", "leave it out")
-    elif parts.grid is not None and any(g != 0.0 and axis in parts.grid.periodic for axis, g in zip("xyz", gravity, strict=True)):
+    elif parts.grid is not None and any(
+        g != 0.0 and axis in parts.grid.periodic for axis, g in zip("xyz", gravity, strict=True)
+    ):
         text = "the grid is periodic along gravity: nothing holds the fluid up there, and its pressure would jump at the seam"
         yield Finding(here, text, "leave it out, or let the grid have walls along that axis")
     elif n_axes == 0:

@@ -14,7 +14,7 @@ from pellucid.bodies.initial.state import Stress, add_initial_state, added_veloc
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import Seeds, Wanted, everywhere, points_along_axes, seed
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.region import images
+from pellucid.geometry.region import images, within
 from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.boundary_points import boundary_points
 from pellucid.geometry.shapes.contract import Geometry
@@ -78,11 +78,11 @@ class SeededBody(DampedModel):
 
     _excluded: tuple[Geometry, ...] = PrivateAttr(())
 
-    def contains(self, places: np.ndarray, active: tuple[bool, bool, bool]) -> np.ndarray:
+    def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = ZERO) -> np.ndarray:
         """Which places lie inside its shape and not in what is left out of it."""
-        inside = super().contains(places, active)
+        inside = super().contains(places, active, periods)
         for other in self.left_out:
-            inside &= ~other.contains(places, active)
+            inside &= ~within(other, places, active, periods)
         return inside
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
@@ -179,7 +179,9 @@ class SeededBody(DampedModel):
         folds = np.array(grid.is_periodic())
         anywhere = flat | folds
         within = (((place > low - slack) & (place < high + slack) & (anchor > low) & (anchor < high)) | anywhere).all(axis=1)
-        for axis in np.flatnonzero(folds & (np.subtract(*self.bounds()[::-1]) > (1.0 - ON_THE_SEAM) * (high - low))):  # there it goes on
+        for axis in np.flatnonzero(
+            folds & (np.subtract(*self.bounds()[::-1]) > (1.0 - ON_THE_SEAM) * (high - low))
+        ):  # there it goes on
             ends = np.abs(place[:, [axis]] - np.stack(self.bounds())[:, axis]).min(axis=1) < ON_THE_SEAM * spacing
             within &= ~(ends & (np.abs(area[:, axis]) > 0.5 * np.linalg.norm(area, axis=1)))
         place[:, flat] = (0.5 * (low + high))[flat]

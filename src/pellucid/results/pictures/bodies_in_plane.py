@@ -5,9 +5,9 @@ import numpy as np
 from pellucid.errors import UsageError
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.mirrors import cells_with_images, with_images
-from pellucid.results.pictures.seams import places_unmoved, in_box
 from pellucid.results.pictures.quantities import BY_BODY, Fields, Look, colours_of, explain, is_film, limits_of, values_of
 from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
+from pellucid.results.pictures.seams import in_box, places_unmoved
 from pellucid.results.pictures.style import COLOURS, instant, label, new_panels
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS

@@ -7,7 +7,6 @@ from pellucid.geometry.meshes.triangulation import bounding_box, vertex_normals
 from pellucid.results.pictures.annotations import Axes, Figure, Run
 from pellucid.results.pictures.arrows import draw_arrows, spread
 from pellucid.results.pictures.mirrors import cells_with_images, with_images
-from pellucid.results.pictures.seams import places_unmoved, in_box
 from pellucid.results.pictures.quantities import (
     BY_BODY,
     NORMAL_VELOCITY,
@@ -25,6 +24,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face
+from pellucid.results.pictures.seams import in_box, places_unmoved
 from pellucid.results.pictures.style import instant
 
 COLUMNS = 700  # pixels of a panel

@@ -9,8 +9,8 @@ import numpy as np
 from pellucid.bodies.models import BODIES
 from pellucid.results.pictures.annotations import Figure
 from pellucid.results.pictures.mirrors import Mirror
-from pellucid.results.pictures.seams import places_unmoved
 from pellucid.results.pictures.rendering.camera import Plane, View
+from pellucid.results.pictures.seams import places_unmoved
 from pellucid.results.pictures.style import COLOURS, DIVERGING, SEQUENTIAL, Extend, colour_bar, with_unit
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.stored_case import StoredBody

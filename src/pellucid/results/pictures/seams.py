@@ -11,7 +11,7 @@ SEAM = "seam"
 """A field of points beside the others: by what their places are moved [m], shape (n, 3)."""
 
 
-def in_box(fields: Mapping[str, np.ndarray], cells: Cells, grid: GridCase | None) -> Mapping[str, np.ndarray]:
+def in_box(fields: dict[str, np.ndarray], cells: Cells, grid: GridCase | None) -> dict[str, np.ndarray]:
     """Fields of a body with its places in the box of the grid: of points each, of a mesh all together, by its middle."""
     if grid is None or not grid.periodic:
         return fields
