@@ -46,7 +46,7 @@ def test_places_a_period_apart_have_the_same_nodes(functions):
         assert set(np.flatnonzero(values).tolist()) <= index
         assert values.sum() == pytest.approx(1.0, abs=1e-14)
         assert slopes.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-13)
-        there = weights_about(grid, along, place + [3 * 2.5, 0.0, -2 * 3.5])
+        there = weights_about(grid, along, np.add(place, (3 * 2.5, 0.0, -2 * 3.5)))
         assert there[0] == pytest.approx(values, abs=1e-14)
         assert there[1] == pytest.approx(slopes, abs=1e-13)
 
@@ -60,7 +60,7 @@ def test_waves_across_the_seam_are_as_smooth_as_elsewhere(functions):
     for k, moved in enumerate((0.0, 0.5)):
         wave[k, index] = np.sin(2.0 * np.pi * (position[:, 0] - moved) / 2.5) * np.cos(2.0 * np.pi * position[:, 2] / 3.5)
     for place in np.random.default_rng(2).uniform(1.0, 3.0, (20, 3)):
-        here, there = (weights_about(grid, along, x)[0] for x in (place, place + [0.5, 0.0, 0.0]))
+        here, there = (weights_about(grid, along, x)[0] for x in (place, np.add(place, (0.5, 0.0, 0.0))))
         assert here @ wave[0] == pytest.approx(there @ wave[1], abs=1e-14)
 
 

@@ -19,7 +19,7 @@ def test_points_are_seen_in_the_box_each():
 
 def test_a_mesh_stays_whole():
     cells = Cells(triangles=np.array([[0, 1, 2]]))
-    moved = in_box({"position": PLACE + [7.0, 0.0, 0.0]}, cells, GRID)["position"]
+    moved = in_box({"position": np.add(PLACE, (7.0, 0.0, 0.0))}, cells, GRID)["position"]
     assert moved - PLACE == pytest.approx(np.tile([1.0, 0.0, 0.0], (3, 1)))
     assert -1.0 <= moved[:, 0].mean() < 1.0
 
