@@ -42,8 +42,8 @@ def vortices(at=(0.0, 0.0), drift=DRIFT, size=0.2):
 
 def tube(at, kind, **more):
     x, y = more.pop("centre", (0.5, 0.5))
-    centre = [at[0] + x, at[1] + y]
-    surface = {"tube": {"start": (*centre, 0.0), "end": (*centre, 0.5 * H), "radius": more.pop("radius", 0.2), "points": (48, 2)}}
+    ends = [(at[0] + x, at[1] + y, z) for z in (0.0, 0.5 * H)]
+    surface = {"tube": {"start": ends[0], "end": ends[1], "radius": more.pop("radius", 0.2), "points": (48, 2)}}
     return {"kind": kind, "name": "skin", "surface": surface, "thickness": 0.01, "material": MEMBRANE, "velocity": DRIFT} | more
 
 
@@ -66,7 +66,8 @@ def discs(at):
 def nets(at):
     """Two that fly at each other and at a disc."""
     one = tube(at, "membrane-elements", name="net", field="net", centre=(0.3, 0.5), radius=0.17, velocity=(1.0, 0.2, 0.0))
-    two = tube(at, "membrane-elements", name="other", field="other", centre=(0.68, 0.55), radius=0.17, velocity=(-1.0, 0.2, 0.0))
+    two = one | tube(at, "membrane-elements", centre=(0.68, 0.55), radius=0.17, velocity=(-1.0, 0.2, 0.0))
+    two |= {"name": "other", "field": "other"}
     return one, two, disc(at, (0.5, 0.85), "disc", (0.0, -0.5, 0.0))
 
 

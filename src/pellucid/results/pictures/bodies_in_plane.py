@@ -1,5 +1,7 @@
 """Pictures of bodies as dots at their points, coloured by a field, in one or two dimensions."""
 
+from functools import partial
+
 import numpy as np
 
 from pellucid.errors import UsageError
@@ -110,7 +112,7 @@ class PlaneStage:
         return found
 
     def _fields(self, name: str, time: float) -> Fields:
-        fields = in_box(self._run.fields(name, time), self._run.cells(name), self._run.stored.grid)
+        fields = in_box(self._run.fields(name, time), partial(self._run.cells, name), self._run.stored.grid)
         if (sliced := self._look.slice) is not None:
             if name not in self._beside:
                 start = self._run.fields(name, 0.0, ("position",))["position"][:, sliced.axis]
@@ -119,7 +121,7 @@ class PlaneStage:
         return with_images(_thinned(fields), self._look.mirrors)
 
     def _skin(self, name: str, time: float) -> np.ndarray:
-        fields = in_box(self._run.fields(name, time, ("position",)), self._run.cells(name), self._run.stored.grid)
+        fields = in_box(self._run.fields(name, time, ("position",)), partial(self._run.cells, name), self._run.stored.grid)
         return with_images(fields, self._look.mirrors)["position"][:, self._flat]
 
     def _draw_skin(self, axes: Axes, position: np.ndarray, lines: np.ndarray) -> None:

@@ -1,5 +1,7 @@
 """Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open, and solids once more."""
 
+from functools import partial
+
 import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
@@ -108,7 +110,7 @@ class SpaceStage:
         explain(figure, list(self._bodies.values()), self._look, self._colours)
 
     def _fields(self, name: str, time: float) -> Fields:
-        fields = in_box(self._run.fields(name, time), self._run.cells(name), self._run.stored.grid)
+        fields = in_box(self._run.fields(name, time), partial(self._run.cells, name), self._run.stored.grid)
         return with_images(fields, self._look.mirrors)
 
     def _colours_of(self, name: str, fields: Fields) -> np.ndarray:

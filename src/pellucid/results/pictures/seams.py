@@ -1,6 +1,6 @@
 """Bodies of a periodic grid as pictures show them: within its box, whatever seams they have crossed."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -11,11 +11,12 @@ SEAM = "seam"
 """A field of points beside the others: by what their places are moved [m], shape (n, 3)."""
 
 
-def in_box(fields: dict[str, np.ndarray], cells: Cells, grid: GridCase | None) -> dict[str, np.ndarray]:
-    """Fields of a body with its places in the box of the grid: of points each, of a mesh all together, by its middle."""
+def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: GridCase | None) -> dict[str, np.ndarray]:
+    """Fields of a body with its places in the box of the grid: of points each, of a mesh all together, by its middle; cells:
+    what finds those between its points."""
     if grid is None or not grid.periodic:
         return fields
-    moved = way_into_box(fields["position"], cells, grid)
+    moved = way_into_box(fields["position"], cells(), grid)
     return {**fields, "position": fields["position"] + moved, SEAM: moved}
 
 
