@@ -63,6 +63,16 @@ def test_bodies_that_overlap_across_the_seam_are_refused():
     refuse_overlaps(apart.body, stand(apart), apart.grid)
 
 
+def test_membranes_that_cross_across_the_seam_are_refused():
+    law = {"kind": "linear-membrane", "density": 1.0, "young_modulus": 1.0, "poisson_ratio": 0.3}
+    net = {"kind": "membrane-elements", "thickness": 0.01, "material": law}
+    ends = [{"start": (x, 4, 0), "end": (x, 4, 1), "radius": 0.7, "points": (12, 2)} for x in (0.6, 7.6)]
+    one, two = (net | {"name": name, "field": name, "surface": {"tube": end}} for name, end in zip("ab", ends, strict=True))
+    whole = case(one, two)
+    with pytest.raises(CaseError, match="crosses or touches body b"):
+        refuse_overlaps(whole.body, stand(whole), whole.grid)
+
+
 def test_a_layer_that_goes_on_has_no_surface_at_the_seam():
     whole = case(box((0, 2, 0), (8, 4, 0), SOLID, name="layer"))
     place, area = whole.body[0].boundary(whole.grid, hard=False)

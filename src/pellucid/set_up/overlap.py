@@ -12,6 +12,7 @@ import numpy as np
 
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
+from pellucid.geometry.region import images
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
@@ -39,7 +40,7 @@ def refuse_overlaps(
     near = _near(models, standing, grid, going_on)
     for one, two in near:
         if one.is_surface and two.is_surface and one.field != two.field:
-            _refuse_crossing(one, two, standing)
+            _refuse_crossing(one, two, standing, grid)
     for body, other in [*near, *((two, one) for one, two in near)]:
         if other.is_surface or body.field == other.field:
             continue
@@ -123,13 +124,15 @@ def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np
     return inside
 
 
-def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, Standing]) -> None:
+def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, Standing], grid: GridCase) -> None:
     from pellucid.geometry.algorithms.crossing import crossing  # heavy
 
     (first, one_triangles, _), (second, other_triangles, _) = standing[one.name], standing[other.name]
     if one_triangles is None or other_triangles is None:
         return
-    found = crossing(Triangulation(first, one_triangles), Triangulation(second, other_triangles))
+    ways = images(grid.periods(), bounding_box(first), bounding_box(second))
+    there = Triangulation(second, other_triangles)
+    found = next((at for way in ways if (at := crossing(Triangulation(first + way, one_triangles), there)) is not None), None)
     if found is not None:
         place = ", ".join(f"{value:.4g}" for value in found)
         text = (
