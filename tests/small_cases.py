@@ -39,6 +39,8 @@ def case(*bodies, counts=(4, 4, 4), cell=1.0, lower=(0.0, 0.0, 0.0), functions="
     grid = {"lower": lower, "upper": upper, "cell": cell, "functions": functions}
     if thickness is not None:
         grid["thickness"] = thickness
+    if "periodic" in more:
+        grid["periodic"] = more.pop("periodic")
     time = {"end": 1.0} | more
     return Case.model_validate(
         {"schema": 1, "title": "a test", "grid": grid, "time": time, "body": bodies, "support": support} | table

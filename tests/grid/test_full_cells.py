@@ -62,6 +62,36 @@ def test_integrals_of_functions_over_cells(functions, n):
 
 
 @every_function
+@pytest.mark.parametrize("n", [4, 5, 12])
+def test_integrals_over_the_cells_of_a_period_are_alike(functions, n):
+    """All are those of a cell far from walls, and a uniform pressure gives no force."""
+    periodic = grid_functions(functions, (2, 2, 2), (False, False, False), (True, True, True))[0]
+    walled = axis_integrals(periodic.function, 13)
+    table = axis_integrals(periodic, n)
+    force = np.zeros(n)
+    for cell in range(n):
+        assert table.value[cell] == pytest.approx(walled.value[6], abs=1e-15)
+        assert (table.first[cell] - cell - walled.first[6] + 6) % n == 0
+        np.add.at(force, (table.first[cell] + np.arange(table.slope.shape[1])) % n, table.slope[cell])
+    assert force == pytest.approx(np.zeros(n), abs=1e-14)
+
+
+@pytest.mark.parametrize("hole", [False, True])
+def test_a_uniform_pressure_gives_no_force_across_seams(hole):
+    """Nowhere, as there is no wall; a hole in the cells at a corner of the box belongs to those beside it."""
+    sim = disordered(support=(), periodic=["x", "y"])
+    fluid = sim.bodies[0]
+    x = fluid.arrays["position"] + [0.6, -7.0, 0.0]
+    if hole:
+        x[((x[:, :2] - [1.0, -7.2]) % [1.0, 1.2] <= 0.2001).all(axis=1), 0] += 0.2
+    place(fluid, x)
+    fluid.arrays["stress"][:, :3] = -3.0
+    force = forces(sim)
+    assert np.count_nonzero(sim.stages.cell_pressures[0].cells.full) == 30 - hole
+    assert np.abs(force).max() < 1e-14 * 3.0
+
+
+@every_function
 @pytest.mark.parametrize("hole", [False, True])
 def test_a_uniform_pressure_gives_no_force_within(functions, hole):
     sim = disordered(functions)

@@ -30,6 +30,7 @@ CASES = [
     "benet2015/vesicle-in-shear:11",  # a film on the grid
     f"{STEPS.with_name('tower.toml')}:6",  # at rest under gravity, which goes across the rows
     f"{STEPS.with_name('wall.toml')}:6",  # a fluid at a wall, of which some processes have no points
+    f"{STEPS.with_name('channel.toml')}:30",  # a periodic axis across the rows, contact across its seam, a driven fluid
 ]
 
 

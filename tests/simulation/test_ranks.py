@@ -1,6 +1,12 @@
 from types import SimpleNamespace
 
-from pellucid.simulation.ranks import idle
+import pytest
+
+from pellucid.errors import CaseError
+from pellucid.grid.lattice import Grid
+from pellucid.grid.model import GridCase
+from pellucid.ranks.domain import domain
+from pellucid.simulation.ranks import cut_rows, idle
 
 FIELD = SimpleNamespace(grid=SimpleNamespace(rows=[0, 10, 20]))
 
@@ -10,3 +16,10 @@ def test_processes_without_work_are_told_of():
     assert idle(2, [FIELD]) is None
     assert "no grid: each of 2 processes" in idle(2, [])
     assert "2 rows of slabs, and 1 of 3 processes have none: start 2 at most" in idle(3, [FIELD])
+
+
+def test_rows_that_would_meet_across_a_seam_are_refused(monkeypatch):
+    monkeypatch.setattr(domain, "group", SimpleNamespace(size=2))
+    case = GridCase(lower=(0, 0, 0), upper=(8, 8, 0), cell=1.0, periodic=["x", "y"])
+    with pytest.raises(CaseError, match=r"(?s)grid.periodic.*rows of slabs, which would meet across its seam.*one process"):
+        cut_rows([], case, Grid(case))

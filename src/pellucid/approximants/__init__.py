@@ -8,6 +8,7 @@ from pellucid.approximants.axis import GridFunctions as GridFunctions
 from pellucid.approximants.cubic_bspline import CubicBSpline
 from pellucid.approximants.flat import Flat
 from pellucid.approximants.gimp import Gimp
+from pellucid.approximants.periodic_axis import PeriodicAxis as PeriodicAxis
 from pellucid.approximants.quadratic_bspline import QuadraticBSpline
 from pellucid.approximants.trilinear import Trilinear
 
@@ -20,7 +21,16 @@ GRID_FUNCTIONS: dict[str, Callable[[int], GridFunction]] = {
 }
 
 
-def grid_functions(name: str, per_cell: tuple[int, int, int], thin: tuple[bool, bool, bool]) -> GridFunctions:
-    """The functions along x, y, z, whose product is the shape function; flat along thin axes."""
-    x, y, z = (Flat() if flat else GRID_FUNCTIONS[name](n) for n, flat in zip(per_cell, thin, strict=True))
+Axes = tuple[bool, bool, bool]
+NO_AXES = False, False, False
+
+
+def grid_functions(name: str, per_cell: tuple[int, int, int], thin: Axes, periodic: Axes = NO_AXES) -> GridFunctions:
+    """The functions along x, y, z, whose product is the shape function; flat along thin axes, folded along periodic ones."""
+    x, y, z = (_along(name, n, *kind) for n, *kind in zip(per_cell, thin, periodic, strict=True))
     return LinearFunctions(x, y, z) if max(x.stencil, y.stencil, z.stencil) <= 2 else CurvedFunctions(x, y, z)
+
+
+def _along(name: str, per_cell: int, flat: bool, periodic: bool) -> GridFunction:
+    function = Flat() if flat else GRID_FUNCTIONS[name](per_cell)
+    return PeriodicAxis(function, function.stencil) if periodic else function

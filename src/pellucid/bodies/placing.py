@@ -7,17 +7,25 @@ import numpy as np
 from pellucid.findings import Finding, Path
 from pellucid.grid.model import GridCase
 
+BETWEEN = 2.0  # cells, at least, that are left between a body and itself across a seam
 SLACK = 1e-9  # of the extent of the grid, for rounding
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
 """What probes read of every body whose unknowns are on the grid."""
 
 
 def place_problems(
-    path: Path, bounds: tuple[np.ndarray, np.ndarray], grid: GridCase, is_surface: bool, cut_at: Sequence[str] = ()
+    path: Path,
+    bounds: tuple[np.ndarray, np.ndarray],
+    grid: GridCase,
+    is_surface: bool,
+    cut_at: Sequence[str] = (),
+    fills: bool = False,
+    flows: bool = False,
 ) -> Iterator[Finding]:
-    """Findings of a body, whose place is at `path`, that reaches beyond the grid.
+    """Findings of a body, whose place is at `path`, that reaches beyond the grid, or meets itself across a seam.
 
-    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may reach.
+    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may reach. fills: whether it goes on
+    across a seam where it is as long as a period; flows: whether it may meet itself.
     """
     ends = zip("xyz", *bounds, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
     for axis, low, high, grid_low, grid_high, thin in ends:
@@ -28,12 +36,38 @@ def place_problems(
         if high <= low and not is_surface:
             yield Finding(path, f"{reach}: it has no extent there", "let the upper end lie above the lower one")
             continue
+        if axis in grid.periodic:
+            yield from _seam_problems(path, axis, (low, high), grid, fills, flows)
+            continue
         low_free, high_free = f"{axis}-lower" not in cut_at, f"{axis}-upper" not in cut_at
         if (low_free and low < grid_low - slack) or (high_free and high > grid_high + slack):
             text = f"{reach}, outside the grid: {grid_low:g} to {grid_high:g} m"
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
         elif low >= grid_high or high <= grid_low:
             yield Finding(path, f"{reach}: `cut_at` leaves nothing of it", "move the body, or the grid")
+
+
+def _seam_problems(
+    path: Path, axis: str, ends: tuple[float, float], grid: GridCase, fills: bool, flows: bool
+) -> Iterator[Finding]:
+    """Of a body along a periodic axis."""
+    (low, high), d = ends, "xyz".index(axis)
+    lower, upper = grid.lower[d], grid.extent_upper()[d]
+    period, slack = upper - lower, SLACK * (upper - lower)
+    most = period - BETWEEN * grid.cell
+    reach = f"along {axis} the body reaches from {low:g} to {high:g} m"
+    if low >= upper or high <= lower:
+        text = f"{reach}, outside the grid: {lower:g} to {upper:g} m, which repeats itself there"
+        yield Finding(path, text, "move the body to the image of it that begins within the grid")
+    elif high - low > period + slack or (
+        high - low > most + slack and not flows and not (fills and high - low >= period - slack)
+    ):
+        goes_on = f", or exactly {period:g} m, over which it goes on across the seam" if fills else ""
+        text = (
+            f"{reach}, {high - low:g} m of a period of {period:g} m: it would meet itself across the seam; at most {most:g} m, "
+            f"two cells less than the period, is allowed{goes_on}"
+        )
+        yield Finding(path, text, f"make the grid longer along {axis}, or the body shorter")
 
 
 def longest_edge(places: np.ndarray) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.errors import CaseError, Problem
-from pellucid.grid.lattice import PAD, Nodes
+from pellucid.grid.lattice import Nodes, layers_of
 from pellucid.grid.listed import NodeFlags
 from pellucid.grid.nodal_fields import bytes_of
 
@@ -75,8 +75,8 @@ def n_nodes(case: "Case") -> float:
     """Number of nodes of the grid that are stored: all of them once for each velocity field."""
     if case.grid_or_none is None:
         return 0.0
-    cells = zip(case.grid.counts(), case.grid.thin(), strict=True)
-    return len({body.field for body in case.body}) * prod(float(n + PAD) for n, thin in cells if not thin)
+    axes = zip(case.grid.counts(), case.grid.thin(), case.grid.is_periodic(), strict=True)
+    return len({body.field for body in case.body}) * prod(float(layers_of(*axis)) for axis in axes)
 
 
 def n_points(case: "Case") -> float:

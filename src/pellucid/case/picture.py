@@ -108,6 +108,8 @@ class Pictured(Figure):
             yield from parts.no_grid((*path, "slice", "thickness"), "without it a slice is as thick as a cell")
         if self.mirror and parts.lacks_grid:
             yield from parts.no_grid((*path, "mirror"), "faces are those of a grid")
+        for number, face in enumerate(self.mirror):
+            yield from parts.seam((*path, "mirror", number), face)
         if sum(parts.active_axes) == 1:
             yield Finding(path, "the case is a line, of which there is no picture", "use a [[plot]] of probes")
         shown = [body for body in parts.of(BodyModel) if not self.bodies or body.name in self.bodies]

@@ -156,8 +156,8 @@ class Probe(Part):
     )
     condition: str | None = parameter(
         "",
-        'for quantity = "reaction": name of the support, motion, contact or wall; its mean force since the row before; for '
-        '"torque": name of a motion that leads a rigid body; its mean torque about the centre of mass',
+        'for quantity = "reaction": name of the support, motion, contact, wall or mean-velocity load; its mean force since the '
+        'row before; for "torque": name of a motion that leads a rigid body; its mean torque about the centre of mass',
         None,
     )
 
@@ -213,7 +213,7 @@ class Probe(Part):
         every = parts.of(Condition)
         names = [name for other in every if (name := other.turning_reaction(parts) if turns else other.reaction())]
         if self.condition not in names and parts.are_sound(Condition):
-            what = "motion of a rigid body" if turns else "support, motion, contact or wall"
+            what = "motion of a rigid body" if turns else "support, motion, contact, wall or mean-velocity"
             text = f"no {what} has this name; there are {listed(names) or 'none with a name'}"
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "give it a `name`")
 

@@ -219,6 +219,11 @@ class Case(Model):
         """Which axes are one cell thick; none without a grid."""
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
+    @property
+    def periods(self) -> Vector:
+        """After what length all is the same along each axis [m]; 0 along those that are not periodic."""
+        return (0.0, 0.0, 0.0) if self.grid_or_none is None else self.grid_or_none.periods()
+
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
         """What acts on the bodies, by class; first the damping of bodies, and last rigidity, which all impulses meet."""
         led = {body.name: tuple(motion for motion in self.motion if motion.body == body.name) for body in self.body}

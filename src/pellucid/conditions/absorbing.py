@@ -62,6 +62,7 @@ class Absorbing(Condition):
             yield Finding((*path, "body"), text, "name a body of material-points")
         before = [face for place, other in parts.placed(Absorbing) if place < path for face in other.where]
         for number, face in enumerate(self.where):
+            yield from parts.seam((*path, "where", number), face)
             if face in before or face in self.where[:number]:
                 text = f"the face {face} stands here a second time: it would absorb twice as much as arrives"
                 yield Finding((*path, "where"), text, "name each face once, with the body that fills it")

@@ -1,7 +1,9 @@
 """All conditions of a case as they act in a run."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
+
+import numpy as np
 
 from pellucid.energy import Channel, StepWork, WorkLayout
 from pellucid.grid.actions import NodalActions
@@ -72,6 +74,20 @@ class ActiveConditions:
         """Give the nodes the impulses of the step dt [s], after their momentum was advanced and before contact."""
         for condition in self._active:
             condition.act_on_nodes(dt)
+
+    def impulses(self) -> dict[str, np.ndarray]:
+        """Over the step [N s], shape (3,), by name, of those that nodes and bodies count without one."""
+        return {name: impulse for condition in self._active for name, impulse in condition.impulses().items()}
+
+    def state_numbers(self) -> dict[str, Any]:
+        """What a checkpoint keeps, by the place of each condition; nothing of those that keep nothing."""
+        kept = {str(place): dict(condition.state_numbers()) for place, condition in enumerate(self._active)}
+        return {place: numbers for place, numbers in kept.items() if numbers}
+
+    def restore(self, numbers: Mapping[str, Mapping[str, Any]]) -> None:
+        """Go on from a checkpoint."""
+        for place, own in numbers.items():
+            self._active[int(place)].restore(own)
 
     def works(self) -> list[StepWork]:
         """Work and impulses of the conditions over the step, but for those that nodes and bodies count."""

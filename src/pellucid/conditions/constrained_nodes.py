@@ -98,7 +98,11 @@ def constrain_nodes(
     constrained = grid.nodes.constrained
     constrained.fill(0)
     for number, support in enumerate(supports):
-        inside = nodes_of(support, grid, Selectable(position)) if support.body is None else np.zeros(len(position), bool)
+        inside = (
+            nodes_of(support, grid, Selectable(position, periods=grid.periods))
+            if support.body is None
+            else np.zeros(len(position), bool)
+        )
         if not inside.any() and support.body is None and number not in elsewhere:
             text = "constrains no node of the grid: the box lies between nodes or beyond the grid"
             wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"

@@ -9,7 +9,7 @@ from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.face_shares import FaceShares
 from pellucid.geometry.region import Where, chosen_faces, faults
 from pellucid.parts.annotations import AssembledBody
-from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.body_model import BodyModel, is_alone, selectable_of
 from pellucid.parts.capabilities import HasMesh
 from pellucid.parts.part import Parts
 
@@ -53,7 +53,7 @@ def face_problems(where: Where, path: Path, name: str, parts: Parts) -> Iterator
     body = parts.named(BodyModel, name)
     if body is None:
         return
-    start = body.selectable()
+    start = selectable_of(body, parts)
     if start is None or not body.owns_nodes(is_alone(body, parts)):
         text = f"body {name} has no faces between nodes of its own"
         yield Finding(path, text, "use a meshless-solid, or membrane-elements in a velocity field of their own")

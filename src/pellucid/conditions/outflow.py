@@ -47,6 +47,7 @@ class Outflow(Condition):
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         for number, face in enumerate(self.where):
             here = (*path, "where", number)
+            yield from parts.seam(here, face)
             if face in self.where[:number]:
                 yield Finding(here, f"the face {face} is named twice", "leave it out once")
             elif not parts.active_axes["xyz".index(face[0])]:

@@ -14,7 +14,7 @@ from pellucid.geometry.region import Where, faults
 from pellucid.model import check, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, selectable_of
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -77,7 +77,7 @@ class Motion(Condition):
         elif body is not None and (body.is_rigid or self.turns_about()):
             others = [other for place, other in parts.placed(Motion) if place < path]
             yield from turn_problems(self, body, path, parts, others)
-        elif body is not None and self.part is not None and (nodes := body.selectable()) is not None:
+        elif body is not None and self.part is not None and (nodes := selectable_of(body, parts)) is not None:
             yield from faults(self.part, nodes, (*path, "part"), self.body, parts.active_axes)
 
     def _signal_problems(self, path: Path) -> Iterator[Finding]:

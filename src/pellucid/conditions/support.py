@@ -15,7 +15,7 @@ from pellucid.grid.model import GridCase
 from pellucid.model import Vector, check, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
-from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.body_model import BodyModel, is_alone, selectable_of
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -76,6 +76,7 @@ class Support(Condition):
         cannot rub or open."""
         if self.face() is not None:
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+            yield from parts.seam((*path, "where"), str(self.where))
         yield from self._yielding_problems(path, parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
@@ -148,13 +149,13 @@ class Support(Condition):
         if not body.owns_nodes(is_alone(body, parts)):
             text = f"body {name} has no nodes of its own: it moves with those of the grid"
             yield Finding((*path, "body"), text, "leave `body` out, so that the nodes of the grid are constrained")
-        elif region is not None and (nodes := body.selectable()) is not None:
+        elif region is not None and (nodes := selectable_of(body, parts)) is not None:
             yield from faults(region, nodes, (*path, "where"), name, parts.active_axes)
 
     def _nothing_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Of a support of all bodies without a grid, where all their nodes are known and none lies in its region."""
         region = self.region()
-        nodes = [body.selectable() for body in parts.of(BodyModel)]
+        nodes = [selectable_of(body, parts) for body in parts.of(BodyModel)]
         known = [selectable for selectable in nodes if selectable is not None]
         if region is None or not parts.are_sound(BodyModel) or len(known) < len(nodes):
             return
@@ -165,7 +166,7 @@ class Support(Condition):
     def _box_problems(path: Path, lower: np.ndarray, upper: np.ndarray, grid: GridCase) -> Iterator[Finding]:
         ends = zip("xyz", lower, upper, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
         for axis, low, high, grid_low, grid_high, thin in ends:
-            if not thin and (high < low or high < grid_low or low > grid_high):
+            if not (thin or axis in grid.periodic) and (high < low or high < grid_low or low > grid_high):
                 box, nodes = f"{low:g} to {high:g} m", f"{grid_low:g} to {grid_high:g} m"
                 text = f"the box contains no node: {axis} from {box}, the grid's from {nodes}"
                 yield Finding(path, text, "let the box overlap the grid")

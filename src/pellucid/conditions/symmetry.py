@@ -1,9 +1,9 @@
-"""Planes of symmetry at faces of the grid."""
+"""Planes of symmetry at faces of the grid, and seams where it is periodic."""
 
 from collections.abc import Sequence
 
 from pellucid.conditions.support import Support
-from pellucid.contact.images import Plane
+from pellucid.contact.images import Plane, Seam
 from pellucid.grid.model import GridCase
 
 
@@ -17,3 +17,9 @@ def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
             if any(velocity is not None and velocity[axis] == 0.0 for velocity in held):
                 planes.append(Plane(axis, float(place)))
     return planes
+
+
+def seams(grid: GridCase) -> list[Seam]:
+    """Where a periodic grid meets itself."""
+    ends = enumerate(zip(grid.lower, grid.periods(), strict=True))
+    return [Seam(axis, low, period) for axis, (low, period) in ends if period > 0.0]

@@ -64,6 +64,13 @@ class Wall(Sliding):
                     text = f"has the component {component:g} along {axis}, along which the grid is one cell thick"
                     yield Finding((*path, key), text, f"set its {axis} to 0: nothing moves along {axis}")
                     return
+        for axis, component in zip("xyz", self.normal, strict=True):
+            if axis in grid.periodic and component != 0.0:
+                text = (
+                    f"has the component {component:g} along {axis}, along which the grid is periodic: the plane would end there"
+                )
+                yield Finding((*path, "normal"), text, f"set its {axis} to 0, or take {axis} out of grid.periodic")
+                return
         corners = np.array(list(product(*zip(grid.lower, grid.extent_upper(), strict=True))))
         height, slack = self.plane().height(corners), ON_A_FACE * grid.cell
         if height.min() > slack or height.max() < -slack:

@@ -79,11 +79,11 @@ class ContactDetection:
         self.node = self._shared[:n]
         self.normal, self.gap, self.room = np.zeros((n, 3)), np.full(n, -np.inf), np.zeros(n)
         if domain.any(n > 0):
-            strides = self._grid.lattice.strides
-            shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, True)
-            shared.bounding_box(self._extent(), self._grid.lattice, self._reach, self._box, self._narrow)
+            lattice = self._grid.lattice
+            shared.mark_stencils(self.node, self._slot, self._near, self._reach, lattice, True)
+            shared.bounding_box(self._extent(), lattice, self._reach, self._box, self._narrow)
             self._measure(n)
-            shared.mark_stencils(self.node, self._slot, self._near, self._reach, strides, False)
+            shared.mark_stencils(self.node, self._slot, self._near, self._reach, lattice, False)
 
     def _extent(self) -> np.ndarray:
         """Nodes with the extent of those of all processes along each axis."""

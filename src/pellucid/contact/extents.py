@@ -4,6 +4,7 @@ from numpy import uintp
 
 from pellucid.contact.normals import CENTRE, VOLUME, NumberedNodes, reach_of_point
 from pellucid.contact.shared import list_within
+from pellucid.grid.folding import seen_from
 from pellucid.grid.lattice import LARGEST_STENCIL
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.passes.blocks import about_lanes, fetch, find_functions, functions_like, run_end
@@ -39,7 +40,7 @@ def _first_lanes(n):
 @pointwise
 def _add_lanes(about, lattice, slot, normal, point, present, found):
     """Let the vectors of each node hold these points too; present: 1 in the lanes of points, 0 in others."""
-    (x, y, z), V, r = point
+    place, V, r = point
     number = 0
     for a in range(len(about.wx)):
         for b in range(len(about.wy)):
@@ -48,6 +49,7 @@ def _add_lanes(about, lattice, slot, normal, point, present, found):
                 e, at = slot[node_at(about, lattice, a, b, c)], COLUMNS * LANES * number
                 number += 1
                 if e >= 0:
+                    x, y, z = seen_from(lattice.folding, lattice, about, place, a, b, c)
                     w, along = line * about.wz[c], x * normal[e, 0] + y * normal[e, 1] + z * normal[e, 2]
                     for column, reach in enumerate((r + along, r - along)):
                         before = load(found, at + column * LANES)

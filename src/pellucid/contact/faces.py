@@ -11,6 +11,7 @@ import numpy as np
 
 from pellucid.contact.normals import CENTRE, NORMAL, VOLUME
 from pellucid.contact.shared import beyond
+from pellucid.grid.folding import seen_from
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
 from pellucid.jit.bundle import Bundle
@@ -47,7 +48,7 @@ def sum_places(s, mapped, where, areas, along, sums):
         if beyond(where, x, p):
             continue
         about = stencil(functions, lattice, x, p)
-        wx, wy, wz = about.wx, about.wy, about.wz
+        wx, wy, wz, place = about.wx, about.wy, about.wz, (x[p, 0], x[p, 1], x[p, 2])
         if where.near[about.start] == 0:
             continue
         for a in range(len(wx)):
@@ -59,7 +60,8 @@ def sum_places(s, mapped, where, areas, along, sums):
                         facing = sign * (vector[p, 0] * n0 + vector[p, 1] * n1 + vector[p, 2] * n2)
                         w = wx[a] * wy[b] * wz[c] * (abs(facing) if areas.two_sided else max(0.0, facing))
                         sums.values[e, 0] += w
-                        sums.values[e, 1] += w * (x[p, 0] * n0 + x[p, 1] * n1 + x[p, 2] * n2 + sign * areas.half_width)
+                        x0, x1, x2 = seen_from(lattice.folding, lattice, about, place, a, b, c)
+                        sums.values[e, 1] += w * (x0 * n0 + x1 * n1 + x2 * n2 + sign * areas.half_width)
 
 
 def mean_places(sums: np.ndarray) -> np.ndarray:

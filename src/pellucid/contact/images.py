@@ -1,11 +1,18 @@
-"""Surfaces beside planes of symmetry, where they go on as their mirror images."""
+"""Surfaces beside planes of symmetry, where they go on as their mirror images, and beside the seams of periodic grids."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
+
+WHOLLY = sqrt(2.0)
+"""Reaches within which all points with weight lie. Boxes of one reach leave some out, by where they lie: where there are images
+too, bodies that are moved together by a cell would not meet as before."""
+ACROSS = 2.0  # of the largest reach of a point, from a seam: a place beside it meets no point that is further beyond
 
 
 class Plane(NamedTuple):
@@ -15,8 +22,17 @@ class Plane(NamedTuple):
     place: float  # [m]
 
 
+class Seam(NamedTuple):
+    """The ends of a periodic axis, which are the same."""
+
+    axis: int
+    place: float  # of the lower end [m]
+    period: float  # [m]
+
+
 class Described(NamedTuple):
-    """The n points of a surface as a step begins, the m of the surface itself first, then images of those near planes."""
+    """The n points of a surface as a step begins, the m of the surface itself first, then images of those near planes and
+    seams. Along periodic axes all lie within the box, but for images."""
 
     place: np.ndarray  # (n, 3) [m]
     normal: np.ndarray  # (n, 3) unit normals, zero where the area is
@@ -27,6 +43,7 @@ class Described(NamedTuple):
     flip: np.ndarray  # (n - m, 3) -1 along the axes across which it is mirrored, 1 along others
     lower: np.ndarray  # (3,) of a box about the places [m],
     upper: np.ndarray  # (3,)
+    about: float = 1.0  # how far about a place others look for its points, in reaches of these
 
     def fold(self, force: np.ndarray) -> np.ndarray:
         """Forces on the points of the surface, shape (m, 3), with those on their images, of forces on all (n, 3)."""
@@ -36,26 +53,50 @@ class Described(NamedTuple):
         return total
 
 
-def describe(surface: ContactSurface, planes: Sequence[Plane]) -> Described:
+def describe(surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[Seam] = ()) -> Described:
     """The points of a surface with their images."""
     length = np.linalg.norm(surface.area, axis=1)
     normal = surface.area / np.where(length > 0.0, length, 1.0)[:, None]
-    place, size, reach, velocity = surface.place, surface.sizes(), surface.reach, surface.velocity
-    point, flip = np.arange(len(place)), np.ones_like(place)
+    m = len(surface.place)
+    found = _Points(surface.place, normal, surface.sizes(), surface.reach, surface.velocity, np.arange(m), np.ones((m, 3)))
+    for axis, at, period in seams:
+        found.place = found.place.copy()
+        found.place[:, axis] -= period * np.floor((found.place[:, axis] - at) / period)
+    for axis, at, period in seams:
+        x, far = found.place[:, axis], ACROSS * float(surface.reach.max(initial=0.0))
+        low, high = np.flatnonzero(x < at + far), np.flatnonzero(x > at + period - far)
+        shift = period * np.eye(3)[axis]
+        found.add(np.concatenate([low, high]), np.ones(3), np.repeat([shift, -shift], [len(low), len(high)], axis=0))
     for axis, at in planes:
-        near = np.flatnonzero(np.abs(place[:, axis] - at) < reach)
-        if not len(near):
-            continue
-        mirrored = flip[near].copy()
-        mirrored[:, axis] *= -1.0
-        image = place[near].copy()
-        image[:, axis] = 2.0 * at - image[:, axis]
         across = np.ones(3)
         across[axis] = -1.0
-        place, normal = np.concatenate([place, image]), np.concatenate([normal, across * normal[near]])
-        velocity = np.concatenate([velocity, across * velocity[near]])
-        size, reach = np.concatenate([size, size[near]]), np.concatenate([reach, reach[near]])
-        point, flip = np.concatenate([point, point[near]]), np.concatenate([flip, mirrored])
-    m = len(surface.place)
+        found.add(np.flatnonzero(np.abs(found.place[:, axis] - at) < found.reach), across, 2.0 * at * np.eye(3)[axis])
+    place = found.place
     ends = place.min(axis=0, initial=np.inf), place.max(axis=0, initial=-np.inf)
-    return Described(place, normal, size, reach, velocity, point[m:], flip[m:], *ends)
+    about = WHOLLY if seams else 1.0
+    of_images = found.point[m:], found.flip[m:]
+    return Described(place, found.normal, found.size, found.reach, found.velocity, *of_images, *ends, about)
+
+
+@dataclass
+class _Points:
+    """Points of a surface and images of them, as `Described` has them; `point` and `flip` of all."""
+
+    place: np.ndarray
+    normal: np.ndarray
+    size: np.ndarray
+    reach: np.ndarray
+    velocity: np.ndarray
+    point: np.ndarray
+    flip: np.ndarray
+
+    def add(self, near: np.ndarray, across: np.ndarray, shift: np.ndarray) -> None:
+        """Add images of some: vectors times `across`, (3,), and places moved then by a shift [m], (3,) or one for each."""
+        if not len(near):
+            return
+        self.place = np.concatenate([self.place, across * self.place[near] + shift])
+        self.normal = np.concatenate([self.normal, across * self.normal[near]])
+        self.velocity = np.concatenate([self.velocity, across * self.velocity[near]])
+        self.size, self.reach = (np.concatenate([of, of[near]]) for of in (self.size, self.reach))
+        self.point = np.concatenate([self.point, self.point[near]])
+        self.flip = np.concatenate([self.flip, across * self.flip[near]])

@@ -10,6 +10,7 @@ import numpy as np
 from numpy import uintp
 
 from pellucid.contact.shared import beyond
+from pellucid.grid.folding import seen_from
 from pellucid.grid.nodal_fields import MAX, STEP, SUM, NodalField
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
@@ -91,7 +92,7 @@ def sum_moments(s, mapped, where, areas, moments, beside):
         listed += 1
         V = areas.at_rest * points.mass[p] if surface else points.volume[p]
         shared = row(vector[p, 0], vector[p, 1], vector[p, 2], V) if surface else splat(V)
-        centre = row(V * x[p, 0], V * x[p, 1], V * x[p, 2], 0.0)
+        place = (x[p, 0], x[p, 1], x[p, 2])
         for a in range(len(wx)):
             for b in range(len(wy)):
                 for c in range(len(wz)):
@@ -101,6 +102,8 @@ def sum_moments(s, mapped, where, areas, moments, beside):
                         share = (
                             splat(w) if surface else row(gx[a] * wy[b] * wz[c], wx[a] * gy[b] * wz[c], wx[a] * wy[b] * gz[c], w)
                         )
+                        x0, x1, x2 = seen_from(lattice.folding, lattice, about, place, a, b, c)
+                        centre = row(V * x0, V * x1, V * x2, 0.0)
                         store(values, at, load(values, at) + share * shared)
                         store(values, at + CENTRE, load(values, at + CENTRE) + w * centre)
     if listed < slabs.first[s + 1]:
@@ -137,13 +140,14 @@ def foremost_along(s, mapped, where, beside, along, radius, foremost):
         p = uintp(beside[q])
         about = stencil(functions, lattice, x, p)
         wx, wy, wz = about.wx, about.wy, about.wz
-        r = radius[0] if surface else reach_of_point(radius, points.volume[p])
+        r, position = radius[0] if surface else reach_of_point(radius, points.volume[p]), (x[p, 0], x[p, 1], x[p, 2])
         for a in range(len(wx)):
             for b in range(len(wy)):
                 for c in range(len(wz)):
                     e = slot[node_at(about, lattice, a, b, c)]
                     if e >= 0 and wx[a] * wy[b] * wz[c] > 0.0:
-                        place = x[p, 0] * normal[e, 0] + x[p, 1] * normal[e, 1] + x[p, 2] * normal[e, 2]
+                        x0, x1, x2 = seen_from(lattice.folding, lattice, about, position, a, b, c)
+                        place = x0 * normal[e, 0] + x1 * normal[e, 1] + x2 * normal[e, 2]
                         foremost.values[e] = max(foremost.values[e], sign * place + r)
 
 

@@ -24,11 +24,12 @@ def overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, node
     touching = np.zeros(grid.n_nodes, bool)
     touching[nodes] = True
     cell = np.floor((place - lattice.lower) * lattice.inverse_cell).astype(np.int64)
+    cell = np.where(grid.periodic, cell % np.array(lattice.counts), cell)
     first = np.where(thin, 0, cell) @ np.array(lattice.strides)
     ends = [0 if flat_axis else stride for flat_axis, stride in zip(thin, lattice.strides, strict=True)]
     beside = np.zeros(len(place), bool)
     for way in np.ndindex(2, 2, 2):
-        beside |= touching[first + int(np.dot(way, ends))]
+        beside |= touching[grid.real_nodes(first + int(np.dot(way, ends)))]
     length[~beside[corners].any(axis=1)] = 0.0
     worst = int(np.argmax(length))
     if length[worst] <= LONGEST * lattice.cell:

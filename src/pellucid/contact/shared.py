@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy import uintp
 
+from pellucid.grid.folding import cells_beyond, nodes_before
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.grid.nodal_fields import FOUND, RUN, NodalField, fields_of
 from pellucid.grid.points import place_of
@@ -55,7 +56,7 @@ def list_shared_of(reached, first, second, node):
 
 
 @kernel()
-def mark_stencils(node, slot, near, reach, strides, on):
+def mark_stencils(node, slot, near, reach, lattice, on):
     """Number the nodes in `slot`, and flag the first nodes of all stencils that hold one of them; or take both back."""
     for e in range(len(node)):
         I = node[e]
@@ -63,7 +64,7 @@ def mark_stencils(node, slot, near, reach, strides, on):
         for a in range(reach[0]):
             for b in range(reach[1]):
                 for c in range(reach[2]):
-                    first = I - a * strides[0] - b * strides[1] - c * strides[2]
+                    first = nodes_before(lattice.folding, lattice, I, a, b, c)
                     if first >= 0:
                         near[first] = 1 if on else 0
 
@@ -82,12 +83,14 @@ def bounding_box(node, lattice, reach, box, narrow):
             box[0, d], box[1, d] = min(box[0, d], i), max(box[1, d], i)
     least = inf
     for d in range(3):
-        part = (box[1, d] - box[0, d] + reach[d]) / lattice.counts[d]
+        part = (box[1, d] - box[0, d] + reach[d]) / lattice.counts[d] + cells_beyond(lattice.folding, d)
         if part < least:
             least, narrow[0] = part, d
         wide = 0.5 * reach[d] + MARGIN
         box[0, d] = lattice.lower[d] + (box[0, d] - wide) * lattice.cell
         box[1, d] = lattice.lower[d] + (box[1, d] + wide) * lattice.cell
+        if cells_beyond(lattice.folding, d) > 0:  # points may have crossed it any number of times
+            box[0, d], box[1, d] = -inf, inf
 
 
 @pointwise

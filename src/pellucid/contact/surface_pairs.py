@@ -22,7 +22,7 @@ import numpy as np
 from pellucid.contact import proximity
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.images import Described, Plane, describe
+from pellucid.contact.images import Described, Plane, Seam, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import Touch
@@ -40,7 +40,7 @@ class HalfPair:
     def find(self, one: Described, other: Described) -> bool:
         """Find the points of the one surface that overlap with the other; whether there are any."""
         m = len(self.one.place)
-        bins = _bins(one, other, float(other.reach.max()))
+        bins = _bins(one, other, other.about * float(other.reach.max()))
         self.overlap: Overlap | None = None
         if bins is None:
             return False
@@ -159,9 +159,9 @@ def _bins(one: Described, other: Described, reach: float) -> Bins | None:
 class SurfacePairs:
     """All surfaces of a simulation that touch each other or walls."""
 
-    def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = ()) -> None:
-        """planes: of symmetry."""
-        self._pairs, self._planes = pairs, planes
+    def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = ()) -> None:
+        """planes: of symmetry; seams: of a periodic grid."""
+        self._pairs, self._planes, self._seams = pairs, planes, seams
         self.surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
         self.energy = ContactEnergy()
         self._described: dict[int, Described] = {}  # as they were, for those that stand
@@ -180,7 +180,7 @@ class SurfacePairs:
         for surface in self.surfaces:
             surface.begin()
             if not surface.stands or id(surface) not in described:
-                described[id(surface)] = describe(surface, self._planes)
+                described[id(surface)] = describe(surface, self._planes, self._seams)
             touched[id(surface)] = np.zeros(len(surface.place), bool)
             surface.swings, surface.pushed_along = 0.0, []
         touching = [pair.find(described) for pair in self._pairs]

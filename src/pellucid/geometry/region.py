@@ -5,7 +5,8 @@ has a normal where it is a corner of a face with that normal; a face is chosen w
 """
 
 from collections.abc import Iterator, Mapping
-from math import acos, ceil, cos, degrees, radians
+from itertools import product
+from math import acos, ceil, cos, degrees, floor, radians
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from pellucid.findings import Finding, Path, hint, listed
 from pellucid.geometry.meshes.cells import outer_faces, vector_areas
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.shape import Shape
-from pellucid.geometry.shapes.contract import ActiveAxes
+from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.geometry.shapes.solids import Box
 from pellucid.model import Vector, check, parameter
@@ -35,6 +36,9 @@ class Selectable(NamedTuple):
     faces: np.ndarray = np.zeros((0, 3), np.int64)  # triangles of its surface, counterclockwise about the outward normal
     boundary: np.ndarray = np.zeros(0, np.int64)  # numbers of the nodes on the boundary of a solid, on the rim of a membrane
     sets: Mapping[str, np.ndarray] = {}  # numbers of nodes by name
+    periods: Vector = (0.0, 0.0, 0.0)
+    """Lengths [m] after which places are the same along periodic axes of the grid, 0 along others: a node lies in a shape where
+    one of its images does."""
 
     @classmethod
     def of_solid(cls, mesh: SimplexMesh) -> "Selectable":
@@ -115,7 +119,7 @@ class Region(Shape):
 
     def _nodes_of_any_normal(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
         n, shape = len(of.position), self.shape
-        chosen = np.ones(n, bool) if shape is None else _in_shape(shape, of.position, active, reach)
+        chosen = np.ones(n, bool) if shape is None else _in_shape(shape, of, active, reach)
         if self.set_ is not None:
             named = np.zeros(n, bool)
             named[of.sets[self.set_]] = True
@@ -201,8 +205,37 @@ def _why_empty(where: Where, of: Selectable, active: ActiveAxes, faces: bool) ->
     return "", "let its shape or set reach where faces have this normal, or raise `within`"
 
 
-def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float) -> np.ndarray:
-    reach = max(reach, REACH * float(np.ptp(position, axis=0).max())) if len(position) else reach
+def _in_shape(shape: Shape, of: Selectable, active: ActiveAxes, reach: float) -> np.ndarray:
+    n, position = len(of.position), of.position
+    if not n:
+        return np.zeros(0, bool)
+    reach, bounds = max(reach, REACH * float(np.ptp(position, axis=0).max())), shape.geometry().bounds()
+    inside = np.zeros(n, bool)
+    for way in images(of.periods, (position.min(axis=0) - reach, position.max(axis=0) + reach), bounds):
+        inside |= _holds(shape, position + way, active, reach)
+    return inside
+
+
+def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np.ndarray, np.ndarray]) -> Iterator[np.ndarray]:
+    """By what [m], shape (3,), to move a body so that its images meet a place; both by their lower and upper corners [m]. Not
+    at all where no axis is periodic."""
+    ways = []
+    for period, low, high, lower, upper in zip(periods, *body, *place, strict=True):
+        first, last = (0, 0) if period == 0.0 else (ceil((lower - high) / period), floor((upper - low) / period))
+        ways.append(period * np.arange(first, last + 1))
+    return (np.array(way) for way in product(*ways))
+
+
+def within(region: Geometry, places: np.ndarray, active: ActiveAxes, periods: Vector) -> np.ndarray:
+    """Which places [m], shape (n, 3), or images of them, lie in a region, shape (n,)."""
+    inside = np.zeros(len(places), bool)
+    if len(places):
+        for way in images(periods, (places.min(axis=0), places.max(axis=0)), region.bounds()):
+            inside |= region.contains(places + way if way.any() else places, active)
+    return inside
+
+
+def _holds(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float) -> np.ndarray:
     geometry, position = shape.geometry().in_own_frame(position)
     if not isinstance(geometry, Box):
         return geometry.contains(position, active)

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pellucid.approximants import PeriodicAxis
 from pellucid.approximants.axis import axis_weights
 
 PARTS = 120  # of a cell; their ends are among the kinks of the functions, also of points averaged over 1/2, 1/3, 1/4, 1/5 cell
@@ -21,6 +22,10 @@ class AxisIntegrals(NamedTuple):
 
 def axis_integrals(function: Any, n: int) -> AxisIntegrals:
     """Those of a function along an axis of n cells."""
+    if isinstance(function, PeriodicAxis):
+        far = axis_integrals(function.function, 2 * NEAR + 1)  # of which the middle knows of no wall
+        starts = (np.arange(n) + far.first[NEAR] - NEAR) % n
+        return AxisIntegrals(starts, *(np.tile(of[NEAR], (n, 1)) for of in (far.value, far.slope)))
     cells = min(n, 2 * NEAR + 1)
     value, slope = np.zeros((2, cells, cells + 4))
     gauss = (0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)) / PARTS

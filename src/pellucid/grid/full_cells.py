@@ -26,9 +26,11 @@ import numpy as np
 from pellucid.approximants import GridFunctions
 from pellucid.grid.cell_integrals import AxisIntegrals, axis_integrals
 from pellucid.grid.clearing import Clearing
+from pellucid.grid.folding import cell_in_period, cells_beyond
 from pellucid.grid.lattice import Grid, Lattice
 from pellucid.grid.nodal_fields import STEP, allocate
 from pellucid.grid.points import GAINED, GROWTH, PRESSURE, PRESSURES, RATES, SHIFT, VOLUMES, FullCells, cell_of, place_of
+from pellucid.grid.stencil import node_behind
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
@@ -47,6 +49,7 @@ class CellGrid(NamedTuple):
     forces: np.ndarray  # (4 n,) rows of internal forces
     mean_velocity: np.ndarray  # (n, 3)
     volume: float  # of a cell [m³], that of the slice where axes are thin
+    edges: np.ndarray  # (chunks + 1,) the layer at which each chunk begins, and behind the last
 
 
 @pointwise
@@ -82,18 +85,18 @@ def apply_volume_correction(s, mapped, found, energy, dt):
 
 
 @pointwise
-def _cells_of(chunk, lattice):
+def _cells_of(chunk, grid):
     """How many cells a chunk has."""
-    n, axis = lattice.counts, lattice.slab_axis
-    return (min(LAYERS * (chunk + 1), n[axis]) - LAYERS * chunk) * (n[0] * n[1] * n[2] // n[axis])
+    n, axis = grid.lattice.counts, grid.lattice.slab_axis
+    return (grid.edges[chunk + 1] - grid.edges[chunk]) * (n[0] * n[1] * n[2] // n[axis])
 
 
 @pointwise
-def _cell_at(chunk, number, lattice):
+def _cell_at(chunk, number, grid):
     """The cell of a number in a chunk, layer by layer: its indices along the axes, and its own."""
-    n, stride, axis = lattice.counts, lattice.strides, lattice.slab_axis
+    n, stride, axis = grid.lattice.counts, grid.lattice.strides, grid.lattice.slab_axis
     second, third = (1 if axis == 0 else 0), (1 if axis == 2 else 2)
-    layer, rest = LAYERS * chunk + number // (n[second] * n[third]), number % (n[second] * n[third])
+    layer, rest = grid.edges[chunk] + number // (n[second] * n[third]), number % (n[second] * n[third])
     l, m = rest // n[third], rest % n[third]
     i, j, k = (layer, l, m) if axis == 0 else ((l, layer, m) if axis == 1 else (l, m, layer))
     return i, j, k, i * stride[0] + j * stride[1] + k * stride[2]
@@ -103,6 +106,7 @@ def _cell_at(chunk, number, lattice):
 def _volume(grid, i, j, k):
     """Of the points in the cell (i, j, k); -1 beyond the walls."""
     n, stride = grid.lattice.counts, grid.lattice.strides
+    i, j, k = _in_grid(grid, i, j, k)
     if i < 0 or j < 0 or k < 0 or i >= n[0] or j >= n[1] or k >= n[2]:
         return -1.0
     return grid.cells.sums[i * stride[0] + j * stride[1] + k * stride[2], VOLUMES]
@@ -151,25 +155,35 @@ def _owns(grid, i, j, k, face):
 @pointwise
 def _is_full(grid, i, j, k):
     """Whether every cell about the cell (i, j, k), which is not empty, has points or is a hole."""
-    n = grid.lattice.counts
-    for a in range(max(i - 1, 0), min(i + 2, n[0])):
-        for b in range(max(j - 1, 0), min(j + 2, n[1])):
-            for c in range(max(k - 1, 0), min(k + 2, n[2])):
+    n, folding = grid.lattice.counts, grid.lattice.folding
+    x, y, z = cells_beyond(folding, 0), cells_beyond(folding, 1), cells_beyond(folding, 2)
+    for a in range(max(i - 1, -x), min(i + 2, n[0] + x)):
+        for b in range(max(j - 1, -y), min(j + 2, n[1] + y)):
+            for c in range(max(k - 1, -z), min(k + 2, n[2] + z)):
                 if _volume(grid, a, b, c) == 0.0 and not _is_hole(grid, a, b, c):
                     return False
     return True
 
 
 @pointwise
+def _in_grid(grid, i, j, k):
+    """The indices of a cell, which a neighbour may count across the seam of a periodic axis."""
+    folding = grid.lattice.folding
+    return cell_in_period(folding, 0, i), cell_in_period(folding, 1, j), cell_in_period(folding, 2, k)
+
+
+@pointwise
 def _first_node(grid, i, j, k):
     """The lowest node whose shape function reaches into the cell (i, j, k)."""
     (x, y, z), stride = grid.along, grid.lattice.strides
+    i, j, k = _in_grid(grid, i, j, k)
     return x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
 
 
 @pointwise
 def _gradient_integral(grid, i, j, k, a, b, c):
     """∫∇N dV over the cell (i, j, k) [m²], of the function of the node a, b and c after its first along the axes."""
+    i, j, k = _in_grid(grid, i, j, k)
     (x, y, z), area = grid.along, grid.volume * grid.lattice.inverse_cell
     in_x = area * x.slope[i, a] * y.value[j, b] * z.value[k, c]
     in_y = area * x.value[i, a] * y.slope[j, b] * z.value[k, c]
@@ -180,12 +194,12 @@ def _gradient_integral(grid, i, j, k, a, b, c):
 @pointwise
 def _add_force(grid, i, j, k, pressure):
     """Add the force of the mean pressure of the cell (i, j, k) to its nodes."""
-    (x, y, z), stride, forces = grid.along, grid.lattice.strides, grid.forces
+    (x, y, z), forces = grid.along, grid.forces
     first = _first_node(grid, i, j, k)
     for a in range(x.value.shape[1]):
         for b in range(y.value.shape[1]):
             for c in range(z.value.shape[1]):
-                I = 4 * (first + a * stride[0] + b * stride[1] + c * stride[2])
+                I = 4 * node_behind(grid.lattice, first, a, b, c)
                 in_x, in_y, in_z = _gradient_integral(grid, i, j, k, a, b, c)
                 forces[I] += pressure * in_x
                 forces[I + 1] += pressure * in_y
@@ -195,12 +209,12 @@ def _add_force(grid, i, j, k, pressure):
 @pointwise
 def _growth(grid, i, j, k):
     """∫ ∇·v dV of the mean velocity over the cell (i, j, k) [m³/s]."""
-    (x, y, z), stride, v = grid.along, grid.lattice.strides, grid.mean_velocity
+    (x, y, z), v = grid.along, grid.mean_velocity
     first, total = _first_node(grid, i, j, k), 0.0
     for a in range(x.value.shape[1]):
         for b in range(y.value.shape[1]):
             for c in range(z.value.shape[1]):
-                I = first + a * stride[0] + b * stride[1] + c * stride[2]
+                I = node_behind(grid.lattice, first, a, b, c)
                 in_x, in_y, in_z = _gradient_integral(grid, i, j, k, a, b, c)
                 total += in_x * v[I, 0] + in_y * v[I, 1] + in_z * v[I, 2]
     return total
@@ -232,8 +246,8 @@ def _grow(grid, i, j, k, cell):
 @kernel(inner=True)
 def _push_chunk(chunk, grid):
     cells = grid.cells
-    for number in range(_cells_of(chunk, grid.lattice)):
-        i, j, k, cell = _cell_at(chunk, number, grid.lattice)
+    for number in range(_cells_of(chunk, grid)):
+        i, j, k, cell = _cell_at(chunk, number, grid)
         cells.full[cell] = cells.sums[cell, VOLUMES] > 0.0 and _is_full(grid, i, j, k)
         if cells.full[cell]:
             _push(grid, i, j, k, cell)
@@ -248,10 +262,22 @@ def _push_cells(chunks, grid):
 @parallel_loop()
 def _grow_cells(chunk, grid):
     """Find the growth of the full cells, once the mean velocities are known."""
-    for number in range(_cells_of(chunk, grid.lattice)):
-        i, j, k, cell = _cell_at(chunk, number, grid.lattice)
+    for number in range(_cells_of(chunk, grid)):
+        i, j, k, cell = _cell_at(chunk, number, grid)
         if grid.cells.full[cell]:
             _grow(grid, i, j, k, cell)
+
+
+def _chunk_edges(grid: Grid) -> np.ndarray:
+    """The layers at which chunks of cells begin, and behind the last. Across the seam of a periodic axis the first follows the
+    last: then their number is even, or there is one alone."""
+    axis = grid.lattice.slab_axis
+    n = grid.lattice.counts[axis]
+    if not grid.periodic[axis]:
+        return np.append(np.arange(0, n, LAYERS), n)
+    chunks = max(n // LAYERS, 1)
+    chunks -= chunks % 2 if chunks > 1 else 0
+    return np.arange(chunks + 1) * n // chunks
 
 
 class Filling(Protocol):
@@ -275,8 +301,10 @@ class CellPressure:
         self.cells = allocate(FullCells, n)
         self._clear = Clearing(STEP, grid.rows, self.cells)
         x, y, z = (axis_integrals(fn, count) for fn, count in zip(functions, grid.lattice.counts, strict=True))
-        self._grid = Bundle(CellGrid(grid.lattice, self.cells, (x, y, z), forces, grid.nodes.mean_velocity, grid.cell_volume))
-        self._chunks = -(-grid.lattice.counts[grid.lattice.slab_axis] // LAYERS)
+        edges = _chunk_edges(grid)
+        along, v = (x, y, z), grid.nodes.mean_velocity
+        self._grid = Bundle(CellGrid(grid.lattice, self.cells, along, forces, v, grid.cell_volume, edges))
+        self._chunks = len(edges) - 1
         self._bodies = bodies
         for body in bodies:
             body.share_cells(self.cells)

@@ -1,23 +1,50 @@
 """The Eulerian grid: the places of its nodes, and the nodal arrays of one velocity field."""
 
-from typing import Annotated, NamedTuple
+from collections.abc import Sequence
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from pellucid.approximants import GRID_FUNCTIONS
+from pellucid.grid.folding import Folded, Walled
 from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, SUM, VECTOR, NodalField, View, allocate, rows
 
 PAD = 2  # one node more than cells, and one beyond the upper wall that spline stencils name with weight zero
 LARGEST_STENCIL = 4
+BEYOND_PERIOD = LARGEST_STENCIL - 1  # nodes that stencils count on beyond the last one of a periodic axis
 MOST_ROWS = 64  # of slabs
 
 
-def row_edges(layers: int, stencil: int, most: int) -> np.ndarray:
+def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> np.ndarray:
     """Where rows of slabs begin and the last ends, of so many layers of cells along an axis, shape (rows + 1,): as narrow as
-    two colours allow, see `pellucid.grid.sorting.slabs_of`."""
+    two colours allow, see `pellucid.grid.sorting.slabs_of`. Across the seam of a periodic axis the first follows the last: then
+    their number is even, or there is one row alone."""
     n = max(min(most, layers // (3 if stencil == 2 else 5)), 1)
+    n -= n % 2 if periodic and n > 1 else 0
     return -(-np.arange(n + 1) * layers // n)  # from a wide one on: threads end together then
+
+
+def layers_of(count: int, thin: bool, periodic: bool) -> int:
+    """How many layers of nodes are stored along an axis of so many cells."""
+    return 1 if thin else count + BEYOND_PERIOD if periodic else max(count + PAD, LARGEST_STENCIL)
+
+
+def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[int], strides: Sequence[int]) -> Walled | Folded:
+    """Which of the nodes that are stored are others."""
+    if not any(periodic):
+        return Walled()
+    along = [np.arange(m) % n if folds else np.arange(m) for m, n, folds in zip(layers, counts, periodic, strict=True)]
+    here = [np.arange(m) for m in layers]
+    stored, real = (
+        np.add.outer(np.add.outer(strides[0] * x, strides[1] * y), strides[2] * z).ravel() for x, y, z in (here, along)
+    )
+    table = np.empty(len(stored), np.int64)
+    table[stored] = real
+    x, y, z = (float(n) if folds else np.inf for n, folds in zip(counts, periodic, strict=True))
+    a, b, c = (n if folds else 0 for n, folds in zip(counts, periodic, strict=True))
+    i, j, k = (n * stride if folds else 0 for n, stride, folds in zip(counts, strides, periodic, strict=True))
+    return Folded(table, (x, y, z), (a, b, c), (i, j, k))
 
 
 class Lattice(NamedTuple):
@@ -30,6 +57,7 @@ class Lattice(NamedTuple):
     strides: tuple[int, int, int]
     slab_axis: int  # the slowest axis in memory; kernels share the work by slabs along it,
     cut_axis: int  # and cut these along the longest of the others
+    folding: Any = Walled()  # which nodes are the same where axes are periodic, see `pellucid.grid.folding`
 
 
 class Nodes(NamedTuple):
@@ -67,14 +95,16 @@ class Grid:
     """A uniform grid and its nodal arrays in one velocity field."""
 
     def __init__(self, case: GridCase) -> None:
-        counts, thin = case.counts(), case.thin()
-        slab_axis = int(np.argmax(counts))
+        counts, thin, periodic = case.counts(), case.thin(), case.is_periodic()
+        # rows of slabs do not meet across a seam where an axis has walls
+        walled = [axis for axis in range(3) if not (thin[axis] or periodic[axis])]
+        slab_axis = max(walled or range(3), key=lambda axis: counts[axis])
         order = [slab_axis] + [axis for axis in range(3) if axis != slab_axis]
-        strides = [0, 0, 0]
+        strides, layers = [0, 0, 0], [layers_of(*axis) for axis in zip(counts, thin, periodic, strict=True)]
         n = 1
         for axis in reversed(order):
             strides[axis] = n
-            n *= 1 if thin[axis] else max(counts[axis] + PAD, LARGEST_STENCIL)
+            n *= layers[axis]
         lower = tuple(float(value) for value in case.lower)
         self.lattice = Lattice(
             (lower[0], lower[1], lower[2]),
@@ -84,8 +114,9 @@ class Grid:
             (strides[0], strides[1], strides[2]),
             slab_axis,
             max(order[1:], key=lambda axis: counts[axis]),
+            _folding(counts, periodic, layers, strides),
         )
-        self.thin = thin
+        self.thin, self.periodic, self.periods = thin, periodic, case.periods()
         self.slice_thickness = case.slice_thickness()
         self.n_nodes = n
         self.cell_volume = case.cell ** (3 - sum(thin)) * self.slice_thickness ** sum(thin)
@@ -93,16 +124,23 @@ class Grid:
         """Of the cells [m³], those of the slice where axes are thin."""
         self.nodes = allocate(Nodes, n)
         layer, last = strides[slab_axis], n // strides[slab_axis]
-        rows = row_edges(counts[slab_axis], GRID_FUNCTIONS[case.functions](1).stencil, MOST_ROWS)
+        stencil = GRID_FUNCTIONS[case.functions](1).stencil
+        rows = row_edges(counts[slab_axis], stencil, MOST_ROWS, periodic[slab_axis])
         self.rows = layer * np.append(rows[:-1], last)
         """The first node of each row of slabs, and behind the last."""
+
+    def real_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """Where nodes are stored that may be counted on beyond the last one of a periodic axis."""
+        folding = self.lattice.folding
+        return nodes if isinstance(folding, Walled) else folding.real[nodes]
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).
 
-        A thin axis has one node, which stands at its lower end.
+        A thin axis has one node, which stands at its lower end; of a periodic axis the last node is the first.
         """
-        nodes = tuple(1 if thin else n + 1 for n, thin in zip(self.lattice.counts, self.thin, strict=True))
+        beyond = (0 if thin or periodic else 1 for thin, periodic in zip(self.thin, self.periodic, strict=True))
+        nodes = tuple(n + more for n, more in zip(self.lattice.counts, beyond, strict=True))
         i, j, k = (axis.ravel() for axis in np.indices(nodes))
         s = self.lattice.strides
         position = np.stack((i, j, k), axis=1) * self.lattice.cell + np.array(self.lattice.lower)

@@ -1,6 +1,6 @@
 """The grid as the user describes it."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import model_validator
 
@@ -10,6 +10,7 @@ from pellucid.registry import OneNameOf
 
 DEFAULT_THICKNESS = 1.0  # m
 MOST_CELLS = 1e9  # along an axis; no machine holds more
+FEWEST_CELLS = 4  # along a periodic axis: no function reaches a node twice
 
 
 class GridCase(Model):
@@ -23,6 +24,9 @@ class GridCase(Model):
     upper: Vector = parameter("m", "upper corner; an axis of extent 0 is one cell thick")
     cell: float = parameter("m", "edge of the cubic cells", gt=0)
     functions: Annotated[str, OneNameOf(GRID_FUNCTIONS)] = parameter("", "shape functions between points and nodes", "gimp")
+    periodic: tuple[Literal["x", "y", "z"], ...] = parameter(
+        "", "axes along which all goes on at the other end: the upper face is the lower one, and neither is a wall", ()
+    )
     thickness: float | None = parameter(
         "m", f"extent of the bodies along axes that are one cell thick; {DEFAULT_THICKNESS:g} m where not given", None, gt=0
     )
@@ -41,6 +45,7 @@ class GridCase(Model):
                     f"the grid's extent along {axis} is {high - low:g} m, {cells:.6g} cells of {self.cell:g} m; it must be a "
                     f"whole number of cells: use cell = {fit:.10g} or move grid.upper"
                 )
+        self._check_periods()
         if all(self.thin()):
             raise ValueError("the grid is at most one cell thick along every axis; make grid.upper larger or cell smaller")
         if self.thickness is not None and not any(self.thin()):
@@ -50,10 +55,44 @@ class GridCase(Model):
             )
         return self
 
+    def _check_periods(self) -> None:
+        for axis, thin, cells in zip("xyz", self.thin(), self.counts(), strict=True):
+            if axis not in self.periodic:
+                continue
+            if self.periodic.count(axis) > 1:
+                raise ValueError(f"periodic names the axis {axis} twice; name it once")
+            if thin:
+                raise ValueError(
+                    f"periodic names {axis}, along which the grid is one cell thick and nothing varies or moves; leave {axis} "
+                    "out of it"
+                )
+            if cells < FEWEST_CELLS:
+                raise ValueError(
+                    f"the grid is periodic along {axis} and has {cells} cells there; it needs {FEWEST_CELLS} at least: use a "
+                    "smaller grid.cell, or move grid.upper"
+                )
+
     def thin(self) -> tuple[bool, bool, bool]:
         """Which axes are one cell thick and constrained."""
         x, y, z = (high - low <= self.cell * (1.0 + 1e-6) for low, high in zip(self.lower, self.upper, strict=True))
         return x, y, z
+
+    def is_periodic(self) -> tuple[bool, bool, bool]:
+        """Along which axes all goes on at the other end."""
+        return "x" in self.periodic, "y" in self.periodic, "z" in self.periodic
+
+    def periods(self) -> Vector:
+        """After what length all is the same along each axis [m]; 0 along those that are not periodic."""
+        x, y, z = (n * self.cell if folds else 0.0 for n, folds in zip(self.counts(), self.is_periodic(), strict=True))
+        return x, y, z
+
+    def seam(self, face: str) -> tuple[str, str] | None:
+        """Why a face is none, as an axis is periodic, and what to do."""
+        if face[0] not in self.periodic:
+            return None
+        other = f"{face[0]}-{'upper' if face.endswith('lower') else 'lower'}"
+        text = f"the grid is periodic along {face[0]}: the face {face} is no wall, what crosses it comes in at {other}"
+        return text, f"name another face, or take {face[0]} out of grid.periodic"
 
     def slice_thickness(self) -> float:
         """Extent of the bodies along each thin axis [m]."""

@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy import uintp
 
+from pellucid.grid.folding import in_period
 from pellucid.grid.lattice import Lattice, Nodes
 from pellucid.grid.nodal_fields import FOUND, RUN, STEP, SUM, NodalField
 from pellucid.jit import generic, point_function, pointwise
@@ -132,10 +133,10 @@ class MappedPoints(NamedTuple):
 @pointwise
 def cell_at(lattice, place):
     """The cell in which a place [m] lies: as its first node is stored."""
-    h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
-    i = min(int((place[0] - low[0]) * h), n[0] - 1)
-    j = min(int((place[1] - low[1]) * h), n[1] - 1)
-    k = min(int((place[2] - low[2]) * h), n[2] - 1)
+    h, low, n, stride, folding = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides, lattice.folding
+    i = min(int(in_period(folding, 0, (place[0] - low[0]) * h)), n[0] - 1)
+    j = min(int(in_period(folding, 1, (place[1] - low[1]) * h)), n[1] - 1)
+    k = min(int(in_period(folding, 2, (place[2] - low[2]) * h)), n[2] - 1)
     return uintp(i * stride[0] + j * stride[1] + k * stride[2])
 
 

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from pellucid.approximants import GridFunctions
+from pellucid.approximants import GridFunction, GridFunctions, PeriodicAxis
 from pellucid.approximants.axis import axis_numbers
 from pellucid.errors import UsageError
 from pellucid.grid.lattice import MOST_ROWS, Grid, Lattice, row_edges
@@ -77,7 +77,7 @@ def sort_by_nodes(
 
     spare: memory for the rows of one array, which is returned for the next call, larger where it was too small.
     """
-    layers, across, (slab, cut) = _divided(lattice, functions)
+    layers, across, (slab, cut) = _layers_of(lattice, functions)
     points, cells = len(arrays["position"]), int(np.prod(lattice.counts))
     nodes, order, count = np.empty(points, np.int64), np.empty(points, np.int64), np.zeros(cells + 1, np.int64)
     _order_by_nodes(arrays["position"], functions, lattice, layers, across, slab, cut, nodes, count, slabs.first, order)
@@ -128,7 +128,7 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
     their nodes lie from a - 1 to b + s - 1, or with GIMP to b + s. The slab between the two has at least `width` layers, so
     that the nodes of the next begin at b + width - 1: 3 layers do for s = 2, 5 for s = 4, and 5 for s = 3 with GIMP too.
     """
-    layers, across, _ = _divided(lattice, functions)
+    layers, across, _ = _layers_of(lattice, functions)
     n, shifts = len(layers), [0.5 * functions[axis].stencil - 1.0 for axis in (lattice.slab_axis, lattice.cut_axis)]
     bounds = layers + np.array([shifts[0] - 1.0, shifts[0] + 1.0, shifts[1] - 1.0, shifts[1] + 1.0])
     if across == 1:
@@ -141,7 +141,7 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
 def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
     """The rows of slabs, which are the same for all bodies."""
     lattice = grid.lattice
-    layers, across, _ = _divided(lattice, functions)
+    layers, across, _ = _layers_of(lattice, functions)
     edges = np.append(layers[::across, 0], layers[-1, 1])
     stencil = max(function.stencil for function in functions)
     return Rows(edges, across, stencil, lattice.strides[lattice.slab_axis], grid.n_nodes)
@@ -176,14 +176,23 @@ def _report_nothing(slabs: Slabs) -> None:
         reported.fill(0)
 
 
-@cache
-def _divided(lattice: Lattice, functions: GridFunctions) -> tuple[np.ndarray, int, list[np.ndarray]]:
+Divided = tuple[np.ndarray, int, list[np.ndarray]]
+
+
+def _layers_of(lattice: Lattice, functions: GridFunctions) -> Divided:
     """The layers of the slabs and how many are in a row, as `Slabs` has them; for each layer along both axes, in which row or
     piece of a row it is. They are the same for all bodies, wherever these are, and each as narrow as two colours allow."""
+    axes = tuple((lattice.counts[axis], functions[axis]) for axis in (lattice.slab_axis, lattice.cut_axis))
+    return _divided(axes, int(np.prod(lattice.counts)))
+
+
+@cache
+def _divided(axes: tuple[tuple[int, GridFunction], ...], cells: int) -> Divided:
+    """The same of the layers and functions along the slowest axis and that of the cuts, of so many cells in all."""
     edges, most = [], MOST_ROWS
-    for axis in (lattice.slab_axis, lattice.cut_axis):
-        edges.append(row_edges(lattice.counts[axis], functions[axis].stencil, most))
-        most = min(int(np.prod(lattice.counts)) // FEWEST_CELLS, MOST_SLABS) // (len(edges[-1]) - 1)
+    for count, function in axes:
+        edges.append(row_edges(count, function.stencil, most, isinstance(function, PeriodicAxis)))
+        most = min(cells // FEWEST_CELLS, MOST_SLABS) // (len(edges[-1]) - 1)
     rows, pieces = (np.stack([ends[:-1], ends[1:]], axis=1) for ends in edges)
     layers = np.concatenate([np.repeat(rows, len(pieces), axis=0), np.tile(pieces, (len(rows), 1))], axis=1)
     return layers, len(pieces), [np.repeat(np.arange(len(ends) - 1), np.diff(ends)) for ends in edges]

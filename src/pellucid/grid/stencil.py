@@ -7,9 +7,8 @@ question whether they count from the end.
 
 from typing import Any, NamedTuple
 
-from numpy import uintp
-
 from pellucid.approximants.axis import axis_numbers, axis_values
+from pellucid.grid.folding import real_node
 from pellucid.jit import pointwise
 from pellucid.jit.vector import LANES, load, nothing, store
 
@@ -57,7 +56,7 @@ def stencil(functions, lattice, position, p):
 def node_behind(lattice, first, a, b, c):
     """Index of the node that lies a, b, c nodes behind the first one along the axes."""
     stride = lattice.strides
-    return uintp(first + a * stride[0] + b * stride[1] + c * stride[2])
+    return real_node(lattice.folding, first + a * stride[0] + b * stride[1] + c * stride[2])
 
 
 @pointwise

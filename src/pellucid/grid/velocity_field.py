@@ -181,6 +181,8 @@ class VelocityField:
         layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
         nowhere = self.grid.n_nodes
         first, last = (int(layers.min()), int(layers.max())) if len(layers) else (nowhere, -1)
+        if self.grid.periodic[lattice.slab_axis] and len(layers):  # points at either end reach them
+            first, last = 0, nowhere
         return -int(domain.largest(-first)), int(domain.largest(last))
 
     def second_work(self, dt: float) -> float:

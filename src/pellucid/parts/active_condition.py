@@ -1,6 +1,9 @@
 """The interface of a condition in a run."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
 
 from pellucid.energy import StepWork
 
@@ -8,7 +11,7 @@ from pellucid.energy import StepWork
 class ActiveCondition:
     """A condition in a run, or several of one class, which acts at the stages of a step whose methods it defines.
 
-    It keeps nothing from step to step but in the arrays of a body, which checkpoints hold.
+    What it keeps from step to step is in the arrays of a body, which checkpoints hold, or among its `state_numbers`.
     """
 
     def try_out(self) -> None:
@@ -27,6 +30,18 @@ class ActiveCondition:
     def work(self) -> StepWork | None:
         """Its work and impulses over the step; None where nodes or bodies count them."""
         return None
+
+    def impulses(self) -> Mapping[str, np.ndarray]:
+        """Impulses over the step [N s], shape (3,), by the names under which probes find the forces, of what nodes and bodies
+        count without a name."""
+        return {}
+
+    def state_numbers(self) -> Mapping[str, Any]:
+        """What a checkpoint keeps, for JSON."""
+        return {}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on from it."""
 
 
 class AtEachStep(ActiveCondition):

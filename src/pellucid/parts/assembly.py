@@ -15,7 +15,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import HasMesh, TakesExternalForces
 
 Capability = TypeVar("Capability")
-NO_AXES = (False, False, False)
+NO_AXES, NO_PERIODS = (False, False, False), (0.0, 0.0, 0.0)
 
 
 class AssembledBody(NamedTuple):
@@ -52,10 +52,11 @@ class AssembledBody(NamedTuple):
         body = self.body
         place = np.argsort(body.stored_array("id"))
         faces, position = place[body.cells().surface()], body.stored_array("position")
+        periods = self.actions.field.grid.periods if self.actions else NO_PERIODS
         if body.is_surface:
-            return Selectable.of_membrane(position, faces)
+            return Selectable.of_membrane(position, faces)._replace(periods=periods)
         sets = {name: place[nodes] for name, nodes in body.node_sets.items()} if isinstance(body, HasMesh) else {}
-        return Selectable(position, faces, np.unique(faces), sets)
+        return Selectable(position, faces, np.unique(faces), sets, periods)
 
 
 class Assembly(NamedTuple):

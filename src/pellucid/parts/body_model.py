@@ -8,7 +8,7 @@ import numpy as np
 
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Reason, listed
-from pellucid.geometry.region import Selectable
+from pellucid.geometry.region import Selectable, within
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.materials.contract import BodyMaterial
@@ -161,10 +161,11 @@ class BodyModel(Part):
         """The same model with the others of its case, whose regions it may leave out."""
         return self
 
-    def contains(self, places: np.ndarray, active: tuple[bool, bool, bool]) -> np.ndarray:
-        """Which places [m], shape (n, 3), lie inside it at the start, shape (n,), along the axes that are `active`."""
+    def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = (0.0, 0.0, 0.0)) -> np.ndarray:
+        """Which places [m], shape (n, 3), lie inside it at the start, shape (n,), along the axes that are `active`; periods: of
+        the grid [m], see `GridCase.periods`."""
         region = self.occupied()
-        return np.zeros(len(places), bool) if region is None else region.contains(places, active)
+        return np.zeros(len(places), bool) if region is None else within(region, places, active, periods)
 
     def needs_grid(self, parts: Parts) -> bool:
         """Whether it cannot do without a grid in this case."""
@@ -238,6 +239,12 @@ class BodyModel(Part):
         lower, upper = self.bounds()
         share = np.stack(np.meshgrid(*3 * [np.linspace(0.0, 1.0, 9)], indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(lower + share * (upper - lower))
+
+
+def selectable_of(body: BodyModel, parts: Parts) -> Selectable | None:
+    """What regions of conditions choose from of a body in a case, as far as that is known before it is built."""
+    of, grid = body.selectable(), parts.grid
+    return of if of is None or grid is None else of._replace(periods=grid.periods())
 
 
 def is_alone(body: BodyModel, parts: Parts) -> bool:

@@ -77,6 +77,11 @@ class Parts:
         x, y, z = self.grid.thin() if self.grid else (False, False, False)
         return not x, not y, not z
 
+    def seam(self, path: Path, face: str) -> Iterator[Finding]:
+        """The finding that a face is none, as the grid goes on there."""
+        if self.grid is not None and (reason := self.grid.seam(face)):
+            yield Finding(path, *reason)
+
     @property
     def lacks_grid(self) -> bool:
         """Whether the case names no grid, be it right or wrong."""

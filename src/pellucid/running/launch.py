@@ -73,7 +73,7 @@ def _begin(
     start = read_start(case, progress.message)
     # before the folder is touched: a bad case erases nothing
     with _simulation(case, threads, progress, start) as (simulation, compiling):
-        check_probes(case.probe, simulation.bodies)
+        check_probes(case.probe, simulation.bodies, case.periods)
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None and domain.group.is_first else out or "")
         folder = domain.group.told(folder)
         recorder = Recorder(folder, case, compiling, start=start)

@@ -27,7 +27,7 @@ def recorded(
     """
     case, folder = simulation.case, RunFolder(out)
     check_until(until, case)
-    check_probes(case.probe, simulation.bodies)
+    check_probes(case.probe, simulation.bodies, case.periods)
     recorder = Recorder(folder, case, lambda: 0.0)
     if not domain.group.is_first:
         yield from simulation.recorded(recorder, until)

@@ -70,7 +70,7 @@ def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterato
         middle = place + 0.5 * width[:, None] * normal
         held = one.moves == other.moves
         for body in soft:
-            inside = body.contains(middle, active)
+            inside = body.contains(middle, active, grid.periods())
             if not (inside.any() or held):
                 continue
             here = inside if inside.any() else np.ones(len(middle), bool)
@@ -90,7 +90,7 @@ def _border(body: BodyModel, case: Case, active: tuple[bool, bool, bool]) -> Bor
     motions = [motion for motion in case.motion if motion.body == body.name]
     given = [motion.model_dump(exclude={"name", "body", "hold", "hold_rotation"}, exclude_defaults=True) for motion in motions]
     moves = repr([way for way in given if way]) if motions else body.name
-    return Border(f"body {body.name}", lambda places: body.contains(places, active), moves)
+    return Border(f"body {body.name}", lambda places: body.contains(places, active, case.grid.periods()), moves)
 
 
 def _planes(case: Case) -> Iterator[Border]:
@@ -119,9 +119,14 @@ def _boundary(body: BodyModel, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
     x, y, z = (not thin for thin in grid.thin())
     lower, upper = body.bounds()
     place, area = boundary_points(
-        lambda places: body.contains(places, (x, y, z)), lower, upper, grid.cell, (x, y, z), grid.slice_thickness()
+        lambda places: body.contains(places, (x, y, z), grid.periods()),
+        lower,
+        upper,
+        grid.cell,
+        (x, y, z),
+        grid.slice_thickness(),
     )
-    flat = np.array(grid.thin())
+    flat = np.array(grid.thin()) | np.array(grid.is_periodic())
     within = (((place >= grid.lower) & (place <= grid.extent_upper())) | flat).all(axis=1)
     return place[within], area[within] / np.linalg.norm(area[within], axis=1, keepdims=True)
 

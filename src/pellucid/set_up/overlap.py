@@ -12,6 +12,7 @@ import numpy as np
 
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
+from pellucid.geometry.region import images
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
@@ -39,7 +40,7 @@ def refuse_overlaps(
     near = _near(models, standing, grid, going_on)
     for one, two in near:
         if one.is_surface and two.is_surface and one.field != two.field:
-            _refuse_crossing(one, two, standing)
+            _refuse_crossing(one, two, standing, grid)
     for body, other in [*near, *((two, one) for one, two in near)]:
         if other.is_surface or body.field == other.field:
             continue
@@ -90,7 +91,8 @@ def _near(
         return []
     boxes = [bounding_box(standing[model.name].position) if model.name in going_on else model.bounds() for model in known]
     lower, upper = (np.array(ends)[:, ~np.array(grid.thin())] for ends in zip(*boxes, strict=True))
-    meet = (lower[:, None] <= upper[None] + grid.cell).all(axis=2)
+    folds = np.array(grid.is_periodic())[~np.array(grid.thin())]  # along these any two may meet across the seam
+    meet = ((lower[:, None] <= upper[None] + grid.cell) | folds).all(axis=2)
     pairs = np.argwhere(np.triu(meet & meet.T, 1)).tolist()
     return [(known[i], known[j]) for i, j in pairs if not {known[i].name, known[j].name} <= going_on]
 
@@ -99,7 +101,7 @@ def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: Ab
     """What lies inside a body: inside its shape, or where it goes on, in a cube of the volume of one of its points."""
     x, y, z = active = np.array([not thin for thin in grid.thin()])
     if model.name not in going_on or standing.volume is None:
-        return lambda places: model.contains(places, (x, y, z))
+        return lambda places: model.contains(places, (x, y, z), grid.periods())
     from scipy.spatial import cKDTree
 
     size = standing.volume / grid.slice_thickness() ** np.count_nonzero(~active)
@@ -122,13 +124,15 @@ def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np
     return inside
 
 
-def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, Standing]) -> None:
+def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, Standing], grid: GridCase) -> None:
     from pellucid.geometry.algorithms.crossing import crossing  # heavy
 
     (first, one_triangles, _), (second, other_triangles, _) = standing[one.name], standing[other.name]
     if one_triangles is None or other_triangles is None:
         return
-    found = crossing(Triangulation(first, one_triangles), Triangulation(second, other_triangles))
+    ways = images(grid.periods(), bounding_box(first), bounding_box(second))
+    there = Triangulation(second, other_triangles)
+    found = next((at for way in ways if (at := crossing(Triangulation(first + way, one_triangles), there)) is not None), None)
     if found is not None:
         place = ", ".join(f"{value:.4g}" for value in found)
         text = (

@@ -5,7 +5,7 @@ from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 from pellucid.conditions.contact import Contact
-from pellucid.conditions.symmetry import symmetry_planes
+from pellucid.conditions.symmetry import seams, symmetry_planes
 from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.impulses import SLIP, STICK, Friction
@@ -38,7 +38,7 @@ def contacts_of(
     pairs, touching = _pairs_of(fields, built, case.contact, surfaces, gravity, case.time.courant)
     planes = symmetry_planes(case.support, case.grid) if touching else []
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
-    surface_pairs = SurfacePairs([*touching, *walls], planes)
+    surface_pairs = SurfacePairs([*touching, *walls], planes, seams(case.grid) if touching else [])
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)

@@ -10,7 +10,7 @@ from pellucid.approximants import grid_functions
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.errors import Interrupted
+from pellucid.errors import CaseError, Interrupted, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.grid.sorting import rows_of
@@ -50,7 +50,11 @@ def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
     their bodies evenly."""
     if domain.group.size == 1:
         return
-    rows, axis = rows_of(grid, grid_functions(case.functions, (1, 1, 1), case.thin())), grid.lattice.slab_axis
+    if case.is_periodic()[grid.lattice.slab_axis]:
+        text = "the grid is periodic along every axis: processes share rows of slabs, which would meet across its seam"
+        raise CaseError(Problem(text, "grid.periodic", remedy="run it on one process, with threads"))
+    functions = grid_functions(case.functions, (1, 1, 1), case.thin(), case.is_periodic())
+    rows, axis = rows_of(grid, functions), grid.lattice.slab_axis
     edges = case.lower[axis] + case.cell * rows.edges
     edges[[0, -1]] = -np.inf, np.inf  # bodies may reach beyond
     below = np.zeros(len(edges))

@@ -159,7 +159,7 @@ class Simulation:
         done = total_work([*on_nodes, *self.conditions.works(), *lost, *own], self._layout.n_columns)
         done = self._layout.with_surface_contact(done, self.surface_pairs.external_work())
         self.surface_pairs.energy.add_work(float(done.works[CONTACT]))
-        impulses = self.contact_pairs.done.impulses | self.surface_pairs.impulses()
+        impulses = self.contact_pairs.done.impulses | self.surface_pairs.impulses() | self.conditions.impulses()
         self.budget.record(self.bodies, done, impulses, dt, self.clock.weight)
         self._balanced_step = self.n_steps
 
@@ -407,6 +407,7 @@ class Simulation:
             "bodies": {body.name: body.totals.to_data() for body in self.bodies},
             "warned": sorted(self._watch.warned),
             "settled": self._settled,
+            **({"conditions": kept} if (kept := self.conditions.state_numbers()) else {}),
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -428,6 +429,7 @@ class Simulation:
         self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
         self.surface_pairs.restore(numbers["surface_contact"])
+        self.conditions.restore(numbers.get("conditions", {}))
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])
         self._balanced_step = self.n_steps

@@ -58,7 +58,8 @@ def _give(body: Body, state: Mapping[str, np.ndarray]) -> None:
 def _check_inside(name: str, position: np.ndarray, grid: Grid) -> None:
     lower = np.array(grid.lattice.lower)
     upper = lower + np.array(grid.lattice.counts) * grid.lattice.cell
-    outside = np.flatnonzero((((position < lower) | (position > upper)) & ~np.array(grid.thin)).any(axis=1))
+    walled = ~(np.array(grid.thin) | np.array(grid.periodic))
+    outside = np.flatnonzero((((position < lower) | (position > upper)) & walled).any(axis=1))
     if len(outside):
         text = f"{len(outside)} points of body {name} lie outside the grid, number {outside[0]} at"
         raise CaseError(Problem(f"{text} {in_metres(position[outside[0]])}", "start.path", remedy="make the grid as large"))

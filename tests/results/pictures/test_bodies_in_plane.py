@@ -15,7 +15,8 @@ def two_points(height):
     """What pictures read of a run with a body of two points, four frames, no units of its own."""
     place = np.array([[0.0, 0.0, 0.0], [0.27, height, 0.0]])
     fields = {"position": place, "velocity": place, "mass": np.ones(2)}
-    stored = SimpleNamespace(bodies=[StoredBody("water", "material-points", "fluid", "tait", 1e3)], thin=(False, False, True))
+    water = StoredBody("water", "material-points", "fluid", "tait", 1e3)
+    stored = SimpleNamespace(bodies=[water], thin=(False, False, True), grid=None)
     cells = SimpleNamespace(lines=[])
     return SimpleNamespace(
         stored=stored,

@@ -44,6 +44,13 @@ def test_reduces_a_field_to_a_number(asked, value):
     assert reduce(asked, FRAME.__getitem__) == pytest.approx(value, rel=1e-15)
 
 
+def test_the_nearest_point_may_be_nearest_across_a_seam():
+    field = {"position": np.array([(0.5, 0.0, 0.0), (7.9, 0.0, 0.0)]), "pressure": np.array([1.0, 2.0]), "id": np.arange(2)}
+    asked = probe("pressure", "nearest", at=(0.1, 0.0, 0.0))
+    assert reduce(asked, field.__getitem__) == 1.0
+    assert reduce(asked, field.__getitem__, (2.0, 0.0, 0.0)) == 2.0
+
+
 class Body:
     name = "gas"
 

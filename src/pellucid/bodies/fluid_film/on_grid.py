@@ -78,7 +78,9 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
             "volume": np.zeros(n),
         }
         self.element_arrays = {name: self._film[name] for name in ("x", "v", "part_mass")}
-        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())  # nodes have no extent
+        functions = grid_functions(
+            grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic()
+        )  # nodes have no extent
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def state_arrays(self) -> dict[str, np.ndarray]:

@@ -59,6 +59,9 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
         return
     bounds, walls = body.bounds(), (grid.lower, grid.extent_upper())
     for item, face in enumerate(body.cut_at):
+        if reason := grid.seam(face):
+            yield Finding((*path, "cut_at", item), *reason)
+            continue
         axis, end = "xyz".index(face[0]), int(face.endswith("upper"))
         short = (bounds[end][axis] - walls[end][axis]) * (1.0 if end else -1.0)
         if short < -SHORT * grid.cell:
@@ -82,6 +85,11 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
         yield Finding(here, text, "leave it out")
     elif body.is_rigid:
         yield Finding(here, "a rigid body has no pressure that holds its weight", "leave it out")
+    elif parts.grid is not None and any(
+        g != 0.0 and axis in parts.grid.periodic for axis, g in zip("xyz", gravity, strict=True)
+    ):
+        text = "the grid is periodic along gravity: nothing holds the fluid up there, and its pressure would jump at the seam"
+        yield Finding(here, text, "leave it out, or let the grid have walls along that axis")
     elif n_axes == 0:
         yield Finding(here, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or leave this out")
     elif n_axes > 1 and rest.level is None:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from pellucid.energy import Left, kinetic_energies
+from pellucid.grid.folding import cells_beyond
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import FIELD_ENERGY
 
@@ -28,6 +29,7 @@ class OpenFaces:
         """Which points at positions [m], shape (n, 3), are beyond an open face, and which beyond none but closed ones."""
         cells = (position - np.array(lattice.lower)) * lattice.inverse_cell  # as kernels judge it
         beyond = np.stack([cells < 0.0, cells > np.array(lattice.counts)], axis=-1)
+        beyond[:, [cells_beyond(lattice.folding, axis) > 0 for axis in range(3)]] = False  # there it goes on
         left = np.asarray((beyond & self._open).any(axis=(1, 2)))
         return left, beyond.any(axis=(1, 2)) & ~left
 
@@ -55,4 +57,6 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
             arrays[name][which] = 0.0
     lower = np.array(lattice.lower)
     upper = lower + np.array(lattice.counts) * lattice.cell
+    folds = [cells_beyond(lattice.folding, axis) > 0 for axis in range(3)]
+    lower[folds], upper[folds] = -np.inf, np.inf
     arrays["position"][which] = np.clip(arrays["position"][which], lower, upper)

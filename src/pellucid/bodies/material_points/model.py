@@ -91,7 +91,8 @@ class MaterialPointsCase(SeededBody):
         yield from plane_problems(self.shape.rotate, (*path, "shape"), parts.active_axes)
         if grid is not None:
             yield from grid_problems(self, path, grid)
-            yield from place_problems((*path, self.place), self.bounds(), grid, self.is_surface, self.cut_at)
+            goes_on = {"fills": True, "flows": self.material.flows and not self.rigid}
+            yield from place_problems((*path, self.place), self.bounds(), grid, self.is_surface, self.cut_at, **goes_on)
             yield from cut_problems(self, path, grid, parts)
         yield from outside_problems(self, path, parts)
         yield from cell_pressure_problems(self, path, parts)

@@ -33,8 +33,9 @@ class SeedLattice(NamedTuple):
             axes = [a + (np.arange(n) + 0.5) * s for a, n, s in zip(lower, counts, spacing, strict=True)]
         else:
             # at the faces where a case lets a shape reach over, it ends
-            first = np.floor((np.maximum(lower, grid.lower) - grid.lower) / spacing)
-            last = np.ceil((np.minimum(upper, grid.extent_upper()) - grid.lower) / spacing)
+            folds = np.array(grid.is_periodic())  # a shape goes on across a seam
+            first = np.floor((np.where(folds, lower, np.maximum(lower, grid.lower)) - grid.lower) / spacing)
+            last = np.ceil((np.where(folds, upper, np.minimum(upper, grid.extent_upper())) - grid.lower) / spacing)
             axes = [g + (np.arange(a, b) + 0.5) * s for g, a, b, s in zip(grid.lower, first, last, spacing, strict=True)]
         x, y, z = axes
         return cls((x, y, z), spacing)

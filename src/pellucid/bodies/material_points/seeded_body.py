@@ -14,9 +14,11 @@ from pellucid.bodies.initial.state import Stress, add_initial_state, added_veloc
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import Seeds, Wanted, everywhere, points_along_axes, seed
 from pellucid.errors import CaseError, Problem
+from pellucid.geometry.region import images, within
 from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.boundary_points import boundary_points
 from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.shifted import Shifted
 from pellucid.geometry.surfaces.box import Face
 from pellucid.grid.model import GridCase
 from pellucid.materials import Material
@@ -25,6 +27,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
 from pellucid.users.users_code import file_of, is_own
 
+ON_THE_SEAM = 1e-6  # of a length, by which what lies on a seam may be off it by rounding
 ZERO = (0.0, 0.0, 0.0)
 SOFT, HARD = 2, 4
 """Points of the surface along the edge of a cell, at least, of a body that deforms, and of one that does not: over the points
@@ -75,11 +78,11 @@ class SeededBody(DampedModel):
 
     _excluded: tuple[Geometry, ...] = PrivateAttr(())
 
-    def contains(self, places: np.ndarray, active: tuple[bool, bool, bool]) -> np.ndarray:
+    def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = ZERO) -> np.ndarray:
         """Which places lie inside its shape and not in what is left out of it."""
-        inside = super().contains(places, active)
+        inside = super().contains(places, active, periods)
         for other in self.left_out:
-            inside &= ~other.contains(places, active)
+            inside &= ~within(other, places, active, periods)
         return inside
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
@@ -99,6 +102,15 @@ class SeededBody(DampedModel):
                 f"body {self.name} leaves out other bodies, which it has not been given; use body.with_others(bodies)"
             )
         return self._excluded
+
+    def _left_out_in(self, grid: GridCase) -> list[Geometry]:
+        """The same with all images across the seams of a grid that meet the shape."""
+        found: list[Geometry] = []
+        for other in self.left_out:
+            for way in images(grid.periods(), other.bounds(), self.bounds()):
+                x, y, z = way.tolist()
+                found.append(Shifted(shape=other, by=(x, y, z)) if way.any() else other)
+        return found
 
     def excluded_bodies(self) -> tuple[str, ...]:
         """Names of the bodies whose place it leaves out of its own."""
@@ -120,7 +132,7 @@ class SeededBody(DampedModel):
         remedy = "use a smaller grid.cell or more points_per_cell"
         per_cell = points_along_axes(self.points_per_cell, grid.thin())
         try:
-            seeds = seed(self.shape.geometry(), grid, per_cell, self.left_out, wanted)
+            seeds = seed(self.shape.geometry(), grid, per_cell, self._left_out_in(grid), wanted)
         except ValueError as error:
             raise CaseError(Problem(str(error), f"body.{self.name}.outside", remedy=remedy)) from None
         if not seeds.n:
@@ -151,15 +163,27 @@ class SeededBody(DampedModel):
         cut at a face of the grid is no surface. hard: whether it does not deform."""
         x, y, z = (not thin for thin in grid.thin())
 
+        left_out = self._left_out_in(grid)
+
         def contains(places: np.ndarray) -> np.ndarray:
-            return self.contains(places, (x, y, z))
+            inside = self.shape.geometry().contains(places, (x, y, z))
+            for other in left_out:
+                inside &= ~other.contains(places, (x, y, z))
+            return inside
 
         spacing = self.boundary_spacing(grid, hard)
         place, area = boundary_points(contains, *self.bounds(), spacing, (x, y, z), grid.slice_thickness())
         flat, low, high = np.array(grid.thin()), np.array(grid.lower, float), np.array(grid.extent_upper(), float)
         depth, slack = 0.5 * grid.cell / self._points_per_edge(grid), 1e-9 * grid.cell
         anchor = place - depth * area / np.linalg.norm(area, axis=1, keepdims=True)
-        within = (((place > low - slack) & (place < high + slack) & (anchor > low) & (anchor < high)) | flat).all(axis=1)
+        folds = np.array(grid.is_periodic())
+        anywhere = flat | folds
+        within = (((place > low - slack) & (place < high + slack) & (anchor > low) & (anchor < high)) | anywhere).all(axis=1)
+        for axis in np.flatnonzero(
+            folds & (np.subtract(*self.bounds()[::-1]) > (1.0 - ON_THE_SEAM) * (high - low))
+        ):  # there it goes on
+            ends = np.abs(place[:, [axis]] - np.stack(self.bounds())[:, axis]).min(axis=1) < ON_THE_SEAM * spacing
+            within &= ~(ends & (np.abs(area[:, axis]) > 0.5 * np.linalg.norm(area, axis=1)))
         place[:, flat] = (0.5 * (low + high))[flat]
         return place[within], area[within]
 

@@ -51,7 +51,7 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
             "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
         }
         # nodes have no extent: GIMP takes half a cell
-        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
+        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def _follow_order(self) -> None:

@@ -81,7 +81,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         self._kinematics = np.zeros((n if radius else 0, 5))
         self._gradient = np.zeros((n, 9))
         # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
-        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin())
+        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def _bind(self) -> None:

@@ -79,7 +79,7 @@ class ExplicitNodes(
             if not isinstance(field, OwnNodesField):
                 raise ValueError(f"the velocity field {field.name} moves its bodies, which have no nodes of their own")
             self.functions = grid_functions(
-                grid_case.functions, (2, 2, 2), thin
+                grid_case.functions, (2, 2, 2), thin, grid_case.is_periodic()
             )  # nodes have no extent: GIMP takes half a cell
             self.coupling = GridCoupling(field, self.functions, position, velocity, mass, volume)
         increment = self.coupling.increment if self.coupling else np.zeros((n, 3))

@@ -5,6 +5,7 @@ from typing import Annotated
 from pellucid.conditions.loads.body_force import BodyForce
 from pellucid.conditions.loads.contract import LoadModel
 from pellucid.conditions.loads.film_pressure import FilmPressure
+from pellucid.conditions.loads.mean_velocity import MeanVelocity
 from pellucid.conditions.loads.point_load import PointLoad
 from pellucid.conditions.loads.rigid_force import RigidForce
 from pellucid.conditions.loads.rigid_spring import RigidSpring
@@ -15,6 +16,7 @@ LOADS = Family("load", LoadModel)
 AnyLoad = Annotated[LoadModel, OneOf(LOADS)]
 
 LOADS.add(BodyForce)
+LOADS.add(MeanVelocity)
 LOADS.add(Traction)
 LOADS.add(PointLoad)
 LOADS.add(FilmPressure)

@@ -7,14 +7,14 @@ import numpy as np
 from pellucid.findings import Finding, Path, refuse
 from pellucid.geometry.region import Where, chosen_nodes, faults
 from pellucid.parts.annotations import AssembledBody
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, selectable_of
 from pellucid.parts.part import Parts
 
 
 def chosen_problems(where: Where, name: str, path: Path, parts: Parts) -> Iterator[Finding]:
     """That a region of the load at a path has none of the nodes of the body of this name, where these are known already."""
     body = parts.named(BodyModel, name)
-    if body is not None and (start := body.selectable()) is not None:
+    if body is not None and (start := selectable_of(body, parts)) is not None:
         yield from faults(where, start, (*path, "where"), name, parts.active_axes)
 
 

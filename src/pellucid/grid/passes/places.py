@@ -2,6 +2,7 @@
 
 from math import inf
 
+from pellucid.grid.folding import beyond_span, in_period
 from pellucid.grid.points import LOST, NOT_FINITE, OK
 from pellucid.jit import pointwise
 
@@ -14,9 +15,10 @@ def bounds_of(slabs, s):
 
 @pointwise
 def in_cells(lattice, place):
-    """A place [m] in cells from the lower walls."""
-    h, low = lattice.inverse_cell, lattice.lower
-    return (place[0] - low[0]) * h, (place[1] - low[1]) * h, (place[2] - low[2]) * h
+    """A place [m] in cells from the lower walls, within the box along periodic axes."""
+    h, low, folding = lattice.inverse_cell, lattice.lower, lattice.folding
+    X, Y = in_period(folding, 0, (place[0] - low[0]) * h), in_period(folding, 1, (place[1] - low[1]) * h)
+    return X, Y, in_period(folding, 2, (place[2] - low[2]) * h)
 
 
 @pointwise
@@ -25,10 +27,8 @@ def strays(lattice, X, Y, Z, bounds):
     main, second = lattice.slab_axis, lattice.cut_axis
     along = X if main == 0 else (Y if main == 1 else Z)
     across = X if second == 0 else (Y if second == 1 else Z)
-    beyond = 1.0 if along < bounds[0] else 0.0
-    beyond = 1.0 if along >= bounds[1] else beyond
-    beyond = 1.0 if across < bounds[2] else beyond
-    return 1.0 if across >= bounds[3] else beyond
+    beyond = beyond_span(lattice.folding, main, along, bounds[0], bounds[1])
+    return 1.0 if beyond_span(lattice.folding, second, across, bounds[2], bounds[3]) > 0.0 else beyond
 
 
 @pointwise

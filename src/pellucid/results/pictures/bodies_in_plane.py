@@ -1,5 +1,7 @@
 """Pictures of bodies as dots at their points, coloured by a field, in one or two dimensions."""
 
+from functools import partial
+
 import numpy as np
 
 from pellucid.errors import UsageError
@@ -17,6 +19,7 @@ from pellucid.results.pictures.quantities import (
     values_of,
 )
 from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
+from pellucid.results.pictures.seams import in_box, places_unmoved
 from pellucid.results.pictures.style import COLOURS, instant, label, new_panels
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS
@@ -59,7 +62,7 @@ class PlaneStage:
         self._skins = [body.name for body in bodies if is_film(body) and not sliced]
         thin = [axis == look.slice.axis for axis in range(3)] if look.slice is not None else run.stored.thin
         self._flat = [axis for axis in range(3) if not thin[axis]]
-        self._start = {body.name: self._fields(body.name, 0.0)["position"] for body in self._bodies}
+        self._start = {body.name: places_unmoved(self._fields(body.name, 0.0)) for body in self._bodies}
         states = [of_body for time in times for of_body in self._state(float(time))]
         self._colours = limits_of([values for _, values in states], look)
         skins = [self._skin(name, float(time)) for name in self._skins for time in times]
@@ -120,7 +123,7 @@ class PlaneStage:
         return found
 
     def _fields(self, name: str, time: float) -> Fields:
-        fields: Fields = self._run.fields(name, time)
+        fields = in_box(self._run.fields(name, time), partial(self._run.cells, name), self._run.stored.grid)
         if (sliced := self._look.slice) is not None:
             if name not in self._beside:
                 start = self._run.fields(name, 0.0, ("position",))["position"][:, sliced.axis]
@@ -129,7 +132,8 @@ class PlaneStage:
         return with_images(_thinned(fields), self._look.mirrors)
 
     def _skin(self, name: str, time: float) -> np.ndarray:
-        return with_images(self._run.fields(name, time, ("position",)), self._look.mirrors)["position"][:, self._flat]
+        fields = in_box(self._run.fields(name, time, ("position",)), partial(self._run.cells, name), self._run.stored.grid)
+        return with_images(fields, self._look.mirrors)["position"][:, self._flat]
 
     def _draw_skin(self, axes: Axes, position: np.ndarray, lines: np.ndarray) -> None:
         """A film as a dark line, light at its sides, so that it stands out from every colour."""

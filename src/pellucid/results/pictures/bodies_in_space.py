@@ -1,6 +1,7 @@
 """Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open, and solids once more."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face, rim
+from pellucid.results.pictures.seams import in_box, places_unmoved
 from pellucid.results.pictures.style import instant
 
 COLUMNS = 700  # pixels of a panel
@@ -55,7 +57,9 @@ class SpaceStage:
         shown = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
         self._run, self._look = run, look
         self._bodies = {body.name: body for body in shown if not len(run.cells(body.name).lines)}
-        self._start = {name: self._fields(name, 0.0)["position"] for name in self._bodies}
+        begun = {name: self._fields(name, 0.0) for name in self._bodies}
+        self._start = {name: fields["position"] for name, fields in begun.items()}
+        self._first = {name: places_unmoved(fields) for name, fields in begun.items()}
         halves = {name: len(place) // 2 ** len(look.mirrors) for name, place in self._start.items()}
         self._cells = {name: cells_with_images(run.cells(name), n, look.mirrors) for name, n in halves.items()}
         flows = look.arrows or look.quantity == NORMAL_VELOCITY
@@ -122,7 +126,8 @@ class SpaceStage:
         explain(figure, list(self._bodies.values()), self._look, self._colours)
 
     def _fields(self, name: str, time: float) -> Fields:
-        return with_images(self._run.fields(name, time), self._look.mirrors)
+        fields = in_box(self._run.fields(name, time), partial(self._run.cells, name), self._run.stored.grid)
+        return with_images(fields, self._look.mirrors)
 
     def _colours_of(self, name: str, fields: Fields) -> np.ndarray:
         """Of the points, shape (n, 3)."""
@@ -138,7 +143,7 @@ class SpaceStage:
         if self._look.quantity == NORMAL_VELOCITY and len(triangles := self._flowing[name]):
             normal = vertex_normals(fields["position"], triangles)
             fields = {**fields, NORMAL_VELOCITY: np.einsum("ni,ni->n", fields["velocity"], normal)}
-        return values_of(self._bodies[name], fields, self._look, self._start[name])
+        return values_of(self._bodies[name], fields, self._look, self._first[name])
 
 
 def _fastest(fields: Fields) -> float:

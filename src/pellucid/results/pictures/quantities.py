@@ -10,6 +10,7 @@ from pellucid.bodies.models import BODIES
 from pellucid.results.pictures.annotations import Figure
 from pellucid.results.pictures.mirrors import Mirror
 from pellucid.results.pictures.rendering.camera import Plane, View
+from pellucid.results.pictures.seams import places_unmoved
 from pellucid.results.pictures.style import COLOURS, DIVERGING, SEQUENTIAL, Extend, colour_bar, with_unit
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.stored_case import StoredBody
@@ -140,7 +141,7 @@ def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -
         own = _pictured(body)
         name = own[0] if own is not None else "pressure" if body.equation_of_state else "stress"
     if name == "displacement":
-        values = scalar(fields["position"] - start)
+        values = scalar(places_unmoved(fields) - start)
     elif name == "speed":
         values = scalar(fields["velocity"])
     elif name in fields:

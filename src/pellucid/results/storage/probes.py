@@ -10,21 +10,23 @@ import numpy as np
 from pellucid.case.probe import TRIANGLES, Fetch, Probe
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import absent
+from pellucid.model import Vector
 from pellucid.state import COMPONENT_NAMES, FIELDS
 from pellucid.users.users_code import read_only
 
+NOT_PERIODIC = (0.0, 0.0, 0.0)
 NOTHING_TURNED: Mapping[str, np.ndarray] = {}
 
 
 class ProbeReader:
     """Reads the probes of a case. It remembers which points they follow, what they read at the start, and reactions.
 
-    `data` is what a checkpoint kept. Users' functions get fields in the order of the points' numbers, those of the package as
-    they are stored: their sums need not be sorted first.
+    `data` is what a checkpoint kept; periods: of the grid, see `GridCase.periods`. Users' functions get fields in the order of
+    the points' numbers, those of the package as they are stored: their sums need not be sorted first.
     """
 
-    def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None) -> None:
-        self._probes = probes
+    def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None, periods: Vector = NOT_PERIODIC) -> None:
+        self._probes, self._periods = probes, periods
         kept = data or {"followed": {}, "initial": {}, "impulses": {}, "turning": {}, "time": 0.0}
         self._followed: dict[str, int] = dict(kept["followed"])  # number of the point, by the name of the probe
         self._initial: dict[str, float] = dict(kept["initial"])  # what is subtracted
@@ -40,7 +42,7 @@ class ProbeReader:
                 continue
             field = fetch(probe)
             if probe.reduce == "point":
-                self._followed[probe.name] = int(field("id")[_nearest(field, probe.at)])
+                self._followed[probe.name] = int(field("id")[_nearest(field, probe.at, self._periods)])
             if probe.change:
                 self._initial[probe.name] = self._value(probe, field)
             if probe.carried:
@@ -81,7 +83,7 @@ class ProbeReader:
 
     def _value(self, probe: Probe, field: Fetch) -> float:
         if probe.reduce != "point":
-            return reduce(probe, field)
+            return reduce(probe, field, self._periods)
         here = np.flatnonzero(field("id") == self._followed[probe.name])
         return (
             float(scalar(probe.values(field), probe.component, probe.field().names)[here[0]]) if len(here) else nan
@@ -98,11 +100,11 @@ class ProbeReader:
         return float(scalar(force[None, :], probe.component)[0])
 
 
-def check_probes(probes: Sequence[Probe], bodies: Sequence[Any]) -> None:
+def check_probes(probes: Sequence[Probe], bodies: Sequence[Any], periods: Vector = NOT_PERIODIC) -> None:
     """Read every probe once at the start, before anything is written. Raises CaseError for those that cannot be read."""
     problems = []
     for probe in probes:
-        reader = ProbeReader([probe])
+        reader = ProbeReader([probe], periods=periods)
         try:
             reader.start(bodies)
             reader.read(bodies, {}, 0.0)
@@ -137,7 +139,7 @@ def _fields_of(body: Any, field: Fetch) -> Fetch:
     return cache(fetch)
 
 
-def reduce(probe: Probe, field: Fetch) -> float:
+def reduce(probe: Probe, field: Fetch, periods: Vector = NOT_PERIODIC) -> float:
     """The value of a probe on the fields that `field` gives by name.
 
     Without a component a vector counts with its length and a stress with von Mises' equivalent. "nearest" takes the
@@ -148,7 +150,7 @@ def reduce(probe: Probe, field: Fetch) -> float:
     if not len(values):
         return 0.0 if probe.reduce in ("count", "sum") else nan
     if probe.reduce == "nearest":
-        return float(values[_nearest(field, probe.at)])
+        return float(values[_nearest(field, probe.at, periods)])
     if probe.reduce == "count":
         return float(np.count_nonzero(values > probe.above))
     return probe.reduced(values)
@@ -170,12 +172,17 @@ def scalar(values: np.ndarray, component: str | None = None, names: Sequence[str
     return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (yz**2 + xz**2 + xy**2))
 
 
-def _nearest(field: Fetch, at: Any) -> int:
-    """The point nearest to a place; of several the one with the lowest number, whatever the order in which they are stored.
+def _nearest(field: Fetch, at: Any, periods: Vector) -> int:
+    """The point nearest to a place, or to an image of it along periodic axes; of several the one with the lowest number,
+    whatever the order in which they are stored.
 
     Points whose position is no number any more, as where a run stopped itself, are infinitely far away.
     """
-    distance = ((field("position") - np.asarray(at)) ** 2).sum(axis=1)
+    way = field("position") - np.asarray(at)
+    for axis, period in enumerate(periods):
+        if period > 0.0:
+            way[:, axis] -= period * np.rint(way[:, axis] / period)
+    distance = (way**2).sum(axis=1)
     distance[np.isnan(distance)] = np.inf
     near = np.flatnonzero(distance <= distance.min() * (1.0 + 1e-9))
     return int(near[np.argmin(field("id")[near])])

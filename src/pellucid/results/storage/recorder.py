@@ -50,7 +50,7 @@ class Recorder:
         self._frames = Schedule(case.output.frames_every(case.time.end), **recorded["frames"])
         self._inputs = recorded.get("inputs") or digests(case)
         self._kinds = users_kinds(case)
-        self._probes = ProbeReader(case.probe, recorded.get("probes"))
+        self._probes = ProbeReader(case.probe, recorded.get("probes"), case.periods)
         self._written: dict[str, Any] = defaultdict(hashlib.sha256)  # of all that was added to each file so far
         self._known = recorded.get("written", {})
         self._wall_before = float(recorded["wall_seconds"])

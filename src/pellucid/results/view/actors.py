@@ -6,6 +6,7 @@ from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.pictures.bodies_in_space import faceted
 from pellucid.results.pictures.quantities import there
 from pellucid.results.pictures.rendering.points import ball_radii
+from pellucid.results.pictures.seams import way_into_box
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.run import Run
 from pellucid.state import FIELDS
@@ -42,6 +43,10 @@ class Actor:
     def at(self, time: float) -> Fields:
         """The stored fields of the points that are shown."""
         return {name: values[self._chosen] for name, values in self._run.fields(self.name, time).items()}
+
+    def in_box(self, position: np.ndarray) -> np.ndarray:
+        """Places in the box of a periodic grid [m], shape (n, 3)."""
+        return position + way_into_box(position, self.cells, self._run.stored.grid)
 
     def shown(self, fields: Fields) -> Fields:
         """Scalars, sizes of vectors, von Mises' equivalents of stresses, and how far points are from where they began."""

@@ -149,7 +149,7 @@ def _window(instants: list[_Instant], axes: np.ndarray) -> dict[str, list[float]
 def _instant(actor: Actor, time: float) -> _Instant:
     fields = actor.at(time)
     failed = fields["failed"] > 0 if "failed" in fields else np.zeros(len(fields["position"]), bool)
-    return _Instant(fields["position"], there(fields), failed, actor.shown(fields))
+    return _Instant(actor.in_box(fields["position"]), there(fields), failed, actor.shown(fields))
 
 
 def _fields(states: list[list[_Instant]], without: set[str]) -> dict[str, Limits]:

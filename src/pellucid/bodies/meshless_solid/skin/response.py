@@ -59,7 +59,7 @@ class SkinResponse:
         grid, m = surface.velocity_field.grid, len(mass)
         self._nodes: Nodes = grid.nodes
         self._reach = tuple(function.stencil for function in surface.functions)
-        self._strides = grid.lattice.strides
+        self._lattice = grid.lattice
         self._slot, self._near = no_numbers(grid.n_nodes)
         most = m * int(np.prod(self._reach))
         self._listed, self._first = np.empty(m, np.int64), np.empty(m + 1, np.int64)
@@ -77,10 +77,10 @@ class SkinResponse:
         self._share = (nodes.constrained[at] == 0) / nodes.mass[at, None]
 
     def _matrix(self, at: np.ndarray) -> sparse.csr_array:
-        mark_stencils(at, self._slot, self._near, self._reach, self._strides, True)
+        mark_stencils(at, self._slot, self._near, self._reach, self._lattice, True)
         to = self._listed, self._first, self._column, self._weight
         n = _list_weights(self._surface.mapped, self._slot, self._near, *to)
-        mark_stencils(at, self._slot, self._near, self._reach, self._strides, False)
+        mark_stencils(at, self._slot, self._near, self._reach, self._lattice, False)
         listed, first = self._listed[:n], self._first[: n + 1]
         given = self._weight[: first[n]] * np.repeat(self._mass[listed], np.diff(first))
         points = sparse.csr_array((given, self._column[: first[n]], first), shape=(n, len(at)))

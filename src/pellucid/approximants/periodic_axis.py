@@ -1,0 +1,54 @@
+"""The function of an axis that is periodic: node i is node i + n of its n cells, and there is no wall."""
+
+from typing import Any, NamedTuple
+
+from numpy import floor
+
+from pellucid.approximants.axis import affine_weights, axis_numbers, axis_values, axis_weights
+from pellucid.jit import point_function, pointwise
+
+FAR = 4
+"""Cells, from which on functions do not know of a wall."""
+
+
+class PeriodicAxis(NamedTuple):
+    """Another function of as many nodes, folded into the period."""
+
+    function: Any
+    stencil: int
+
+
+@pointwise
+def _far_from_walls(u, n):
+    """Where a coordinate lies in the period, with walls far from either end."""
+    return u - n * floor(u / n) + FAR
+
+
+@pointwise
+def _within(i, n):
+    """The first node, counted without these walls: from 0 to n - 1."""
+    first = i - FAR
+    first = first + n if first < 0 else first
+    return first - n if first >= n else first
+
+
+@point_function(axis_weights, PeriodicAxis)
+def _axis_weights(fn, u, n):
+    i, w, g = axis_weights(fn.function, _far_from_walls(u, n), n + 2 * FAR)
+    return _within(i, n), w, g
+
+
+@point_function(axis_numbers, PeriodicAxis)
+def _axis_numbers(fn, u, n):
+    i, numbers = axis_numbers(fn.function, _far_from_walls(u, n), n + 2 * FAR)
+    return _within(i, n), numbers
+
+
+@point_function(axis_values, PeriodicAxis)
+def _axis_values(fn, numbers):
+    return axis_values(fn.function, numbers)
+
+
+@point_function(affine_weights, PeriodicAxis)
+def _affine_weights(fn, offset, w, g):
+    return affine_weights(fn.function, offset, w, g)

@@ -1,0 +1,107 @@
+"""A force along a periodic axis that gives a fluid a mean velocity."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.loads.contract import LoadModel
+from pellucid.findings import Finding, Path
+from pellucid.model import name_parameter, parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+
+class MeanVelocity(ChangesInTime, LoadModel):
+    """A body force of the size that holds the mean velocity U of bodies, their momentum by their mass, at a goal U*.
+
+    The acceleration is a = 2 (U* - U)/τ + ∫ (U* - U)/τ² dt. By the integral it becomes what walls take, ρ a = Δp/L, and U what
+    is asked for; a resistance that sets in fades from U within some τ.
+    """
+
+    kind: Literal["mean-velocity"] = "mean-velocity"
+    channel = "driving_work"
+
+    name: str | None = name_parameter("name for probes of its force, as a `reaction`", None)
+    others: tuple[str, ...] = parameter(
+        "", "bodies that are driven with it: the same acceleration acts on them, and the mean velocity is that of all", ()
+    )
+    axis: Literal["x", "y", "z"] = parameter("", "along which it acts: a periodic axis of the grid")
+    velocity: float = parameter("m/s", "mean velocity; `rise` and `amplitude` change it in time")
+    response: float = parameter("s", "time τ in which it answers, some steps at least", gt=0)
+
+    def bodies(self) -> tuple[str, ...]:
+        """All that it drives."""
+        return self.body, *self.others
+
+    def reaction(self) -> str | None:
+        """Its own name."""
+        return self.name
+
+    def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
+        """The controller."""
+        return Controller(self, assembly)
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Bodies that are not there or have no inertia, an axis along which walls hold the fluid, two that drive one body."""
+        yield from super().problems(path, parts)
+        yield from parts.no_grid((*path, "axis"), "it drives what flows through a grid that is periodic along this axis")
+        if parts.grid is not None and self.axis not in parts.grid.periodic:
+            text = f"the grid is not periodic along {self.axis}: what flows there ends at its faces, and the force would grow"
+            yield Finding((*path, "axis"), text, f'add periodic = ["{self.axis}"] to the grid, or use a "body-force"')
+        for number, name in enumerate(self.bodies()):
+            here = (*path, "body") if number == 0 else (*path, "others", number - 1)
+            if number > 0:
+                yield from parts.unknown(BodyModel, here, name)
+            body = parts.named(BodyModel, name)
+            if name in self.bodies()[:number]:
+                yield Finding(here, f"body {name} is named twice", "leave it out once")
+            elif body is not None and body.is_rigid:
+                yield Finding(here, f"body {name} is rigid: a motion leads it", "leave it out; a rigid-force pushes it")
+            elif number > 0 and body is not None and not body.moves:
+                yield Finding(here, f"body {name} does not move: it has no inertia", "leave it out")
+            for place, other in parts.placed(MeanVelocity):
+                if place < path and other.axis == self.axis and name in other.bodies():
+                    text = f"load number {int(place[1]) + 1} drives body {name} along {self.axis} already"
+                    yield Finding(here, text, "leave it out of one of the two")
+
+
+class Controller(ActiveCondition):
+    """The force in a run. Between steps it keeps the integral [m/s²]."""
+
+    def __init__(self, load: MeanVelocity, assembly: Assembly) -> None:
+        self._load, self._integral = load, 0.0
+        self._bodies = [assembly.bodies[name].body for name in load.bodies()]
+        self._add = [assembly.forces_on(name, load.channel) for name in load.bodies()]
+        self._along = np.eye(3)["xyz".index(load.axis)]
+        self._impulse = np.zeros(3)
+
+    def begin(self, time: float, dt: float) -> None:
+        """Its force over the step; none while time stands still."""
+        self._impulse = np.zeros(3)
+        if dt == 0.0:
+            return
+        load, mass = self._load, sum(body.mass for body in self._bodies)
+        momentum = sum(float(body.totals.momentum @ self._along) for body in self._bodies)
+        lacking = load.share(time) * load.velocity - momentum / mass
+        self._integral += dt * lacking / load.response**2
+        # in steps that are longer than half the response it gives all that is lacking at once, and no more
+        acceleration = (min(2.0 / load.response, 1.0 / dt) * lacking + self._integral) * self._along
+        self._impulse = dt * mass * acceleration
+        for body, add in zip(self._bodies, self._add, strict=True):
+            add(body.arrays["mass"][:, None] * acceleration)
+
+    def impulses(self) -> Mapping[str, np.ndarray]:
+        """Its own."""
+        return {} if self._load.name is None else {self._load.name: self._impulse}
+
+    def state_numbers(self) -> Mapping[str, Any]:
+        """The integral."""
+        return {"integral": self._integral}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Take it up again."""
+        self._integral = float(numbers["integral"])

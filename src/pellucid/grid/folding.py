@@ -1,0 +1,163 @@
+"""Grids that are periodic along some axes: node i is node i + n of the n cells along such an axis, and all else follows.
+
+Nothing is copied from one end to the other. A stencil counts its nodes on beyond the last one, and a table says which nodes
+these are; so what points give is added once, in the order of slabs, wherever the seam lies. Points go on across it: their
+positions tell how often they crossed it, and lengths, normals and displacements know of no seam. Only where a position becomes
+a place on the grid is it folded into the box.
+"""
+
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy import floor, uintp
+
+from pellucid.jit import generic, point_function, pointwise
+
+
+class Walled(NamedTuple):
+    """No axis is periodic."""
+
+
+class Folded(NamedTuple):
+    """Some are."""
+
+    real: np.ndarray  # (nodes,) the node that each is, itself or one within the period
+    periods: tuple[float, float, float]  # in cells, infinite along other axes
+    cells: tuple[int, int, int]  # of the periods, 0 along other axes
+    steps: tuple[int, int, int]  # how far apart in memory nodes are that are the same, 0 along other axes
+
+
+@generic
+def real_node(folding: Any, I: int) -> Any:
+    """Where a node that a stencil counts is stored."""
+
+
+@generic
+def in_period(folding: Any, axis: int, u: float) -> Any:
+    """A place along an axis, in cells from the lower end, within the box."""
+
+
+@generic
+def cell_in_period(folding: Any, axis: int, i: int) -> Any:
+    """The index of a cell along an axis, within the box."""
+
+
+@generic
+def cells_beyond(folding: Any, axis: int) -> Any:
+    """How many cells a cell at the end of an axis has beyond it: 0 or 1."""
+
+
+@generic
+def beyond_span(folding: Any, axis: int, u: float, low: float, high: float) -> Any:
+    """Whether a place in cells, folded or not, lies beyond low <= u < high: 1.0 or 0.0."""
+
+
+@generic
+def nodes_before(folding: Any, lattice: Any, I: int, a: int, b: int, c: int) -> Any:
+    """Where the node is stored that lies a, b, c nodes before a real one, below 0 where there is none."""
+
+
+@generic
+def seen_from(folding: Any, lattice: Any, about: Any, x: Any, a: int, b: int, c: int) -> Any:
+    """A place x [m] in coordinates that all who see the node (a, b, c) of its stencil `about` have in common."""
+
+
+@point_function(real_node, Walled)
+def _itself(folding, I):
+    return uintp(I)
+
+
+@point_function(real_node, Folded)
+def _real(folding, I):
+    return uintp(folding.real[uintp(I)])
+
+
+@point_function(in_period, Walled)
+def _as_it_is(folding, axis, u):
+    return u
+
+
+@pointwise
+def _along(numbers, axis):
+    return numbers[0] if axis == 0 else (numbers[1] if axis == 1 else numbers[2])
+
+
+@point_function(in_period, Folded)
+def _folded(folding, axis, u):
+    n = _along(folding.periods, axis)
+    return u - n * floor(u / n) if n < inf else u
+
+
+@point_function(cell_in_period, Walled)
+def _same_cell(folding, axis, i):
+    return i
+
+
+@point_function(cell_in_period, Folded)
+def _folded_cell(folding, axis, i):
+    n = _along(folding.cells, axis)
+    return (i + n) % n if n > 0 else i
+
+
+@point_function(cells_beyond, Walled)
+def _none_beyond(folding, axis):
+    return 0
+
+
+@point_function(cells_beyond, Folded)
+def _one_beyond(folding, axis):
+    return 1 if _along(folding.cells, axis) > 0 else 0
+
+
+@point_function(beyond_span, Walled)
+def _beyond(folding, axis, u, low, high):
+    beyond = 1.0 if u < low else 0.0
+    return 1.0 if u >= high else beyond
+
+
+@point_function(beyond_span, Folded)
+def _beyond_folded(folding, axis, u, low, high):
+    n = _along(folding.periods, axis)
+    beyond = 1.0 if u < low else 0.0
+    beyond = 1.0 if u >= high else beyond
+    r = u - low
+    around = 1.0 if r - n * floor(r / n) >= high - low else 0.0
+    return around if n < inf else beyond
+
+
+@point_function(nodes_before, Walled)
+def _before(folding, lattice, I, a, b, c):
+    stride = lattice.strides
+    return I - a * stride[0] - b * stride[1] - c * stride[2]
+
+
+@pointwise
+def _index_along(lattice, I, axis):
+    """The index of a node along an axis."""
+    s, slow = lattice.strides, lattice.slab_axis
+    middle = 1 if slow == 0 else 0  # the order of the axes in memory
+    rest = I if axis == slow else I % _along(s, slow)
+    rest = rest if axis in (slow, middle) else rest % _along(s, middle)
+    return rest // _along(s, axis)
+
+
+@point_function(nodes_before, Folded)
+def _before_folded(folding, lattice, I, a, b, c):
+    first = I
+    for axis, by in ((0, a), (1, b), (2, c)):
+        first -= by * _along(lattice.strides, axis)
+        if _index_along(lattice, I, axis) < by:
+            first += _along(folding.steps, axis)
+    return first
+
+
+@point_function(seen_from, Walled)
+def _seen(folding, lattice, about, x, a, b, c):
+    return x
+
+
+@point_function(seen_from, Folded)
+def _seen_from_node(folding, lattice, about, x, a, b, c):
+    o, h = about.offset, -lattice.cell
+    return h * (o[0] + 1.0 * a), h * (o[1] + 1.0 * b), h * (o[2] + 1.0 * c)

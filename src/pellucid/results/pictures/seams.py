@@ -1,0 +1,38 @@
+"""Bodies of a periodic grid as pictures show them: within its box, whatever seams they have crossed."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from pellucid.geometry.meshes.cells import Cells
+from pellucid.grid.model import GridCase
+
+SEAM = "seam"
+"""A field of points beside the others: by what their places are moved [m], shape (n, 3)."""
+
+
+def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: GridCase | None) -> dict[str, np.ndarray]:
+    """Fields of a body with its places in the box of the grid: of points each, of a mesh all together, by its middle; cells:
+    what finds those between its points."""
+    if grid is None or not grid.periodic:
+        return fields
+    moved = way_into_box(fields["position"], cells(), grid)
+    return {**fields, "position": fields["position"] + moved, SEAM: moved}
+
+
+def way_into_box(position: np.ndarray, cells: Cells, grid: GridCase | None) -> np.ndarray:
+    """By what places, shape (n, 3), are moved for that [m]."""
+    way = np.zeros_like(position)
+    for axis, period in enumerate(grid.periods() if grid is not None else ()):
+        if period == 0.0:
+            continue
+        x = position[:, axis]
+        if any(len(corners) for corners in (cells.lines, cells.triangles, cells.quadrilaterals, cells.tetrahedra)):
+            x = np.full(len(x), np.mean(x[np.isfinite(x)]) if np.isfinite(x).any() else 0.0)
+        way[:, axis] = -period * np.floor((x - grid.lower[axis]) / period) if grid is not None else 0.0
+    return way
+
+
+def places_unmoved(fields: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The places that points have, by which their ways count [m], shape (n, 3)."""
+    return fields["position"] - fields.get(SEAM, 0.0)
