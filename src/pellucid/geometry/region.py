@@ -1,7 +1,8 @@
 """Regions: the nodes and faces of a body on which a condition acts, chosen in the state at the start.
 
 A region is a shape, a named set of the mesh, a direction of the outward normal, or what several of these have in common. A node
-has a normal where it is a corner of a face with that normal; a face is chosen where its three corners are.
+has a normal where it is a corner of a face with that normal; a face is chosen where its three corners are, or where its centre
+is in the shape.
 """
 
 from collections.abc import Iterator, Mapping
@@ -108,19 +109,27 @@ class Region(Shape):
             chosen &= facing
         return chosen
 
-    def faces(self, of: Selectable, active: ActiveAxes) -> np.ndarray:
-        """Which faces it chooses, shape (f,)."""
-        chosen = self._nodes_of_any_normal(of, active)[of.faces].all(axis=1)
+    def faces(self, of: Selectable, active: ActiveAxes, by_centre: bool = False) -> np.ndarray:
+        """Which faces it chooses, shape (f,). by_centre: its shape chooses those whose centres are in it, so that the area of
+        all differs from that of the shape to both sides."""
+        if by_centre:
+            chosen = self._named(of)[of.faces].all(axis=1)
+            if self.shape is not None:
+                chosen &= _in_shape(self.shape, of.position[of.faces].mean(axis=1), active, 0.0)
+        else:
+            chosen = self._nodes_of_any_normal(of, active)[of.faces].all(axis=1)
         return np.asarray(chosen if self.normal is None else chosen & self._facing(of))
 
     def _nodes_of_any_normal(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
-        n, shape = len(of.position), self.shape
-        chosen = np.ones(n, bool) if shape is None else _in_shape(shape, of.position, active, reach)
+        named, shape = self._named(of), self.shape
+        return named if shape is None else named & _in_shape(shape, of.position, active, reach)
+
+    def _named(self, of: Selectable) -> np.ndarray:
+        """Which nodes are in its set, shape (n,); all where it names none."""
+        named = np.full(len(of.position), self.set_ is None)
         if self.set_ is not None:
-            named = np.zeros(n, bool)
             named[of.sets[self.set_]] = True
-            chosen &= named
-        return chosen
+        return named
 
     def _facing(self, of: Selectable) -> np.ndarray:
         """Which faces have the normal that the region names, shape (f,)."""
@@ -151,19 +160,25 @@ def chosen_nodes(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, 
     return chosen
 
 
-def chosen_faces(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS) -> np.ndarray:
-    """Which faces a condition names, shape (f,)."""
+def chosen_faces(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, by_centre: bool = False) -> np.ndarray:
+    """Which faces a condition names, shape (f,); see `Region.faces`."""
     if isinstance(where, Region):
-        return where.faces(of, active)
+        return where.faces(of, active, by_centre)
     return np.asarray(chosen_nodes(where, of)[of.faces].all(axis=1))
 
 
 def faults(
-    where: Where, of: Selectable, path: Path, name: str, active: ActiveAxes = EVERY_AXIS, faces: bool = False
+    where: Where,
+    of: Selectable,
+    path: Path,
+    name: str,
+    active: ActiveAxes = EVERY_AXIS,
+    faces: bool = False,
+    by_centre: bool = False,
 ) -> Iterator[Finding]:
     """What is wrong with a region at a path, of the body of this name: an unknown set, nothing in it.
 
-    faces: whether the condition acts on faces, not on nodes.
+    faces: whether the condition acts on faces, not on nodes; by_centre: on those whose centres are in its shape.
     """
     if isinstance(where, Region) and (turns := list(plane_problems(where.rotate, path, active))):
         yield from turns
@@ -178,9 +193,9 @@ def faults(
         known = list(of.sets)
         text = f"the mesh of body {name} has no set of this name; there are {listed(known)}"
         yield Finding((*path, "set"), text, hint(named, known))
-    elif not (chosen_faces if faces else chosen_nodes)(where, of, active).any():
+    elif not (chosen_faces(where, of, active, by_centre) if faces else chosen_nodes(where, of, active)).any():
         what = "face" if faces else "node" if len(of.faces) else "point"
-        why, remedy = _why_empty(where, of, active, faces)
+        why, remedy = _why_empty(where, of, active, faces and not by_centre)
         yield Finding(path, f"no {what} of body {name} lies in it at the start{why}", remedy)
 
 

@@ -49,9 +49,17 @@ class AssembledBody(NamedTuple):
 
     def selectable(self) -> Selectable:
         """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
+        return self._selectable(np.arange(self.body.n_points))
+
+    def selectable_by_number(self) -> Selectable:
+        """The same in the order of the numbers of the points."""
+        return self._selectable(np.argsort(self.body.stored_array("id")))
+
+    def _selectable(self, order: np.ndarray) -> Selectable:
+        """order: of the points as they are stored."""
         body = self.body
-        place = np.argsort(body.stored_array("id"))
-        faces, position = place[body.cells().surface()], body.stored_array("position")
+        place = np.argsort(body.stored_array("id")[order])  # from a point's number
+        faces, position = place[body.cells().surface()], body.stored_array("position")[order]
         if body.is_surface:
             return Selectable.of_membrane(position, faces)
         sets = {name: place[nodes] for name, nodes in body.node_sets.items()} if isinstance(body, HasMesh) else {}
