@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from pellucid.energy import Channel, WorkLayout
+from pellucid.energy import WorkLayout, channel_of_load
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.actions import NodalActions
@@ -84,4 +84,4 @@ class Assembly(NamedTuple):
         actions = self.bodies[body].actions
         if actions:
             actions.take_loads()
-        return self.layout.column(Channel(channel))
+        return self.layout.column(channel_of_load(channel))

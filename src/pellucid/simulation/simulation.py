@@ -207,6 +207,7 @@ class Simulation:
         self.clock.advance(dt)
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
+        self.conditions.end(dt)
         self.record(dt)
         for body in self._losing_points:
             if left := body.let_leave():
@@ -302,7 +303,9 @@ class Simulation:
 
     def step_limit(self) -> tuple[StepLimit, str]:
         """What bounds the stable step of the state as it is, and the name of the body, none where it is no body."""
-        return self.clock.limit(self.bodies)
+        limit, name = self.clock.limit(self.bodies)
+        of_condition = self.conditions.step_limit()
+        return (of_condition, "") if of_condition.step <= limit.step else (limit, name)
 
     def show(self, progress: Progress | None) -> None:
         """How far it is, now and then."""
@@ -405,6 +408,7 @@ class Simulation:
             "balance": self.budget.state_numbers(),
             "surface_contact": self.surface_pairs.state_numbers(),
             "bodies": {body.name: body.totals.to_data() for body in self.bodies},
+            "conditions": self.conditions.state_numbers(),
             "warned": sorted(self._watch.warned),
             "settled": self._settled,
         }
@@ -420,6 +424,7 @@ class Simulation:
         for body in self.bodies:
             body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])
+        self.conditions.restore(numbers["conditions"])
         for field in self.velocity_fields:
             field.restore(of_owner(NODES + field.name, arrays))
         settles = SETTLING in numbers["clock"]
