@@ -45,19 +45,19 @@ class LoadedFaces:
         """Forces [N], shape (n, 3), in the order in which the points are stored, of a force on unit area of the reference [Pa],
         shape (3,), on faces that were chosen at the start."""
         areas = np.linalg.norm(vector_areas(self._start, self.faces), axis=1)
-        return self._stored(areas[:, None] * traction)
+        return self._stored(self.shares(), areas[:, None] * traction)
 
     def pressure(self, pressure: float) -> np.ndarray:
         """Forces [N], in this order, of a pressure [Pa] against the outward normals as they are now."""
-        places = self.body.places()
-        pushes = -pressure * vector_areas(places, self.faces)
+        places, faces, shares = self.body.places(), self.faces, self.shares()
         if self._now is not None:
             where, start, active = self._now
-            pushes[~chosen_faces(where, start._replace(position=places), active, by_centre=True)] = 0.0
-        return self._stored(pushes)
+            chosen = chosen_faces(where, start._replace(position=places), active, by_centre=True)
+            faces, shares = faces[chosen], shares.of(chosen)
+        return self._stored(shares, -pressure * vector_areas(places, faces))
 
-    def _stored(self, on_faces: np.ndarray) -> np.ndarray:
-        return self.shares().at_nodes(on_faces, self.body.n_points)[self.body.stored_array("id")]
+    def _stored(self, shares: FaceShares, on_faces: np.ndarray) -> np.ndarray:
+        return shares.at_nodes(on_faces, self.body.n_points)[self.body.stored_array("id")]
 
 
 def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: bool = False) -> Iterator[Finding]:

@@ -1,14 +1,17 @@
 """Pressure that follows a membrane or the faces of a solid."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.enclosed.given_volume import ActiveVolume, GivenVolume, start_fault
+from pellucid.conditions.enclosed.model import Enclosed
+from pellucid.conditions.enclosed.problems import encloses_problems, volume_at_start
 from pellucid.conditions.film_tractions import surface_load
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems, in_plane_problem
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.geometry.region import Where, faults
 from pellucid.model import check, parameter
 from pellucid.parts.active_condition import ActiveCondition, AtEachStep
@@ -24,9 +27,22 @@ class Pressure(ChangesInTime, Condition):
     """A pressure difference on a membrane or a pressure on the faces of a solid, along the normal wherever that points."""
 
     body: str = parameter("", "name of a membrane, or of a solid with nodes of its own")
-    value: float = parameter(
-        "Pa", "pressure behind a membrane minus that before it: it pushes along the normal; on a solid, against the outward one"
+    value: float | None = parameter(
+        "Pa",
+        "pressure behind a membrane minus that before it: it pushes along the normal; on a solid, against the outward one",
+        None,
     )
+    volume: GivenVolume | None = parameter(
+        "", "instead of the value, the volume that a membrane is to enclose: the pressure that brings it there acts", None
+    )
+    stiffness: float | None = parameter(
+        "Pa",
+        "pressure per part of the largest given volume by which a membrane lacks what it is to enclose; without it as much as "
+        "hardly bounds the step",
+        None,
+        gt=0,
+    )
+    lids: bool = parameter("", "whether flat lids close the rims of a membrane whose volume is given", False)
     where: Where | None = parameter("", "which faces; without it all of a membrane, all outer ones of a solid", None)
     choose: Literal["start", "each-step"] = parameter(
         "",
@@ -34,6 +50,17 @@ class Pressure(ChangesInTime, Condition):
         "centres, so that the region stays where it is",
         "start",
     )
+
+    @check
+    def _has_one_size(self) -> None:
+        if (self.value is None) == (self.volume is None):
+            raise Refusal("both `value` and `volume`" if self.volume else "neither `value` nor `volume`", "give one of the two")
+        for_volumes = [key for key in ("stiffness", "lids") if getattr(self, key)]
+        if self.volume is None and for_volumes:
+            raise ValueError(f"`{for_volumes[0]}` belongs to `volume`: give one, or leave it out")
+        for_values = [key for key in ("where", "rise", "amplitude") if getattr(self, key)]
+        if self.volume is not None and for_values:
+            raise ValueError(f"`{for_values[0]}` belongs to `value`: a given volume sets the pressure by itself; leave it out")
 
     @check
     def _chooses_something(self) -> None:
@@ -45,6 +72,9 @@ class Pressure(ChangesInTime, Condition):
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
         if body is None:
+            return
+        if self.volume is not None:
+            yield from self._volume_problems(self.volume, path, parts)
             return
         place, each_step = (*path, "body" if self.where is None else "where"), self.choose == "each-step"
         if body.is_surface and self.where is not None:
@@ -66,6 +96,31 @@ class Pressure(ChangesInTime, Condition):
         else:
             yield from faults(where, start, path, self.body, faces=True, by_centre=True)
 
+    def _volume_problems(self, given: GivenVolume, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Of a membrane whose volume is given."""
+        wrong = list(encloses_problems(self.body, self.lids, path, parts, allows_flat=given.ratios is None))
+        yield from wrong
+        body = parts.named(BodyModel, self.body)
+        start = None if wrong or body is None else body.selectable()
+        if start is not None and (text := start_fault(given, volume_at_start(start.position, start.faces))):
+            yield Finding((*path, "volume"), text, "begin with that volume, or give `ratios` of it")
+        for other_path, other in parts.placed(Condition):
+            if other is not self and other_path < path and set(self.columns()) & set(other.columns()):
+                yield Finding((*path, "volume"), f"`{'.'.join(map(str, other_path))}` has columns of these names", "leave one out")
+            if isinstance(other, Enclosed) and other.body == self.body:
+                text = f"`{other.name}` is enclosed in body {self.body}, and has a pressure by itself"
+                yield Finding((*path, "volume"), text, "leave one of the two out")
+
+    def columns(self) -> Mapping[str, str]:
+        """Those of a given volume."""
+        return {} if self.volume is None else {f"{self.body}_pressure": "Pa", f"{self.body}_volume": "m^3"}
+
+    def why_not_steady(self) -> Reason | None:
+        """The spring of a given volume is none that the relaxation knows."""
+        if self.volume is None:
+            return None
+        return Reason("[steady] brings no membrane with a given volume to rest", "give a `value`, or leave out [steady]")
+
     def load_channel(self) -> str:
         """Shared with other loads."""
         return "load_work"
@@ -77,6 +132,8 @@ class Pressure(ChangesInTime, Condition):
 
     def active(self, assembly: Assembly, number: int) -> ActiveCondition:
         """What acts in a run; number: its place among the pressures of the case."""
+        if self.volume is not None:
+            return ActiveVolume(self.body, self.volume, self.stiffness, self.load_channel(), assembly)
         member, channel = assembly.bodies[self.body], self.load_channel()
         is_surface = member.body.is_surface
         if not is_surface or self.where is not None:
@@ -92,7 +149,7 @@ class Pressure(ChangesInTime, Condition):
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
-        return self.value * self.share(time)
+        return (self.value or 0.0) * self.share(time)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""

@@ -113,9 +113,10 @@ class Region(Shape):
         """Which faces it chooses, shape (f,). by_centre: its shape chooses those whose centres are in it, so that the area of
         all differs from that of the shape to both sides."""
         if by_centre:
-            chosen = self._named(of)[of.faces].all(axis=1)
+            chosen = np.ones(len(of.faces), bool) if self.set_ is None else self._named(of)[of.faces].all(axis=1)
             if self.shape is not None:
-                chosen &= _in_shape(self.shape, of.position[of.faces].mean(axis=1), active, 0.0)
+                a, b, c = (of.position[corner] for corner in of.faces.T)
+                chosen &= _in_shape(self.shape, (a + b + c) / 3.0, active, 0.0)
         else:
             chosen = self._nodes_of_any_normal(of, active)[of.faces].all(axis=1)
         return np.asarray(chosen if self.normal is None else chosen & self._facing(of))
@@ -217,10 +218,11 @@ def _why_empty(where: Where, of: Selectable, active: ActiveAxes, faces: bool) ->
 
 
 def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float) -> np.ndarray:
-    reach = max(reach, REACH * float(np.ptp(position, axis=0).max())) if len(position) else reach
-    geometry, position = shape.geometry().in_own_frame(position)
+    geometry, own = shape.geometry().in_own_frame(position)
     if not isinstance(geometry, Box):
-        return geometry.contains(position, active)
+        return geometry.contains(own, active)
+    reach = max(reach, REACH * float(np.ptp(position, axis=0).max())) if len(position) else reach
+    position = own
     lower, upper = geometry.bounds()
     inside = (position >= lower - reach) & (position <= upper + reach)
     return np.asarray(inside[:, np.array(active)].all(axis=1))

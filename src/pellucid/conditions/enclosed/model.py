@@ -7,7 +7,7 @@ from pellucid.conditions.enclosed.contents import Contents, Gas, Liquid
 from pellucid.conditions.enclosed.flows import Inflator, Vent
 from pellucid.conditions.enclosed.problems import encloses_problems
 from pellucid.energy import Channel
-from pellucid.findings import Finding, Path, Refusal
+from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import Model, check, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
@@ -141,6 +141,10 @@ class Enclosed(Condition):
         units |= {"vent_flow": "kg/s"} if self.vent else {}
         units |= {"leak_flow": "kg/s"} if self.leak > 0.0 else {}
         return {f"{self.name}_{what}": unit for what, unit in units.items()}
+
+    def why_not_steady(self) -> Reason | None:
+        """What it swings on is no spring that the relaxation knows."""
+        return Reason("[steady] brings no membrane with a gas or liquid to rest", "use `damping`, or [settle], or leave it out")
 
     @classmethod
     def activate(cls, conditions: Sequence["Enclosed"], assembly: Assembly) -> Sequence[ActiveCondition]:

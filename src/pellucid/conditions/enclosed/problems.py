@@ -35,14 +35,18 @@ def encloses_problems(
         yield Finding(here, text, f"use a surface that encloses one{closes}")
     elif lids and not len(start.boundary):
         yield Finding((*path, "lids"), f"the surface of body {name} is closed: it has no rim", "leave `lids` out")
-    elif not allows_flat and volume_at_start(start.position, start.faces) <= FLAT:
-        text = f"body {name} is flat at the start: gas or liquid in no volume has no pressure"
+    elif not allows_flat and is_flat(start.position, start.faces):
+        text = f"body {name} is flat at the start: it encloses nothing"
         yield Finding(here, text, "let its surface bulge at the start")
 
 
 def volume_at_start(position: np.ndarray, triangles: np.ndarray) -> float:
-    """Of a surface with lids, over the third power of its extent."""
+    """Of a surface with lids [m³]."""
     places = position - position.mean(axis=0)
     a, b, c = places[triangles.T]
-    volume = float(np.sum(a * np.cross(b, c))) / 6.0 + Lids(triangles).volume(places)
-    return abs(volume) / float(np.ptp(places, axis=0).max()) ** 3
+    return abs(float(np.sum(a * np.cross(b, c))) / 6.0 + Lids(triangles).volume(places))
+
+
+def is_flat(position: np.ndarray, triangles: np.ndarray) -> bool:
+    """Whether it encloses nothing."""
+    return volume_at_start(position, triangles) <= FLAT * float(np.ptp(position, axis=0).max()) ** 3
