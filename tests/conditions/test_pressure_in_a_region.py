@@ -97,7 +97,11 @@ def test_all_faces_of_a_region_push_as_the_whole_membrane_does():
         ({"where": {"set": "mouth"}}, {}, "the mesh of body skin has no named sets"),
         ({"choose": "each-step"}, {}, "`choose` belongs to `where`"),
         ({"where": MOUTH, "choose": "now"}, {}, "start.*each-step"),
-        ({"where": MOUTH}, {"grid": {"lower": (0, 0, 7.5), "upper": (16, 16, 8.5), "cell": 1.0}}, "membrane in a plane problem"),
+        (
+            {"where": MOUTH},
+            {"grid": {"lower": (0, 0, 7.5), "upper": (16, 16, 8.5), "cell": 1.0}},
+            "membrane in a plane problem",
+        ),
     ],
 )
 def test_regions_that_make_no_sense(change, more, words):

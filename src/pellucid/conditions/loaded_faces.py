@@ -13,9 +13,10 @@ from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.capabilities import HasMesh
 from pellucid.parts.part import Parts
 
+
 class LoadedFaces:
-    """The faces of a body in a region, triangles or quadrilaterals cut in two, chosen at the start or, by their centres, anew in
-    each step.
+    """The faces of a body in a region, triangles or quadrilaterals cut in two, chosen at the start, or anew in each step by
+    their centres.
 
     A force t on unit area of the reference goes to the nodes as ∫ p_a t dA, with the means of the shape functions p_a over each
     face. A pressure takes the vector areas a_f of the deformed faces, between the present places of their corners: node a has

@@ -46,8 +46,8 @@ class Pressure(ChangesInTime, Condition):
     where: Where | None = parameter("", "which faces; without it all of a membrane, all outer ones of a solid", None)
     choose: Literal["start", "each-step"] = parameter(
         "",
-        "when the faces of `where` are chosen: once, so that they stay pressed wherever they go, or anew in each step, by their "
-        "centres, so that the region stays where it is",
+        "when the faces of `where` are chosen: once, so that they stay pressed wherever they go, or anew in each step by "
+        "their centres, so that the region stays where it is",
         "start",
     )
 
@@ -106,7 +106,9 @@ class Pressure(ChangesInTime, Condition):
             yield Finding((*path, "volume"), text, "begin with that volume, or give `ratios` of it")
         for other_path, other in parts.placed(Condition):
             if other is not self and other_path < path and set(self.columns()) & set(other.columns()):
-                yield Finding((*path, "volume"), f"`{'.'.join(map(str, other_path))}` has columns of these names", "leave one out")
+                yield Finding(
+                    (*path, "volume"), f"`{'.'.join(map(str, other_path))}` has columns of these names", "leave one out"
+                )
             if isinstance(other, Enclosed) and other.body == self.body:
                 text = f"`{other.name}` is enclosed in body {self.body}, and has a pressure by itself"
                 yield Finding((*path, "volume"), text, "leave one of the two out")

@@ -69,7 +69,8 @@ class ActiveEnclosed(ActiveCondition):
         grown = now.volume - before.volume
         works = {"outside_work": self._model.outside * grown, "enclosed_heat": heat}
         swept = before.swept(now) if self._space.is_open else grown
-        works["outside_work"] += gauge * (grown - swept)  # on lids, which something else holds
+        mean = 0.5 * (gauge + self._gauge)
+        works["outside_work"] += mean * (grown - swept)  # on lids, which something else holds
         self._flow_in(works)
         self._flow_out(works)
         works["enclosed_energy"] = contents.energy - held
@@ -122,7 +123,8 @@ class ActiveEnclosed(ActiveCondition):
         return through_vents, self._model.leak * area * gauge
 
     def _count_power(self, growth: float) -> None:
-        """Half the power of its pressure: of the first body, as the balance adds up that of all. growth: of the volume [m³/s]."""
+        """Half the power of its pressure, in the totals of the first body: the balance adds up those of all. growth: of the volume
+        [m³/s]."""
         self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
 
     def _bound(self) -> None:

@@ -33,7 +33,7 @@ class Contents(ABC):
 
     @abstractmethod
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Mass [kg] and ∫T dm [K kg] of what flows in. Returns the energy that this brings and the heat that is taken up [J]."""
+        """Mass [kg] and ∫T dm [K kg] of what flows in. Returns the energy that this brings and the heat taken up [J]."""
 
     @abstractmethod
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from pellucid.conditions.signals.time_table import read_rows
+from pellucid.findings import listed
 from pellucid.model import InputFile, Model, check, parameter
 
 
@@ -17,8 +18,8 @@ class Inflator(Model):
     temperatures: tuple[float, ...] | None = parameter("K", "temperature of the gas that flows in at each", None)
     path: InputFile | None = parameter(
         "",
-        "instead of these, a CSV file with the columns time [s], mass flow [kg/s] and, of a gas, temperature [K]; a row of names "
-        "may stand first",
+        "instead of these, a CSV file with the columns time [s], mass flow [kg/s] and, of a gas, temperature [K]; a row of "
+        "names may stand first",
         None,
     )
 
@@ -28,7 +29,8 @@ class Inflator(Model):
             raise ValueError("give either `times`, `mass_flows` and, of a gas, `temperatures`, or `path`")
         lists = [values for values in (self.times, self.mass_flows, self.temperatures) if values is not None]
         if len({len(values) for values in lists}) > 1:
-            raise ValueError(f"{listed_lengths(lists)} times, mass flows and temperatures; give as many of each")
+            numbers = listed([str(len(values)) for values in lists])
+            raise ValueError(f"{numbers} times, mass flows and temperatures; give as many of each")
         if self.times is not None and (late := [(a, b) for a, b in pairwise(self.times) if not a < b]):
             raise ValueError(f"time {late[0][1]:g} s does not come after {late[0][0]:g} s; put them in order, each once")
         if min(self._rows[1]) < 0.0:
@@ -66,16 +68,14 @@ class Inflator(Model):
         return mass, warmth
 
 
-def listed_lengths(lists: list[tuple[float, ...]]) -> str:
-    """How long lists are."""
-    return ", ".join(str(len(values)) for values in lists)
-
-
 class Vent(Model):
     """An opening through which gas or liquid flows out against the pressure outside."""
 
     area: float = parameter("m^2", "of the opening", gt=0)
     coefficient: float = parameter("", "discharge coefficient, by which its area counts", 1.0, gt=0, le=1)
     opens_at: float = parameter(
-        "Pa", "pressure inside less that outside at which it opens, and stays open from then on; without it it is open", 0.0, ge=0
+        "Pa",
+        "pressure inside less that outside at which it opens, and stays open from then on; without it it is open",
+        0.0,
+        ge=0,
     )

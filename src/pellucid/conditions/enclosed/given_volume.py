@@ -6,8 +6,6 @@ from itertools import pairwise
 from math import hypot, sqrt
 from typing import Any
 
-import numpy as np
-
 from pellucid.conditions.enclosed.volume import EnclosedVolume
 from pellucid.conditions.signals.time_table import read_rows
 from pellucid.model import InputFile, Model, check, parameter
@@ -35,7 +33,9 @@ class GivenVolume(Model):
     def _is_a_function(self) -> None:
         lists = [values for values in (self.volumes, self.ratios) if values is not None]
         if (self.path is None) == (self.times is None) or len(lists) != (self.times is not None):
-            raise ValueError("give either `times` with `volumes` or `ratios`, such as { times = [0, 1], ratios = [1, 2] }, or `path`")
+            raise ValueError(
+                "give either `times` with `volumes` or `ratios`, such as { times = [0, 1], ratios = [1, 2] }, or `path`"
+            )
         if self.times is not None:
             if len(self.times) != len(lists[0]):
                 raise ValueError(f"{len(self.times)} times and {len(lists[0])} volumes; give as many of both")
@@ -57,7 +57,7 @@ class GivenVolume(Model):
         (times, _), unit = self.rows, 1.0 if self.ratios is None else start
         within = min(max(time, times[0]), times[-1])
         volume, rate = (float(curve(within)) for curve in self._curves)
-        return unit * volume, unit * rate if times[0] <= time < times[-1] else 0.0
+        return unit * volume, unit * rate if times[0] <= time <= times[-1] else 0.0
 
     @cached_property
     def _curves(self) -> Any:
@@ -74,9 +74,7 @@ class ActiveVolume(ActiveCondition):
     It keeps the pressure for the history alone: the next step finds it from where the membrane is.
     """
 
-    def __init__(
-        self, body: str, given: GivenVolume, stiffness: float | None, channel: str, assembly: Assembly
-    ) -> None:
+    def __init__(self, body: str, given: GivenVolume, stiffness: float | None, channel: str, assembly: Assembly) -> None:
         """stiffness: κ times the largest volume that is given [Pa]."""
         self._body, self._given, self._stiffness = body, given, stiffness
         self._space = EnclosedVolume(body, (), assembly, channel)

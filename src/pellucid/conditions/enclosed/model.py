@@ -93,7 +93,10 @@ class Enclosed(Condition):
     inflator: Inflator | None = parameter("", "what flows in over time", None)
     vent: tuple[Vent, ...] = parameter("", "openings through which it flows out", ())
     leak: float = parameter(
-        "kg/(m^2*s*Pa)", "mass that passes unit of area of the membrane on unit of time and of the difference of pressures", 0.0, ge=0
+        "kg/(m^2*s*Pa)",
+        "mass that passes unit of area of the membrane on unit of time and of the difference of pressures",
+        0.0,
+        ge=0,
     )
 
     @check

@@ -10,6 +10,7 @@ from pellucid.geometry.algorithms.lids import Lids
 from pellucid.parts.annotations import AssembledBody, Assembly, Body
 from pellucid.parts.capabilities import Membrane
 
+
 class Enclosure(NamedTuple):
     """A volume at an instant; areas and places are those of each body, in the order of the numbers of its points."""
 

@@ -29,7 +29,9 @@ def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
             continue
         place = f"line {number} of {path}"
         if len(cells) not in (widths if not rows else (len(rows[0]),)) or not _numbers(cells):
-            many, more = (("two or three", f" and perhaps {another}") if not rows else ("as many", "")) if another else ("two", "")
+            many, more = (
+                (("two or three", f" and perhaps {another}") if not rows else ("as many", "")) if another else ("two", "")
+            )
             raise ValueError(f"{place} has other cells than {many} numbers; every row has time [s], {quantity}{more}")
         row = tuple(map(float, cells))
         if rows and row[0] <= rows[-1][0]:
