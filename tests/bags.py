@@ -28,4 +28,4 @@ def simulation(*enclosed, threads=1, **more):
 
 def shown(sim, name="bag"):
     """What the history shows of it now, without its name."""
-    return {key.removeprefix(f"{name}_"): value for key, value in sim.conditions.columns().items() if key.startswith(name)}
+    return {key.removeprefix(f"{name}_"): value for key, value in sim.condition_states.items() if key.startswith(name)}

@@ -30,6 +30,7 @@ CASES = [
     "benet2015/vesicle-in-shear:11",  # a film on the grid
     f"{STEPS.with_name('tower.toml')}:6",  # at rest under gravity, which goes across the rows
     f"{STEPS.with_name('wall.toml')}:6",  # a fluid at a wall, of which some processes have no points
+    f"{STEPS.with_name('bag.toml')}:6",  # contents of membranes, pressure in a region
 ]
 
 

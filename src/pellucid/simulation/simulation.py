@@ -382,6 +382,11 @@ class Simulation:
             return {}
         return {"points": self.budget.left_points, "mass": self.budget.left_mass}
 
+    @property
+    def condition_states(self) -> Mapping[str, float]:
+        """What the history shows of the states of conditions, by the names of its columns."""
+        return self.conditions.columns()
+
     def facts(self) -> dict[str, Any]:
         """What the summary tells of the analysis."""
         return self.clock.facts() | self._settled | ({"outflow": self.outflow} if self.outflow else {})

@@ -123,8 +123,10 @@ class ActiveEnclosed(ActiveCondition):
         return through_vents, self._model.leak * area * gauge
 
     def _count_power(self, growth: float) -> None:
-        """Half the power of its pressure, in the totals of the first body: the balance adds up those of all. growth: of the volume
-        [m³/s]."""
+        """Half the power of its pressure, in the totals of the first body, as the balance adds up those of all.
+
+        growth: of the volume by its membranes [m³/s].
+        """
         self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
 
     def _bound(self) -> None:

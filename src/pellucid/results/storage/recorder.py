@@ -186,7 +186,7 @@ class Recorder:
         values = self._probes.read(sim.bodies, sim.reactions(), sim.time, sim.angular_reactions())
         if self._writes:
             with explained(self.folder.path):
-                states = sim.conditions.columns()
+                states = sim.condition_states
                 own = [*sim.momentum(), *sim.outflow.values(), *(states[name] for name in self._states)]
                 line = history.append(self.folder.history, [*row, *own, *values])
             self._written[self.folder.history.name].update(line)
