@@ -93,6 +93,7 @@ class FakeSimulation:
     breaks_at: int | None = None
     is_balanced = True
     outflow: ClassVar[dict[str, float]] = {}
+    condition_states: ClassVar[dict[str, float]] = {}
     place: ClassVar[dict[str, object]] = {}
 
     def __init__(self, case: Case, threads: int | None = None, start: object = None) -> None:

@@ -260,3 +260,12 @@ def test_bodies_without_faces_are_told(more, words):
     grid = {"lower": (-0.1, -0.1, -0.1), "upper": (0.3, 0.3, 0.3), "cell": 0.05}
     with pytest.raises(ValueError, match=words):
         made(box((0, 0, 0), (0.1, 0.1, 0.1), RATE_SOLID, name="lump"), grid=grid, **more)
+
+
+def test_faces_in_a_region_are_chosen_anew_in_each_step():
+    half = {"box": {"lower": (0.0, 0.0, 0.19), "upper": (0.05, 0.12, 0.21)}}
+    simulation = made(pressure=[{"body": "bar", "value": 100.0, "where": half, "choose": "each-step"}])
+    _, force = loads(simulation)
+    assert force.sum(axis=0) == pytest.approx([0.0, 0.0, -100.0 * 0.05 * 0.12], abs=1e-12)
+    _, force = loads(simulation, lambda x: np.array([0.02, 0.0, 0.0]))
+    assert force.sum(axis=0) == pytest.approx([0.0, 0.0, -100.0 * 0.5 * 0.05 * 0.12], abs=1e-12), "one triangle of two"

@@ -31,6 +31,7 @@ CASES = [
     f"{STEPS.with_name('tower.toml')}:6",  # at rest under gravity, which goes across the rows
     f"{STEPS.with_name('wall.toml')}:6",  # a fluid at a wall, of which some processes have no points
     f"{STEPS.with_name('channel.toml')}:30",  # a periodic axis across the rows, contact across its seam, a driven fluid
+    f"{STEPS.with_name('bag.toml')}:6",  # contents of membranes, pressure in a region
 ]
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from pellucid.case.probe import Probe, other_columns
 from pellucid.findings import Finding, Path, hint, listed
+from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
 UNITS = {"time": "s", "dt": "s", "step": "", "energy_error": "", "outflow_points": "", "outflow_mass": "kg"}
@@ -18,6 +19,9 @@ def unit_of(name: str, parts: Parts) -> str | None:
         return probe.unit
     if name in UNITS:
         return UNITS[name]
+    for condition in parts.of(Condition):
+        if name in condition.columns():
+            return condition.columns()[name]
     if name.startswith("momentum_"):
         return MOMENTUM
     return ENERGY if name in other_columns(parts) else None

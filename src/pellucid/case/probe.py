@@ -130,7 +130,8 @@ def other_columns(parts: Parts) -> list[str]:
     """The columns that the history of a case may have beside those of probes."""
     conditions = parts.of(Condition)
     loads = (name for condition in conditions if (name := condition.load_channel()) is not None)
-    return [*COLUMNS, *loads, *(channel.name for condition in conditions for channel in condition.channels())]
+    channels = (channel.name for condition in conditions for channel in condition.channels())
+    return [*COLUMNS, *loads, *channels, *(name for condition in conditions for name in condition.columns())]
 
 
 class Probe(Part):

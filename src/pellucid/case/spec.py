@@ -22,6 +22,7 @@ from pellucid.case.stages import SettleCase, StartCase, SteadyCase
 from pellucid.conditions.absorbing import Absorbing
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.damping import Damping
+from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.loads import AnyLoad
 from pellucid.conditions.loads.rigid_spring import RigidSpring
 from pellucid.conditions.outflow import Outflow
@@ -166,6 +167,7 @@ class Case(Model):
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that absorb waves", ())
     outflow: tuple[Outflow, ...] = parameter("", "faces of the grid through which material points leave", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes and faces of solids", ())
+    enclosed: tuple[Enclosed, ...] = parameter("", "gases and liquids in membranes", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
     wall: tuple[Wall, ...] = parameter("", "planes without a body that bodies cannot pass", ())

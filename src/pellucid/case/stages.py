@@ -7,6 +7,7 @@ from pellucid.conditions.support import Support
 from pellucid.findings import Finding, Path
 from pellucid.model import InputFile, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.condition import Condition
 from pellucid.parts.part import Part, Parts
 
 
@@ -34,6 +35,9 @@ class SteadyCase(Part):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Bodies that cannot come to rest so, or do not begin at rest."""
+        for other, condition in parts.placed(Condition):
+            if reason := condition.why_not_steady():
+                yield Finding(other, *reason)
         for other, body in parts.placed(BodyModel):
             initial = getattr(body, "initial", None)
             velocity = any(getattr(body, "velocity", ()))

@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pellucid.energy import Channel, StepWork, WorkLayout
+from pellucid.energy import Channel, StepWork, WorkLayout, channel_of_load
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.active_condition import ActiveCondition
@@ -13,6 +13,7 @@ from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
+from pellucid.parts.step_limit import StepLimit, tightest
 
 
 class BodiesAndConditions(Protocol):
@@ -28,7 +29,7 @@ class BodiesAndConditions(Protocol):
 def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touching: bool = False) -> WorkLayout:
     """The columns of works that the conditions of a case need, and those of other channels; touching: see `WorkLayout`."""
     every = [condition for several in case.conditions().values() for condition in several]
-    loads = [Channel(name) for condition in every if (name := condition.load_channel()) is not None]
+    loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
     return WorkLayout(loads, [*stated, *others], len(case.support), touching)
 
@@ -75,19 +76,31 @@ class ActiveConditions:
         for condition in self._active:
             condition.act_on_nodes(dt)
 
+    def end(self, dt: float) -> None:
+        """The bodies have done the step dt [s]."""
+        for condition in self._active:
+            condition.end(dt)
+
     def impulses(self) -> dict[str, np.ndarray]:
         """Over the step [N s], shape (3,), by name, of those that nodes and bodies count without one."""
         return {name: impulse for condition in self._active for name, impulse in condition.impulses().items()}
 
-    def state_numbers(self) -> dict[str, Any]:
-        """What a checkpoint keeps, by the place of each condition; nothing of those that keep nothing."""
-        kept = {str(place): dict(condition.state_numbers()) for place, condition in enumerate(self._active)}
-        return {place: numbers for place, numbers in kept.items() if numbers}
+    def step_limit(self) -> StepLimit:
+        """The tightest bound on the step that is more a condition's than a body's."""
+        return tightest(condition.step_limit() for condition in self._active)
 
-    def restore(self, numbers: Mapping[str, Mapping[str, Any]]) -> None:
+    def columns(self) -> dict[str, float]:
+        """What the history shows of their states, by name."""
+        return {name: value for condition in self._active for name, value in condition.columns().items()}
+
+    def state_numbers(self) -> list[dict[str, Any]]:
+        """What a checkpoint keeps of each."""
+        return [dict(condition.state_numbers()) for condition in self._active]
+
+    def restore(self, numbers: Sequence[Mapping[str, Any]]) -> None:
         """Go on from a checkpoint."""
-        for place, own in numbers.items():
-            self._active[int(place)].restore(own)
+        for condition, own in zip(self._active, numbers, strict=True):
+            condition.restore(own)
 
     def works(self) -> list[StepWork]:
         """Work and impulses of the conditions over the step, but for those that nodes and bodies count."""

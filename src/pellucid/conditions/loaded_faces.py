@@ -1,4 +1,4 @@
-"""Faces of a body with its own nodes on which tractions and pressures act, and the forces at its nodes."""
+"""Faces of a body on which tractions and pressures act, and the forces at its nodes or points."""
 
 from collections.abc import Iterator
 
@@ -15,7 +15,8 @@ from pellucid.parts.part import Parts
 
 
 class LoadedFaces:
-    """The faces of a body in a region, chosen at the start.
+    """The faces of a body in a region, triangles or quadrilaterals cut in two, chosen at the start, or anew in each step by
+    their centres.
 
     A force t on unit area of the reference goes to the nodes as ∫ p_a t dA, with the means of the shape functions p_a over each
     face. A pressure takes the vector areas a_f of the deformed faces, between the present places of their corners: node a has
@@ -23,11 +24,14 @@ class LoadedFaces:
     mesh.
     """
 
-    def __init__(self, member: AssembledBody, where: Where, path: Path) -> None:
-        """Raises CaseError, with the path of the region, where no face is in it."""
-        self.body, start = member.body, member.selectable()
-        refuse(faults(where, start, path, self.body.name, member.active_axes, faces=True))
-        self.faces = start.faces[chosen_faces(where, start, member.active_axes)]
+    def __init__(
+        self, member: AssembledBody, where: Where, path: Path, by_centre: bool = False, each_step: bool = False
+    ) -> None:
+        """by_centre: see `Region.faces`. Raises CaseError, with the path of the region, where no face is in it at the start."""
+        self.body, start = member.body, member.selectable_by_number()
+        refuse(faults(where, start, path, self.body.name, member.active_axes, True, by_centre))
+        self._now = (where, start, member.active_axes) if each_step else None
+        self.faces = start.faces if each_step else start.faces[chosen_faces(where, start, member.active_axes, by_centre)]
         self._start = start.position.copy()
         self._shares: FaceShares | None = None
 
@@ -39,16 +43,25 @@ class LoadedFaces:
         return self._shares
 
     def traction(self, traction: np.ndarray) -> np.ndarray:
-        """Forces at the nodes [N], shape (n, 3), of a force on unit area of the reference [Pa], shape (3,)."""
+        """Forces [N], shape (n, 3), in the order in which the points are stored, of a force on unit area of the reference [Pa],
+        shape (3,), on faces that were chosen at the start."""
         areas = np.linalg.norm(vector_areas(self._start, self.faces), axis=1)
-        return self.shares().at_nodes(areas[:, None] * traction, self.body.n_points)
+        return self._stored(self.shares(), areas[:, None] * traction)
 
     def pressure(self, pressure: float) -> np.ndarray:
-        """Forces at the nodes [N], shape (n, 3), of a pressure [Pa] against the outward normals as they are now."""
-        return self.shares().at_nodes(-pressure * vector_areas(self.body.places(), self.faces), self.body.n_points)
+        """Forces [N], in this order, of a pressure [Pa] against the outward normals as they are now."""
+        places, faces, shares = self.body.places(), self.faces, self.shares()
+        if self._now is not None:
+            where, start, active = self._now
+            chosen = chosen_faces(where, start._replace(position=places), active, by_centre=True)
+            faces, shares = faces[chosen], shares.of(chosen)
+        return self._stored(shares, -pressure * vector_areas(places, faces))
+
+    def _stored(self, shares: FaceShares, on_faces: np.ndarray) -> np.ndarray:
+        return shares.at_nodes(on_faces, self.body.n_points)[self.body.stored_array("id")]
 
 
-def face_problems(where: Where, path: Path, name: str, parts: Parts) -> Iterator[Finding]:
+def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: bool = False) -> Iterator[Finding]:
     """Why nothing can act on faces of a body in a region at a path: it has none that keep their nodes, or none there."""
     body = parts.named(BodyModel, name)
     if body is None:
@@ -58,7 +71,12 @@ def face_problems(where: Where, path: Path, name: str, parts: Parts) -> Iterator
         text = f"body {name} has no faces between nodes of its own"
         yield Finding(path, text, "use a meshless-solid, or membrane-elements in a velocity field of their own")
     elif body.is_surface and not all(parts.active_axes):
-        text = f"body {name} is a membrane in a plane problem, whose faces are as deep as the slice"
-        yield Finding(path, text, "use a grid that is more than one cell thick along every axis")
+        yield in_plane_problem(path, name)
     else:
-        yield from faults(where, start, path, name, parts.active_axes, faces=True)
+        yield from faults(where, start, path, name, parts.active_axes, True, by_centre)
+
+
+def in_plane_problem(path: Path, name: str) -> Finding:
+    """The finding that the faces of a membrane have no depth of their own."""
+    text = f"body {name} is a membrane in a plane problem, whose faces are as deep as the slice"
+    return Finding(path, text, "use a grid that is more than one cell thick along every axis")

@@ -1,15 +1,19 @@
 """Pressure that follows a membrane or the faces of a solid."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
+from pellucid.conditions.enclosed.given_volume import ActiveVolume, GivenVolume, start_fault
+from pellucid.conditions.enclosed.model import Enclosed
+from pellucid.conditions.enclosed.problems import encloses_problems, volume_at_start
 from pellucid.conditions.film_tractions import surface_load
-from pellucid.conditions.loaded_faces import LoadedFaces, face_problems
-from pellucid.findings import Finding, Path
-from pellucid.geometry.region import Where
-from pellucid.model import parameter
+from pellucid.conditions.loaded_faces import LoadedFaces, face_problems, in_plane_problem
+from pellucid.findings import Finding, Path, Reason, Refusal
+from pellucid.geometry.region import Where, faults
+from pellucid.model import check, parameter
 from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
@@ -23,10 +27,45 @@ class Pressure(ChangesInTime, Condition):
     """A pressure difference on a membrane or a pressure on the faces of a solid, along the normal wherever that points."""
 
     body: str = parameter("", "name of a membrane, or of a solid with nodes of its own")
-    value: float = parameter(
-        "Pa", "pressure behind a membrane minus that before it: it pushes along the normal; on a solid, against the outward one"
+    value: float | None = parameter(
+        "Pa",
+        "pressure behind a membrane minus that before it: it pushes along the normal; on a solid, against the outward one",
+        None,
     )
-    where: Where | None = parameter("", "which faces of a solid; without it all of its outer ones", None)
+    volume: GivenVolume | None = parameter(
+        "", "instead of the value, the volume that a membrane is to enclose: the pressure that brings it there acts", None
+    )
+    stiffness: float | None = parameter(
+        "Pa",
+        "pressure per part of the largest given volume by which a membrane lacks what it is to enclose; without it as much as "
+        "hardly bounds the step",
+        None,
+        gt=0,
+    )
+    lids: bool = parameter("", "whether flat lids close the rims of a membrane whose volume is given", False)
+    where: Where | None = parameter("", "which faces; without it all of a membrane, all outer ones of a solid", None)
+    choose: Literal["start", "each-step"] = parameter(
+        "",
+        "when the faces of `where` are chosen: once, so that they stay pressed wherever they go, or anew in each step by "
+        "their centres, so that the region stays where it is",
+        "start",
+    )
+
+    @check
+    def _has_one_size(self) -> None:
+        if (self.value is None) == (self.volume is None):
+            raise Refusal("both `value` and `volume`" if self.volume else "neither `value` nor `volume`", "give one of the two")
+        for_volumes = [key for key in ("stiffness", "lids") if getattr(self, key)]
+        if self.volume is None and for_volumes:
+            raise ValueError(f"`{for_volumes[0]}` belongs to `volume`: give one, or leave it out")
+        for_values = [key for key in ("where", "rise", "amplitude") if getattr(self, key)]
+        if self.volume is not None and for_values:
+            raise ValueError(f"`{for_values[0]}` belongs to `value`: a given volume sets the pressure by itself; leave it out")
+
+    @check
+    def _chooses_something(self) -> None:
+        if self.choose == "each-step" and self.where is None:
+            raise ValueError("`choose` belongs to `where`: give a region, or leave it out")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body that is not there or has no normal, faces that are not there."""
@@ -34,15 +73,55 @@ class Pressure(ChangesInTime, Condition):
         body = parts.named(BodyModel, self.body)
         if body is None:
             return
+        if self.volume is not None:
+            yield from self._volume_problems(self.volume, path, parts)
+            return
+        place, each_step = (*path, "body" if self.where is None else "where"), self.choose == "each-step"
         if body.is_surface and self.where is not None:
-            text = f"body {self.body} is a membrane, on all of which a pressure acts"
-            yield Finding((*path, "where"), text, "leave `where` out; it is for faces of a solid")
+            yield from self._region_problems(self.where, place, body, parts)
         elif not body.is_surface and body.selectable() is None:
             text = f"body {self.body} is no membrane and has no mesh: it has no normal to push along"
             yield Finding((*path, "body"), text, "name a membrane or a meshless-solid")
         elif not body.is_surface:
-            place = (*path, "body" if self.where is None else "where")
-            yield from face_problems(self.where or "boundary", place, self.body, parts)
+            yield from face_problems(self.where or "boundary", place, self.body, parts, each_step)
+
+    def _region_problems(self, where: Where, path: Path, body: BodyModel, parts: Parts) -> Iterator[Finding]:
+        """Of a region of a membrane."""
+        start = body.selectable()
+        if body.evaluates_loads or start is None:
+            text = f'body {self.body} is of kind "{body.kind}", on all of which a pressure acts'
+            yield Finding(path, text, "leave `where` out; a [[load]] of kind film-pressure may have a `band`")
+        elif not all(parts.active_axes):
+            yield in_plane_problem(path, self.body)
+        else:
+            yield from faults(where, start, path, self.body, faces=True, by_centre=True)
+
+    def _volume_problems(self, given: GivenVolume, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Of a membrane whose volume is given."""
+        wrong = list(encloses_problems(self.body, self.lids, path, parts, allows_flat=given.ratios is None))
+        yield from wrong
+        body = parts.named(BodyModel, self.body)
+        start = None if wrong or body is None else body.selectable()
+        if start is not None and (text := start_fault(given, volume_at_start(start.position, start.faces))):
+            yield Finding((*path, "volume"), text, "begin with that volume, or give `ratios` of it")
+        for other_path, other in parts.placed(Condition):
+            if other is not self and other_path < path and set(self.columns()) & set(other.columns()):
+                yield Finding(
+                    (*path, "volume"), f"`{'.'.join(map(str, other_path))}` has columns of these names", "leave one out"
+                )
+            if isinstance(other, Enclosed) and other.body == self.body:
+                text = f"`{other.name}` is enclosed in body {self.body}, and has a pressure by itself"
+                yield Finding((*path, "volume"), text, "leave one of the two out")
+
+    def columns(self) -> Mapping[str, str]:
+        """Those of a given volume."""
+        return {} if self.volume is None else {f"{self.body}_pressure": "Pa", f"{self.body}_volume": "m^3"}
+
+    def why_not_steady(self) -> Reason | None:
+        """The spring of a given volume is none that the relaxation knows."""
+        if self.volume is None:
+            return None
+        return Reason("[steady] brings no membrane with a given volume to rest", "give a `value`, or leave out [steady]")
 
     def load_channel(self) -> str:
         """Shared with other loads."""
@@ -55,11 +134,16 @@ class Pressure(ChangesInTime, Condition):
 
     def active(self, assembly: Assembly, number: int) -> ActiveCondition:
         """What acts in a run; number: its place among the pressures of the case."""
+        if self.volume is not None:
+            return ActiveVolume(self.body, self.volume, self.stiffness, self.load_channel(), assembly)
         member, channel = assembly.bodies[self.body], self.load_channel()
-        if not member.body.is_surface:
-            faces = LoadedFaces(member, self.where or "boundary", ("pressure", number, "where"))
+        is_surface = member.body.is_surface
+        if not is_surface or self.where is not None:
+            each_step, outward = self.choose == "each-step", -1.0 if is_surface else 1.0
+            path = ("pressure", number, "where")
+            faces = LoadedFaces(member, self.where or "boundary", path, is_surface or each_step, each_step)
             add = assembly.forces_on(self.body, channel)
-            return AtEachStep(lambda time: add(faces.pressure(self.at(time))))
+            return AtEachStep(lambda time: add(faces.pressure(outward * self.at(time))))
         if isinstance(member.body, TakesTractions):
             return surface_load(self.traction, self.body, channel, assembly, f"pressure.{number}")
         membrane, column = member.offers(TakesPressure), assembly.load_column(self.body, channel)
@@ -67,7 +151,7 @@ class Pressure(ChangesInTime, Condition):
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
-        return self.value * self.share(time)
+        return (self.value or 0.0) * self.share(time)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""

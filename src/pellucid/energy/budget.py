@@ -115,8 +115,10 @@ class EnergyBudget:
             amount = works[column]
             self.sums[channel.name] = so_far = self.sums[channel.name] + amount
             external += channel.sign * amount
+            internal += amount if channel.sign == 0.0 else 0.0
             # what is stored in points that leave has not moved: no error is judged by it
-            exchanged += abs(so_far - (self.left_stored if channel == OUTFLOW_ENERGY else 0.0))
+            if channel.sign != 0.0:
+                exchanged += abs(so_far - (self.left_stored if channel == OUTFLOW_ENERGY else 0.0))
         self.transfer += kinetic - self.kinetic - (internal + external)
         staggering = dt * (half_power - self.half_power)
         self.time_integration += stored - self.stored + staggering + internal

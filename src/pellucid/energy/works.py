@@ -19,7 +19,7 @@ class Channel(NamedTuple):
 
     name: str
     sign: float = 1.0
-    """-1 where it counts energy that leaves."""
+    """-1 where it counts energy that leaves, 0 where it tells what passes between entries of the balance."""
 
 
 GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
@@ -29,6 +29,9 @@ ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT, FRICTIO
     Channel(name, -1.0)
     for name in ("absorbed_energy", "impact_heat", "damping_heat", "viscous_heat", "transfer_heat", "friction_heat")
 )
+ENCLOSED_WORK = Channel("enclosed_work", 0.0)
+"""Of gases and liquids on the membranes that enclose them, as internal forces do: what they lose is another entry, and stands
+with a minus in INTERNAL."""
 OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
 """Of points that left through a face of the grid: no step does this work, the balance books it when they are gone."""
 FIXED_COLUMNS: Mapping[Channel, int] = {
@@ -49,6 +52,11 @@ ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in 
 
 ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
 """Channels that can only take energy from bodies: in sum they give none but what the method makes."""
+
+
+def channel_of_load(name: str) -> Channel:
+    """The channel of external forces that has a name."""
+    return ENCLOSED_WORK if name == ENCLOSED_WORK.name else Channel(name)
 
 
 class WorkLayout:

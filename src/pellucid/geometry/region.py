@@ -1,7 +1,8 @@
 """Regions: the nodes and faces of a body on which a condition acts, chosen in the state at the start.
 
 A region is a shape, a named set of the mesh, a direction of the outward normal, or what several of these have in common. A node
-has a normal where it is a corner of a face with that normal; a face is chosen where its three corners are.
+has a normal where it is a corner of a face with that normal; a face is chosen where its three corners are, or where its centre
+is in the shape.
 """
 
 from collections.abc import Iterator, Mapping
@@ -112,19 +113,28 @@ class Region(Shape):
             chosen &= facing
         return chosen
 
-    def faces(self, of: Selectable, active: ActiveAxes) -> np.ndarray:
-        """Which faces it chooses, shape (f,)."""
-        chosen = self._nodes_of_any_normal(of, active)[of.faces].all(axis=1)
+    def faces(self, of: Selectable, active: ActiveAxes, by_centre: bool = False) -> np.ndarray:
+        """Which faces it chooses, shape (f,). by_centre: its shape chooses those whose centres are in it, so that the area of
+        all differs from that of the shape to both sides."""
+        if by_centre:
+            chosen = np.ones(len(of.faces), bool) if self.set_ is None else self._named(of)[of.faces].all(axis=1)
+            if self.shape is not None:
+                a, b, c = (of.position[corner] for corner in of.faces.T)
+                chosen &= _in_shape(self.shape, (a + b + c) / 3.0, active, 0.0, of.periods)
+        else:
+            chosen = self._nodes_of_any_normal(of, active)[of.faces].all(axis=1)
         return np.asarray(chosen if self.normal is None else chosen & self._facing(of))
 
     def _nodes_of_any_normal(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
-        n, shape = len(of.position), self.shape
-        chosen = np.ones(n, bool) if shape is None else _in_shape(shape, of, active, reach)
+        named, shape = self._named(of), self.shape
+        return named if shape is None else named & _in_shape(shape, of.position, active, reach, of.periods)
+
+    def _named(self, of: Selectable) -> np.ndarray:
+        """Which nodes are in its set, shape (n,); all where it names none."""
+        named = np.full(len(of.position), self.set_ is None)
         if self.set_ is not None:
-            named = np.zeros(n, bool)
             named[of.sets[self.set_]] = True
-            chosen &= named
-        return chosen
+        return named
 
     def _facing(self, of: Selectable) -> np.ndarray:
         """Which faces have the normal that the region names, shape (f,)."""
@@ -155,19 +165,25 @@ def chosen_nodes(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, 
     return chosen
 
 
-def chosen_faces(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS) -> np.ndarray:
-    """Which faces a condition names, shape (f,)."""
+def chosen_faces(where: Where, of: Selectable, active: ActiveAxes = EVERY_AXIS, by_centre: bool = False) -> np.ndarray:
+    """Which faces a condition names, shape (f,); see `Region.faces`."""
     if isinstance(where, Region):
-        return where.faces(of, active)
+        return where.faces(of, active, by_centre)
     return np.asarray(chosen_nodes(where, of)[of.faces].all(axis=1))
 
 
 def faults(
-    where: Where, of: Selectable, path: Path, name: str, active: ActiveAxes = EVERY_AXIS, faces: bool = False
+    where: Where,
+    of: Selectable,
+    path: Path,
+    name: str,
+    active: ActiveAxes = EVERY_AXIS,
+    faces: bool = False,
+    by_centre: bool = False,
 ) -> Iterator[Finding]:
     """What is wrong with a region at a path, of the body of this name: an unknown set, nothing in it.
 
-    faces: whether the condition acts on faces, not on nodes.
+    faces: whether the condition acts on faces, not on nodes; by_centre: on those whose centres are in its shape.
     """
     if isinstance(where, Region) and (turns := list(plane_problems(where.rotate, path, active))):
         yield from turns
@@ -182,9 +198,9 @@ def faults(
         known = list(of.sets)
         text = f"the mesh of body {name} has no set of this name; there are {listed(known)}"
         yield Finding((*path, "set"), text, hint(named, known))
-    elif not (chosen_faces if faces else chosen_nodes)(where, of, active).any():
+    elif not (chosen_faces(where, of, active, by_centre) if faces else chosen_nodes(where, of, active)).any():
         what = "face" if faces else "node" if len(of.faces) else "point"
-        why, remedy = _why_empty(where, of, active, faces)
+        why, remedy = _why_empty(where, of, active, faces and not by_centre)
         yield Finding(path, f"no {what} of body {name} lies in it at the start{why}", remedy)
 
 
@@ -205,13 +221,13 @@ def _why_empty(where: Where, of: Selectable, active: ActiveAxes, faces: bool) ->
     return "", "let its shape or set reach where faces have this normal, or raise `within`"
 
 
-def _in_shape(shape: Shape, of: Selectable, active: ActiveAxes, reach: float) -> np.ndarray:
-    n, position = len(of.position), of.position
-    if not n:
-        return np.zeros(0, bool)
+def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float, periods: Vector) -> np.ndarray:
+    """Which places [m], shape (n, 3), or images of them across seams, are in a shape, shape (n,)."""
+    inside = np.zeros(len(position), bool)
+    if not len(position):
+        return inside
     reach, bounds = max(reach, REACH * float(np.ptp(position, axis=0).max())), shape.geometry().bounds()
-    inside = np.zeros(n, bool)
-    for way in images(of.periods, (position.min(axis=0) - reach, position.max(axis=0) + reach), bounds):
+    for way in images(periods, (position.min(axis=0) - reach, position.max(axis=0) + reach), bounds):
         inside |= _holds(shape, position + way, active, reach)
     return inside
 
@@ -236,9 +252,9 @@ def within(region: Geometry, places: np.ndarray, active: ActiveAxes, periods: Ve
 
 
 def _holds(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: float) -> np.ndarray:
-    geometry, position = shape.geometry().in_own_frame(position)
+    geometry, own = shape.geometry().in_own_frame(position)
     if not isinstance(geometry, Box):
-        return geometry.contains(position, active)
+        return geometry.contains(own, active)
     lower, upper = geometry.bounds()
-    inside = (position >= lower - reach) & (position <= upper + reach)
+    inside = (own >= lower - reach) & (own <= upper + reach)
     return np.asarray(inside[:, np.array(active)].all(axis=1))

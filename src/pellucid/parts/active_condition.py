@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from pellucid.energy import StepWork
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 
 class ActiveCondition:
@@ -27,6 +28,10 @@ class ActiveCondition:
         See `VelocityField.add_impulses`, which also counts their work.
         """
 
+    def end(self, dt: float) -> None:
+        """The bodies have done the step dt [s], and have their totals: renew its own state, and count in the totals what the
+        bodies do not know of, half the power of a force that stores energy and what bounds their step."""
+
     def work(self) -> StepWork | None:
         """Its work and impulses over the step; None where nodes or bodies count them."""
         return None
@@ -36,12 +41,20 @@ class ActiveCondition:
         count without a name."""
         return {}
 
-    def state_numbers(self) -> Mapping[str, Any]:
-        """What a checkpoint keeps, for JSON."""
+    def step_limit(self) -> StepLimit:
+        """What bounds the step, where it is the condition more than the body on which it acts."""
+        return NO_LIMIT
+
+    def columns(self) -> Mapping[str, float]:
+        """What the history shows of it as it is now, by the names of `Condition.columns`, in SI units."""
+        return {}
+
+    def state_numbers(self) -> dict[str, Any]:
+        """What a checkpoint keeps of its own state, for JSON."""
         return {}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on from it."""
+        """Go on from such numbers, bit for bit."""
 
 
 class AtEachStep(ActiveCondition):

@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from pellucid.energy import Channel, WorkLayout
+from pellucid.energy import WorkLayout, channel_of_load
 from pellucid.geometry.region import Selectable
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.grid.actions import NodalActions
@@ -49,9 +49,17 @@ class AssembledBody(NamedTuple):
 
     def selectable(self) -> Selectable:
         """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
+        return self._selectable(np.arange(self.body.n_points))
+
+    def selectable_by_number(self) -> Selectable:
+        """The same in the order of the numbers of the points."""
+        return self._selectable(np.argsort(self.body.stored_array("id")))
+
+    def _selectable(self, order: np.ndarray) -> Selectable:
+        """order: of the points as they are stored."""
         body = self.body
-        place = np.argsort(body.stored_array("id"))
-        faces, position = place[body.cells().surface()], body.stored_array("position")
+        place = np.argsort(body.stored_array("id")[order])  # from a point's number
+        faces, position = place[body.cells().surface()], body.stored_array("position")[order]
         periods = self.actions.field.grid.periods if self.actions else NO_PERIODS
         if body.is_surface:
             return Selectable.of_membrane(position, faces)._replace(periods=periods)
@@ -77,4 +85,4 @@ class Assembly(NamedTuple):
         actions = self.bodies[body].actions
         if actions:
             actions.take_loads()
-        return self.layout.column(Channel(channel))
+        return self.layout.column(channel_of_load(channel))

@@ -1,9 +1,10 @@
 """The interface of the model of a condition."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from pellucid.energy import Channel
+from pellucid.findings import Reason
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.part import Part, Parts
 
@@ -23,6 +24,14 @@ class Condition(Part):
     def channels(self) -> Sequence[Channel]:
         """The channels of its other work and losses."""
         return self.losses
+
+    def columns(self) -> Mapping[str, str]:
+        """The columns of the history that show its state, with their SI units."""
+        return {}
+
+    def why_not_steady(self) -> Reason | None:
+        """Why bodies under it cannot come to rest by dynamic relaxation, if they cannot."""
+        return None
 
     @classmethod
     def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:

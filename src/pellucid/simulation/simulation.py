@@ -207,6 +207,7 @@ class Simulation:
         self.clock.advance(dt)
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
+        self.conditions.end(dt)
         self.record(dt)
         for body in self._losing_points:
             if left := body.let_leave():
@@ -302,7 +303,9 @@ class Simulation:
 
     def step_limit(self) -> tuple[StepLimit, str]:
         """What bounds the stable step of the state as it is, and the name of the body, none where it is no body."""
-        return self.clock.limit(self.bodies)
+        limit, name = self.clock.limit(self.bodies)
+        of_condition = self.conditions.step_limit()
+        return (of_condition, "") if of_condition.step <= limit.step else (limit, name)
 
     def show(self, progress: Progress | None) -> None:
         """How far it is, now and then."""
@@ -379,6 +382,11 @@ class Simulation:
             return {}
         return {"points": self.budget.left_points, "mass": self.budget.left_mass}
 
+    @property
+    def condition_states(self) -> Mapping[str, float]:
+        """What the history shows of the states of conditions, by the names of its columns."""
+        return self.conditions.columns()
+
     def facts(self) -> dict[str, Any]:
         """What the summary tells of the analysis."""
         return self.clock.facts() | self._settled | ({"outflow": self.outflow} if self.outflow else {})
@@ -405,9 +413,9 @@ class Simulation:
             "balance": self.budget.state_numbers(),
             "surface_contact": self.surface_pairs.state_numbers(),
             "bodies": {body.name: body.totals.to_data() for body in self.bodies},
+            "conditions": self.conditions.state_numbers(),
             "warned": sorted(self._watch.warned),
             "settled": self._settled,
-            **({"conditions": kept} if (kept := self.conditions.state_numbers()) else {}),
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -421,6 +429,7 @@ class Simulation:
         for body in self.bodies:
             body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])
+        self.conditions.restore(numbers["conditions"])
         for field in self.velocity_fields:
             field.restore(of_owner(NODES + field.name, arrays))
         settles = SETTLING in numbers["clock"]
@@ -429,7 +438,6 @@ class Simulation:
         self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
         self.surface_pairs.restore(numbers["surface_contact"])
-        self.conditions.restore(numbers.get("conditions", {}))
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])
         self._balanced_step = self.n_steps

@@ -5,7 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from pellucid.geometry.meshes.enclosure_shape import closed_by_lids, ellipsoid_of, enclosed_volume, surface_area
+from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.meshes.enclosure_shape import ellipsoid_of, enclosed_volume, surface_area
 from pellucid.geometry.surfaces.surface import Surface
 
 BOX = Surface(box={"lower": [1, 2, 3], "upper": [2, 4, 6], "points": [3, 4, 5]}).triangulate()
@@ -50,6 +51,6 @@ def test_open_ends_have_flat_lids():
     tube = Surface(tube={"start": [0, 0, -1], "end": [0, 0, 1], "radius": 1, "points": [n, m]}).triangulate()
     polygon = 0.5 * n * np.sin(2.0 * pi / n)
     assert enclosed_volume(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
-    vertices, triangles = closed_by_lids(*tube)
+    vertices, triangles = Lids(tube[1]).closing(*tube)
     assert len(vertices) == len(tube[0]) + 2
     assert surface_area(vertices, triangles) - surface_area(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)

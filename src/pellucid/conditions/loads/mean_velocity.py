@@ -98,7 +98,7 @@ class Controller(ActiveCondition):
         """Its own."""
         return {} if self._load.name is None else {self._load.name: self._impulse}
 
-    def state_numbers(self) -> Mapping[str, Any]:
+    def state_numbers(self) -> dict[str, Any]:
         """The integral."""
         return {"integral": self._integral}
 

@@ -11,8 +11,9 @@ from pellucid.model import Model, check
 from pellucid.system.input_files import file_bytes
 
 
-def read_rows(path: str, quantity: str) -> np.ndarray:
+def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
     """The rows of a file, time [s] and a quantity such as "displacement [m]", shape (rows, 2); a row of names may stand first.
+    Where all rows have `another` too, their shape is (rows, 3).
 
     Raises ValueError naming the file's line.
     """
@@ -21,14 +22,18 @@ def read_rows(path: str, quantity: str) -> np.ndarray:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
         raise ValueError(f"cannot read the table {path}: {reason}") from None
-    rows: list[tuple[float, float]] = []
+    rows: list[tuple[float, ...]] = []
+    widths = (2, 3) if another else (2,)
     for number, cells in enumerate(_cells(text, path), start=1):
         if not cells or cells[0].lstrip().startswith("#") or (not rows and number == 1 and not _numbers(cells)):
             continue
         place = f"line {number} of {path}"
-        if len(cells) != 2 or not _numbers(cells):
-            raise ValueError(f"{place} has other cells than two numbers; every row has time [s], {quantity}")
-        row = float(cells[0]), float(cells[1])
+        if len(cells) not in (widths if not rows else (len(rows[0]),)) or not _numbers(cells):
+            many, more = (
+                (("two or three", f" and perhaps {another}") if not rows else ("as many", "")) if another else ("two", "")
+            )
+            raise ValueError(f"{place} has other cells than {many} numbers; every row has time [s], {quantity}{more}")
+        row = tuple(map(float, cells))
         if rows and row[0] <= rows[-1][0]:
             text = f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s"
             raise ValueError(f"{text}; put the rows in the order of time, each time once")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.meshes.triangulation import directed_edges
+from pellucid.geometry.algorithms.lids import Lids
 
 
 class Ellipsoid(NamedTuple):
@@ -17,26 +17,6 @@ class Ellipsoid(NamedTuple):
 
     axes: np.ndarray
     directions: np.ndarray
-
-
-def closed_by_lids(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles with those of flat fans over all rims, about the mean of each rim's vertices."""
-    edges = directed_edges(triangles)
-    code = len(position)
-    forth, back = edges[:, 0] * code + edges[:, 1], edges[:, 1] * code + edges[:, 0]
-    rim = edges[~np.isin(forth, back)]
-    if not len(rim):
-        return position, triangles
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    joined = coo_array((np.ones(len(rim)), rim.T), (code, code))
-    ring = connected_components(joined, directed=False)[1][rim[:, 0]]
-    rings, of_edge = np.unique(ring, return_inverse=True)
-    sums = np.stack([np.bincount(of_edge, position[rim[:, 0], axis], len(rings)) for axis in range(3)], axis=1)
-    middles = sums / np.bincount(of_edge, minlength=len(rings))[:, None]
-    lids = np.column_stack([rim[:, 1], rim[:, 0], code + of_edge])
-    return np.concatenate([position, middles]), np.concatenate([triangles, lids])
 
 
 def surface_area(position: np.ndarray, triangles: np.ndarray) -> float:
@@ -66,6 +46,6 @@ def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
 
 def _tetrahedra(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Corners about the mean of the vertices, the fourth of each, shape (t, 3, 3), and volumes with their sign."""
-    vertices, closed = closed_by_lids(position, triangles)
+    vertices, closed = Lids(triangles).closing(position, triangles)
     corners = vertices[closed] - position.mean(axis=0)
     return corners, np.linalg.det(corners) / 6.0

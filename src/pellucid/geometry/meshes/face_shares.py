@@ -18,6 +18,11 @@ class FaceShares(NamedTuple):
         n = 3 * len(faces)
         return cls(np.repeat(np.arange(len(faces)), 3), faces.ravel(), np.full(n, 1.0 / 3.0))
 
+    def of(self, chosen: np.ndarray) -> "FaceShares":
+        """Those in some of the faces alone; chosen: shape (f,), whether it is one of these."""
+        kept, number = chosen[self.face], np.cumsum(chosen) - 1
+        return FaceShares(number[self.face[kept]], self.node[kept], self.share[kept])
+
     def at_nodes(self, on_faces: np.ndarray, n: int) -> np.ndarray:
         """Sums at n nodes, shape (n, 3), of shares in vectors on the faces, shape (f, 3), in the order of the faces."""
         parts = self.share[:, None] * on_faces[self.face]

@@ -50,6 +50,8 @@ class Recorder:
         self._frames = Schedule(case.output.frames_every(case.time.end), **recorded["frames"])
         self._inputs = recorded.get("inputs") or digests(case)
         self._kinds = users_kinds(case)
+        every = [condition for several in case.conditions().values() for condition in several]
+        self._states = {name: unit for condition in every for name, unit in condition.columns().items()}
         self._probes = ProbeReader(case.probe, recorded.get("probes"), case.periods)
         self._written: dict[str, Any] = defaultdict(hashlib.sha256)  # of all that was added to each file so far
         self._known = recorded.get("written", {})
@@ -177,14 +179,16 @@ class Recorder:
         momentum = {f"momentum_{axis}": "kg m/s" for axis in "xyz"}
         clock_columns = {"time": "s", "step": "", "dt": "s"}
         left = {f"outflow_{name}": unit for name, unit in (("points", ""), ("mass", "kg")) if name in sim.outflow}
-        return clock_columns | energies | {"energy_error": ""} | momentum | left | self._probes.units()
+        return clock_columns | energies | {"energy_error": ""} | momentum | left | self._states | self._probes.units()
 
     def _write_row(self, sim: Any) -> None:
         row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
         values = self._probes.read(sim.bodies, sim.reactions(), sim.time, sim.angular_reactions())
         if self._writes:
             with explained(self.folder.path):
-                line = history.append(self.folder.history, [*row, *sim.momentum(), *sim.outflow.values(), *values])
+                states = sim.condition_states
+                own = [*sim.momentum(), *sim.outflow.values(), *(states[name] for name in self._states)]
+                line = history.append(self.folder.history, [*row, *own, *values])
             self._written[self.folder.history.name].update(line)
         self._rows.mark(sim.time, sim.n_steps)
 

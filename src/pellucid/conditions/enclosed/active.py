@@ -1,0 +1,177 @@
+"""Enclosed gas or liquid in a run."""
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+from pellucid.conditions.enclosed.contents import Contents
+from pellucid.conditions.enclosed.volume import EnclosedVolume, Enclosure
+from pellucid.energy import INTERNAL, StepWork
+from pellucid.errors import RunStopped
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+
+if TYPE_CHECKING:
+    from pellucid.conditions.enclosed.model import Enclosed
+
+
+class ActiveEnclosed(ActiveCondition):
+    """A gas or liquid whose membrane is built.
+
+    Its pressure pushes from where the membrane is at the start of a step, p ∂V/∂x, while its energy follows the volume to the
+    end: as with strains and stresses, forces are the gradients of an energy, which the method keeps to its order. Then what
+    flows in and out changes mass and energy at this volume.
+    """
+
+    def __init__(self, enclosed: "Enclosed", number: int, assembly: Assembly) -> None:
+        self._model, self._layout = enclosed, assembly.layout
+        self._space = EnclosedVolume(enclosed.body, enclosed.inside, assembly, enclosed.load_channel())
+        self._now = self._space.now()
+        self._check(self._now)
+        self.contents: Contents = enclosed.amount().contents(self._now.volume)
+        self._open = [vent.opens_at == 0.0 for vent in enclosed.vent]
+        self._vent_flow = self._leak_flow = 0.0
+        self._passing, self._time = 0.0, 0.0
+        self._works: dict[str, float] = {}
+        self._governs = False
+
+    def try_out(self) -> None:
+        """It bounds the first step too."""
+        self._count_power(self._space.growth(self._now))
+        self._bound()
+
+    def _check(self, now: Enclosure) -> None:
+        """Raise RunStopped where there is no volume."""
+        if not now.volume > 0.0:
+            what = f"the membrane {self._model.body} of `{self._model.name}` encloses {now.volume:.3g} m3"
+            text = "it is turned inside out, or bodies inside fill it: look at what acts there"
+            raise RunStopped(f"{what}: {text}", body=self._model.body)
+
+    @property
+    def _gauge(self) -> float:
+        """The pressure beyond that outside [Pa]."""
+        return self.contents.pressure(self._now.volume) - self._model.outside
+
+    def begin(self, time: float, dt: float) -> None:
+        """Push the membranes."""
+        self._time, self._passing = time, dt
+        self._space.press(self._now, self._gauge)
+
+    def end(self, dt: float) -> None:
+        """Follow the volume, then let mass in and out."""
+        before, contents, gauge = self._now, self.contents, self._gauge
+        self._now = now = self._space.now()
+        self._check(now)
+        held = contents.energy
+        heat = contents.expand(before.volume, now.volume)
+        grown = now.volume - before.volume
+        works = {"outside_work": self._model.outside * grown, "enclosed_heat": heat}
+        swept = before.swept(now) if self._space.is_open else grown
+        mean = 0.5 * (gauge + self._gauge)
+        works["outside_work"] += mean * (grown - swept)  # on lids, which something else holds
+        self._flow_in(works)
+        self._flow_out(works)
+        works["enclosed_energy"] = contents.energy - held
+        self._works = works
+        if dt > 0.0:
+            self._count_power(before.swept(now) / dt)
+        self._bound()
+
+    def _flow_in(self, works: dict[str, float]) -> None:
+        inflator = self._model.inflator
+        if inflator is None or self._passing == 0.0:
+            return
+        mass, warmth = inflator.given(self._time, self._time + self._passing)
+        if mass > 0.0:
+            works["inflator_energy"], heat = self.contents.take_in(mass, warmth, self._now.volume)
+            works["enclosed_heat"] += heat
+
+    def _flow_out(self, works: dict[str, float]) -> None:
+        """By the flow at the middle of the step; no farther than to the pressure outside."""
+        if not self._model.lets_out or self._passing == 0.0 or self.contents.mass == 0.0:
+            return
+        dt, volume = self._passing, self._now.volume
+        self._open = [
+            is_open or self._gauge >= vent.opens_at for is_open, vent in zip(self._open, self._model.vent, strict=True)
+        ]
+        area = self._space.membrane_area() if self._model.leak > 0.0 else 0.0
+        half = copy(self.contents)
+        half.let_out(self._limited(0.5 * dt, *self._efflux(half, area)), volume)
+        through_vents, through_leaks = self._efflux(half, area)
+        mass = self._limited(dt, through_vents, through_leaks)
+        works["vent_energy"], heat = self.contents.let_out(mass, volume)
+        works["enclosed_heat"] += heat
+        flow = through_vents + through_leaks
+        mean = mass / dt / flow if dt * flow > 0.0 else 0.0
+        self._vent_flow, self._leak_flow = mean * through_vents, mean * through_leaks
+
+    def _limited(self, dt: float, *flows: float) -> float:
+        flow = sum(flows)
+        return min(dt * flow, max(self.contents.excess(self._now.volume, self._model.outside), 0.0)) if flow > 0.0 else 0.0
+
+    def _efflux(self, contents: Contents, area: float) -> tuple[float, float]:
+        """Mass that flows on unit of time through vents and through the membrane of an area [m²] [kg/s]."""
+        volume, outside = self._now.volume, self._model.outside
+        gauge = contents.pressure(volume) - outside
+        if gauge <= 0.0:
+            return 0.0, 0.0
+        vents = zip(self._open, self._model.vent, strict=True)
+        opening = sum(vent.coefficient * vent.area for is_open, vent in vents if is_open)
+        through_vents = opening * contents.efflux(volume, outside) if opening > 0.0 else 0.0
+        return through_vents, self._model.leak * area * gauge
+
+    def _count_power(self, growth: float) -> None:
+        """Half the power of its pressure, in the totals of the first body, as the balance adds up those of all.
+
+        growth: of the volume by its membranes [m³/s].
+        """
+        self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
+
+    def _bound(self) -> None:
+        """The membranes swing on it."""
+        stiffness = max(self.contents.stiffness(self._now.volume), 0.0)
+        self._governs = self._space.swing(0.5 * sqrt(stiffness * self._space.mobility(self._now)))
+
+    def step_limit(self) -> StepLimit:
+        """Where the membrane swings faster on it than otherwise."""
+        if not self._governs:
+            return NO_LIMIT
+        step = 1.0 / self._space.bodies[0].totals.rate
+        reason = f"its membrane {self._model.body} swings on what it encloses, `{self._model.name}`, within {step:.3g} s"
+        return StepLimit(step, "spring", reason)
+
+    def work(self) -> StepWork:
+        """What its energy, its flows and its surroundings take or give."""
+        done = self._layout.no_work()
+        for channel in self._model.channels():
+            done.works[self._layout.column(channel)] = amount = self._works.get(channel.name, 0.0)
+            done.works[INTERNAL] -= channel.sign * amount  # what its pressure did by its own account
+        return done
+
+    def columns(self) -> Mapping[str, float]:
+        """State and flows."""
+        volume, contents = self._now.volume, self.contents
+        values: dict[str, float | None] = {
+            "pressure": contents.pressure(volume),
+            "volume": volume,
+            "mass": contents.mass,
+            "temperature": contents.temperature,
+            "vent_flow": self._vent_flow,
+            "leak_flow": self._leak_flow,
+        }
+        shown = {f"{self._model.name}_{name}": value for name, value in values.items() if value is not None}
+        return {name: shown[name] for name in self._model.columns()}
+
+    def state_numbers(self) -> dict[str, Any]:
+        """Mass, energy, vents, flows."""
+        flows: Sequence[float] = self._vent_flow, self._leak_flow
+        return {"mass": self.contents.mass, "energy": self.contents.energy, "open": list(self._open), "flows": list(flows)}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on, with the membranes where a checkpoint has them."""
+        self.contents.mass, self.contents.energy = numbers["mass"], numbers["energy"]
+        self._open = list(numbers["open"])
+        self._vent_flow, self._leak_flow = numbers["flows"]
+        self._now = self._space.now()

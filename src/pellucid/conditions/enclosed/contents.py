@@ -1,0 +1,168 @@
+"""What fills a volume by mass: gas or liquid, with its energy.
+
+A step first lets the volume change, then mass come and go at the new one. Each is booked by what it does to the energy, so that
+the energy balances to rounding.
+"""
+
+from abc import ABC, abstractmethod
+from math import inf, log, sqrt
+
+
+class Contents(ABC):
+    """Gas or liquid in a volume; mass [kg] and energy [J] are its state."""
+
+    mass: float
+    energy: float
+
+    @abstractmethod
+    def pressure(self, volume: float) -> float:
+        """In a volume [m³] [Pa]."""
+
+    @abstractmethod
+    def stiffness(self, volume: float) -> float:
+        """-dp/dV [Pa/m³]."""
+
+    @property
+    def temperature(self) -> float | None:
+        """Of a gas [K]."""
+        return None
+
+    @abstractmethod
+    def expand(self, old: float, new: float) -> float:
+        """Change of the volume [m³]. Returns the heat that it takes up meanwhile [J]."""
+
+    @abstractmethod
+    def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
+        """Mass [kg] and ∫T dm [K kg] of what flows in. Returns the energy that this brings and the heat taken up [J]."""
+
+    @abstractmethod
+    def let_out(self, mass: float, volume: float) -> tuple[float, float]:
+        """Mass that flows out [kg]. Returns the energy that this takes along and the heat that is taken up [J]."""
+
+    @abstractmethod
+    def excess(self, volume: float, outside: float) -> float:
+        """The mass whose outflow lets the pressure fall to that outside [kg]."""
+
+    @abstractmethod
+    def efflux(self, volume: float, outside: float) -> float:
+        """The mass that flows through unit of area of a vent [kg/(s m²)] against a lower pressure [Pa] outside."""
+
+
+class Gas(Contents):
+    """An ideal gas of constant heat capacities, p V = (γ-1) E; where it is isothermal, heat keeps its temperature."""
+
+    def __init__(self, mass: float, temperature: float, gamma: float, constant: float, isothermal: bool) -> None:
+        """constant: that of the gas, R [J/(kg K)]."""
+        self.gamma, self.constant, self.isothermal, self._start = gamma, constant, isothermal, temperature
+        self._heat_capacity = constant / (gamma - 1.0)  # at constant volume
+        self.mass, self.energy = mass, mass * self._heat_capacity * temperature
+
+    def pressure(self, volume: float) -> float:
+        """p = (γ-1) E/V."""
+        return (self.gamma - 1.0) * self.energy / volume
+
+    @property
+    def temperature(self) -> float:
+        """By its energy; that at the start where there is none."""
+        return self.energy / (self.mass * self._heat_capacity) if self.mass > 0.0 else self._start
+
+    def stiffness(self, volume: float) -> float:
+        """γp/V, or p/V."""
+        return (1.0 if self.isothermal else self.gamma) * self.pressure(volume) / volume
+
+    def expand(self, old: float, new: float) -> float:
+        """Along an adiabat, or an isotherm, exactly."""
+        if self.isothermal:
+            return (self.gamma - 1.0) * self.energy * log(new / old)
+        self.energy *= (old / new) ** (self.gamma - 1.0)
+        return 0.0
+
+    def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
+        """It brings its enthalpy."""
+        brought = self.gamma * self._heat_capacity * warmth
+        self.mass += mass
+        return brought, self._renew(brought)
+
+    def let_out(self, mass: float, volume: float) -> tuple[float, float]:
+        """What stays expands along an adiabat while what goes takes its enthalpy along, E ~ m^γ."""
+        left = 1.0 - mass / self.mass
+        taken = mass * self.gamma * self._heat_capacity * self.temperature if self.isothermal else self._lost(left)
+        self.mass *= left
+        return taken, self._renew(-taken)
+
+    def _lost(self, left: float) -> float:
+        return self.energy * (1.0 - left**self.gamma)
+
+    def _renew(self, gained: float) -> float:
+        """Its energy after a change of mass; the heat that it takes up where it is isothermal."""
+        new = self.energy + gained
+        if self.isothermal:
+            new = self.mass * self._heat_capacity * self._start
+        heat = new - self.energy - gained if self.isothermal else 0.0
+        self.energy = new
+        return heat
+
+    def excess(self, volume: float, outside: float) -> float:
+        """Along an adiabat, or at one temperature."""
+        ratio = outside / self.pressure(volume)
+        return self.mass * (1.0 - (ratio if self.isothermal else ratio ** (1.0 / self.gamma)))
+
+    def efflux(self, volume: float, outside: float) -> float:
+        """ψ p/√(R T) of a nozzle: choked below the critical ratio of pressures."""
+        pressure = self.pressure(volume)
+        return flow_function(outside / pressure, self.gamma) * pressure / sqrt(self.constant * self.temperature)
+
+
+def flow_function(ratio: float, gamma: float) -> float:
+    """ψ of the flow through a nozzle from a pressure to `ratio` times it. Source: Saint-Venant & Wantzel 1839."""
+    critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
+    r = max(ratio, critical)
+    return sqrt(2.0 * gamma / (gamma - 1.0) * max(r ** (2.0 / gamma) - r ** ((gamma + 1.0) / gamma), 0.0))
+
+
+class Liquid(Contents):
+    """A liquid of constant bulk modulus, p = K (m/(ρ₀V) - 1); its energy is that of its compression."""
+
+    def __init__(self, mass: float, bulk_modulus: float, density: float, volume: float) -> None:
+        """density: without pressure [kg/m³]."""
+        self.bulk_modulus, self.density, self.mass = bulk_modulus, density, mass
+        self.energy = self._energy(volume)
+
+    def _energy(self, volume: float) -> float:
+        rest = self.mass / self.density
+        return self.bulk_modulus * (volume - rest - rest * log(volume / rest)) if rest > 0.0 else inf
+
+    def pressure(self, volume: float) -> float:
+        """Below zero where it is stretched."""
+        return self.bulk_modulus * (self.mass / (self.density * volume) - 1.0)
+
+    def stiffness(self, volume: float) -> float:
+        """K m/(ρ₀V²)."""
+        return self.bulk_modulus * self.mass / (self.density * volume * volume)
+
+    def _renew(self, volume: float) -> float:
+        before, self.energy = self.energy, self._energy(volume)
+        return self.energy - before
+
+    def expand(self, old: float, new: float) -> float:
+        """No heat."""
+        self._renew(new)
+        return 0.0
+
+    def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
+        """It brings what it is compressed by."""
+        self.mass += mass
+        return self._renew(volume), 0.0
+
+    def let_out(self, mass: float, volume: float) -> tuple[float, float]:
+        """It takes along what the pressure falls by."""
+        self.mass -= mass
+        return -self._renew(volume), 0.0
+
+    def excess(self, volume: float, outside: float) -> float:
+        """By its law."""
+        return self.density * volume * (self.pressure(volume) - outside) / self.bulk_modulus
+
+    def efflux(self, volume: float, outside: float) -> float:
+        """√(2ρ Δp)."""
+        return sqrt(2.0 * self.mass / volume * (self.pressure(volume) - outside))

@@ -1,0 +1,81 @@
+"""Inflators and vents of enclosed gases and liquids, as the user describes them."""
+
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from pellucid.conditions.signals.time_table import read_rows
+from pellucid.findings import listed
+from pellucid.model import InputFile, Model, check, parameter
+
+
+class Inflator(Model):
+    """What flows in over time: straight lines between instants, nothing before the first and behind the last."""
+
+    times: tuple[float, ...] | None = parameter("s", "instants, one after the other", None, min_length=2)
+    mass_flows: tuple[float, ...] | None = parameter("kg/s", "mass that flows in on unit of time at each", None)
+    temperatures: tuple[float, ...] | None = parameter("K", "temperature of the gas that flows in at each", None)
+    path: InputFile | None = parameter(
+        "",
+        "instead of these, a CSV file with the columns time [s], mass flow [kg/s] and, of a gas, temperature [K]; a row of "
+        "names may stand first",
+        None,
+    )
+
+    @check
+    def _is_a_function(self) -> None:
+        if (self.path is None) == (self.times is None) or (self.times is None) != (self.mass_flows is None):
+            raise ValueError("give either `times`, `mass_flows` and, of a gas, `temperatures`, or `path`")
+        lists = [values for values in (self.times, self.mass_flows, self.temperatures) if values is not None]
+        if len({len(values) for values in lists}) > 1:
+            numbers = listed([str(len(values)) for values in lists])
+            raise ValueError(f"{numbers} times, mass flows and temperatures; give as many of each")
+        if self.times is not None and (late := [(a, b) for a, b in pairwise(self.times) if not a < b]):
+            raise ValueError(f"time {late[0][1]:g} s does not come after {late[0][0]:g} s; put them in order, each once")
+        if min(self._rows[1]) < 0.0:
+            raise ValueError(f"mass flow {min(self._rows[1]):g} kg/s: nothing flows out through an inflator; use a vent")
+        if self._rows[2] and min(self._rows[2]) <= 0.0:
+            raise ValueError(f"temperature {min(self._rows[2]):g} K must be above 0; give kelvins")
+
+    @cached_property
+    def _rows(self) -> tuple[tuple[float, ...], ...]:
+        """Instants [s], flows [kg/s] and, where they are given, temperatures [K]."""
+        if self.path is not None:
+            rows = read_rows(self.path, "mass flow [kg/s]", "temperature [K]").T.tolist()
+            return tuple(map(tuple, (*rows, ()) if len(rows) == 2 else rows))
+        return self.times or (), self.mass_flows or (), self.temperatures or ()
+
+    @property
+    def has_temperatures(self) -> bool:
+        """Whether it says how warm what flows in is."""
+        return len(self._rows[2]) > 0
+
+    def given(self, start: float, end: float) -> tuple[float, float]:
+        """Mass [kg] and ∫T dm [K kg] of what flows in between two times [s], exactly."""
+        times, flows, temperatures = self._rows
+        inner = [time for time in times if start < time < end]
+        mass = warmth = 0.0
+        for first, last in pairwise([start, *inner, end]):
+            if first < times[0] or last > times[-1] or last <= first:
+                continue
+            instants = (first, 0.5 * (first + last), last)
+            flow = np.interp(instants, times, flows)
+            warm = np.interp(instants, times, temperatures) if temperatures else np.zeros(3)
+            weights = (last - first) / 6.0 * np.array((1.0, 4.0, 1.0))  # Simpson's rule, exact for cubics
+            mass += float(np.sum(weights * flow))
+            warmth += float(np.sum(weights * flow * warm))
+        return mass, warmth
+
+
+class Vent(Model):
+    """An opening through which gas or liquid flows out against the pressure outside."""
+
+    area: float = parameter("m^2", "of the opening", gt=0)
+    coefficient: float = parameter("", "discharge coefficient, by which its area counts", 1.0, gt=0, le=1)
+    opens_at: float = parameter(
+        "Pa",
+        "pressure inside less that outside at which it opens, and stays open from then on; without it it is open",
+        0.0,
+        ge=0,
+    )

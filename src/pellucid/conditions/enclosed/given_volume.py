@@ -1,0 +1,152 @@
+"""Volumes that a membrane is to enclose, as functions of time, and the pressure that brings it there."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from itertools import pairwise
+from math import hypot, sqrt
+from typing import Any
+
+from pellucid.conditions.enclosed.volume import EnclosedVolume
+from pellucid.conditions.signals.time_table import read_rows
+from pellucid.model import InputFile, Model, check, parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+
+SHARE = 0.25
+"""Of the fastest swing of the membrane, that of the volume on a spring whose stiffness is not given."""
+DAMPING = 1.0
+"""Of this swing, over the critical one."""
+
+
+class GivenVolume(Model):
+    """A volume over time: monotone cubics between the instants (PCHIP), constant before and behind."""
+
+    times: tuple[float, ...] | None = parameter("s", "instants, one after the other", None, min_length=2)
+    volumes: tuple[float, ...] | None = parameter("m^3", "volume at each", None)
+    ratios: tuple[float, ...] | None = parameter("", "instead of these, the volume over that at the start", None)
+    path: InputFile | None = parameter(
+        "", "instead of all, a CSV file with the columns time [s] and volume [m³]; a row of names may stand first", None
+    )
+
+    @check
+    def _is_a_function(self) -> None:
+        lists = [values for values in (self.volumes, self.ratios) if values is not None]
+        if (self.path is None) == (self.times is None) or len(lists) != (self.times is not None):
+            raise ValueError(
+                "give either `times` with `volumes` or `ratios`, such as { times = [0, 1], ratios = [1, 2] }, or `path`"
+            )
+        if self.times is not None:
+            if len(self.times) != len(lists[0]):
+                raise ValueError(f"{len(self.times)} times and {len(lists[0])} volumes; give as many of both")
+            if late := [(a, b) for a, b in pairwise(self.times) if not a < b]:
+                raise ValueError(f"time {late[0][1]:g} s does not come after {late[0][0]:g} s; put them in order, each once")
+        if min(self.rows[1]) < 0.0:
+            raise ValueError(f"{min(self.rows[1]):g}: no membrane encloses less than nothing")
+
+    @cached_property
+    def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Instants [s], and volumes [m³] or ratios."""
+        if self.path is not None:
+            times, volumes = read_rows(self.path, "volume [m3]").T.tolist()
+            return tuple(times), tuple(volumes)
+        return self.times or (), self.ratios or self.volumes or ()
+
+    def at(self, time: float, start: float) -> tuple[float, float]:
+        """The volume at a time [s], of a membrane with this one at the start [m³], and its rate [m³/s]."""
+        (times, _), unit = self.rows, 1.0 if self.ratios is None else start
+        within = min(max(time, times[0]), times[-1])
+        volume, rate = (float(curve(within)) for curve in self._curves)
+        return unit * volume, unit * rate if times[0] <= time <= times[-1] else 0.0
+
+    @cached_property
+    def _curves(self) -> Any:
+        from scipy.interpolate import PchipInterpolator
+
+        curve = PchipInterpolator(*self.rows)
+        return curve, curve.derivative()
+
+
+class ActiveVolume(ActiveCondition):
+    """A pressure p = κ (V* - V) + c (V*' - V') in a membrane that is built: a stiff spring, damped as it swings with the mass
+    of the membrane alone.
+
+    It keeps the pressure for the history alone: the next step finds it from where the membrane is.
+    """
+
+    def __init__(self, body: str, given: GivenVolume, stiffness: float | None, channel: str, assembly: Assembly) -> None:
+        """stiffness: κ times the largest volume that is given [Pa]."""
+        self._body, self._given, self._stiffness = body, given, stiffness
+        self._space = EnclosedVolume(body, (), assembly, channel)
+        self._now = self._space.now()
+        self._start = self._now.volume
+        self._spring, self._damper, self._pressure = 0.0, 0.0, 0.0
+        self._time, self._passing = 0.0, 0.0
+        self._governs = False
+
+    def try_out(self) -> None:
+        """Choose what is not given; bound the first step too."""
+        mobility = self._space.mobility(self._now)
+        if self._stiffness is None:
+            swing = SHARE * 2.0 * self._space.bodies[0].totals.rate
+            self._spring = swing * swing / mobility
+        else:
+            largest = max(self._given.rows[1]) * (1.0 if self._given.ratios is None else self._start)
+            self._spring = self._stiffness / largest
+        self._damper = 2.0 * DAMPING * sqrt(self._spring / mobility)
+        self._pressure = self._at(0.0, moving=False)
+        self._bound()
+
+    def _at(self, time: float, moving: bool) -> float:
+        volume, rate = self._given.at(time, self._start)
+        rate = rate if moving else 0.0
+        return self._spring * (volume - self._now.volume) + self._damper * (rate - self._space.growth(self._now))
+
+    def begin(self, time: float, dt: float) -> None:
+        """Push the membrane."""
+        self._time, self._passing = time, dt
+        self._space.press(self._now, self._at(time, moving=dt > 0.0))
+
+    def end(self, dt: float) -> None:
+        """Where it is now."""
+        self._now = self._space.now()
+        self._pressure = self._at(self._time + self._passing, moving=self._passing > 0.0)
+        self._bound()
+
+    def _bound(self) -> None:
+        mobility = self._space.mobility(self._now)
+        swing, damped = sqrt(self._spring * mobility), 0.5 * self._damper * mobility
+        self._governs = self._space.swing(0.5 * (damped + hypot(damped, swing)))
+
+    def step_limit(self) -> StepLimit:
+        """Where the membrane swings faster on it than otherwise."""
+        if not self._governs:
+            return NO_LIMIT
+        step = 1.0 / self._space.bodies[0].totals.rate
+        reason = f"body {self._body} swings on the stiffness of its given volume within {step:.3g} s"
+        return StepLimit(step, "spring", reason)
+
+    def columns(self) -> Mapping[str, float]:
+        """Pressure and volume."""
+        return {f"{self._body}_pressure": self._pressure, f"{self._body}_volume": self._now.volume}
+
+    def state_numbers(self) -> dict[str, Any]:
+        """What the history shows, and what was chosen at the start."""
+        chosen = {"spring": self._spring, "damper": self._damper, "start": self._start}
+        return {"pressure": self._pressure, **chosen}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on."""
+        self._pressure, self._start = numbers["pressure"], numbers["start"]
+        self._spring, self._damper = numbers["spring"], numbers["damper"]
+        self._now = self._space.now()
+
+
+def start_fault(given: GivenVolume, start: float) -> str | None:
+    """That the volume at time 0 is far from that of the membrane at the start [m³]."""
+    if given.ratios is not None:
+        return None
+    first, largest = given.at(0.0, start)[0], max(given.rows[1])
+    if abs(first - start) <= 0.1 * max(largest, start):
+        return None
+    return f"{first:.4g} m3 at t = 0, where the membrane encloses {start:.4g} m3: its pressure would jump"

@@ -1,0 +1,52 @@
+"""Why a body encloses no volume."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pellucid.findings import Finding, Path
+from pellucid.geometry.algorithms.lids import Lids
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+
+FLAT = 1e-9  # of the third power of its extent, below which a membrane encloses nothing
+
+
+def encloses_problems(
+    name: str, lids: bool, path: Path, parts: Parts, allows_flat: bool, at: Path | None = None
+) -> Iterator[Finding]:
+    """What is wrong with a condition at a path that needs the volume in a membrane; at: where the name stands, if not under
+    `body`."""
+    here = at or (*path, "body")
+    yield from parts.unknown(BodyModel, here, name)
+    body = parts.named(BodyModel, name)
+    if body is None:
+        return
+    start = body.selectable() if body.is_surface and not body.evaluates_loads else None
+    if start is None:
+        text = f'body {name} is of kind "{body.kind}", which encloses nothing that it tells'
+        yield Finding(here, text, "name membrane-elements or membrane-points")
+    elif not all(parts.active_axes):
+        text = f"body {name} is a membrane in a plane problem, which has no volume"
+        yield Finding(here, text, "use a grid that is more than one cell thick along every axis")
+    elif len(start.boundary) and not lids:
+        text = f"the surface of body {name} is open: it encloses no volume"
+        closes = "" if at else ", or close its rims by flat lids: `lids = true`"
+        yield Finding(here, text, f"use a surface that encloses one{closes}")
+    elif lids and not len(start.boundary):
+        yield Finding((*path, "lids"), f"the surface of body {name} is closed: it has no rim", "leave `lids` out")
+    elif not allows_flat and is_flat(start.position, start.faces):
+        text = f"body {name} is flat at the start: it encloses nothing"
+        yield Finding(here, text, "let its surface bulge at the start")
+
+
+def volume_at_start(position: np.ndarray, triangles: np.ndarray) -> float:
+    """Of a surface with lids [m³]."""
+    places = position - position.mean(axis=0)
+    a, b, c = places[triangles.T]
+    return abs(float(np.sum(a * np.cross(b, c))) / 6.0 + Lids(triangles).volume(places))
+
+
+def is_flat(position: np.ndarray, triangles: np.ndarray) -> bool:
+    """Whether it encloses nothing."""
+    return volume_at_start(position, triangles) <= FLAT * float(np.ptp(position, axis=0).max()) ** 3
