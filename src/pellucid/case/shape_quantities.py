@@ -6,7 +6,7 @@ Every point has the number of the whole body, so that any reduction of the probe
 import numpy as np
 
 from pellucid.case.probe import TRIANGLES, Fetch, quantity, surface_quantity
-from pellucid.geometry.meshes import enclosure_shape as shape
+from pellucid.geometry.algorithms import enclosure_shape as shape
 
 
 @surface_quantity("surface_area", "m^2", "area of a surface, of a solid that of its outer faces")

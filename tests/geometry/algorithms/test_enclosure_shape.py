@@ -5,8 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
+from pellucid.geometry.algorithms.enclosure_shape import ellipsoid_of, enclosed_volume, surface_area
 from pellucid.geometry.algorithms.lids import Lids
-from pellucid.geometry.meshes.enclosure_shape import ellipsoid_of, enclosed_volume, surface_area
 from pellucid.geometry.surfaces.surface import Surface
 
 BOX = Surface(box={"lower": [1, 2, 3], "upper": [2, 4, 6], "points": [3, 4, 5]}).triangulate()
