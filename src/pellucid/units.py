@@ -17,8 +17,8 @@ COMMON = (
 )
 
 _SI = r"(?:m|kg|s|A|K|mol|rad|N|Pa|J|W|Hz|V|C)(?:\^-?[1-9])?"
-_COHERENT = re.compile(rf"(?:1|{_SI})(?:[*/]{_SI})*")
-"""Products of SI units: what pint need not be asked about."""
+_COHERENT = re.compile(rf"(?:1|{_SI})(?:[*/]{_SI})*(?:/\({_SI}(?:\*{_SI})*\))?")
+"""Products of SI units, perhaps over one in brackets: what pint need not be asked about."""
 
 
 LONGEST = 60
