@@ -16,7 +16,7 @@ def _surface_area(field: Fetch) -> np.ndarray:
 
 @surface_quantity("enclosed_volume", "m^3", "volume that a surface encloses, an open one with flat lids over its rims")
 def _enclosed_volume(field: Fetch) -> np.ndarray:
-    return _everywhere(field, shape.enclosed_volume(field("position"), field(TRIANGLES)))
+    return _everywhere(field, shape.volume_with_lids(field("position"), field(TRIANGLES)))
 
 
 @surface_quantity("taylor_deformation", "", "(L - B)/(L + B) of the longest and the shortest axis of that ellipsoid")

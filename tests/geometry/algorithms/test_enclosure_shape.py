@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from pellucid.geometry.algorithms.enclosure_shape import ellipsoid_of, enclosed_volume, surface_area
+from pellucid.geometry.algorithms.enclosure_shape import ellipsoid_of, surface_area, volume_with_lids
 from pellucid.geometry.algorithms.lids import Lids
 from pellucid.geometry.surfaces.surface import Surface
 
@@ -19,8 +19,8 @@ def ellipsoid(refinements, radii=(2.0, 1.0, 0.5)):
 
 def test_a_box_is_exact():
     assert surface_area(*BOX) == pytest.approx(2.0 * (2 + 3 + 6), rel=1e-13)
-    assert enclosed_volume(*BOX) == pytest.approx(6.0, rel=1e-13)
-    assert enclosed_volume(BOX[0], BOX[1][:, ::-1]) == pytest.approx(-6.0, rel=1e-13)
+    assert volume_with_lids(*BOX) == pytest.approx(6.0, rel=1e-13)
+    assert volume_with_lids(BOX[0], BOX[1][:, ::-1]) == pytest.approx(-6.0, rel=1e-13)
     axes, directions = ellipsoid_of(*BOX)  # second moments of a box: a²/12
     assert axes == pytest.approx(np.sqrt(5.0 / 12.0) * np.array([3.0, 2.0, 1.0]), rel=1e-12)
     assert np.abs(directions) == pytest.approx(np.eye(3)[::-1], abs=1e-12)
@@ -50,7 +50,7 @@ def test_open_ends_have_flat_lids():
     n, m = 96, 5
     tube = Surface(tube={"start": [0, 0, -1], "end": [0, 0, 1], "radius": 1, "points": [n, m]}).triangulate()
     polygon = 0.5 * n * np.sin(2.0 * pi / n)
-    assert enclosed_volume(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
+    assert volume_with_lids(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
     vertices, triangles = Lids(tube[1]).closing(*tube)
     assert len(vertices) == len(tube[0]) + 2
     assert surface_area(vertices, triangles) - surface_area(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)

@@ -324,3 +324,13 @@ def test_a_halved_cushion_is_the_upper_part_of_the_whole(halved, share):
     assert {tuple(x) for x in np.round(part.mesh().vertices, 12)} <= {tuple(x) for x in np.round(whole.mesh().vertices, 12)}
     area, all_of_it = (area_shares(*cushion.triangulate()).sum() for cushion in (part, whole))
     assert area == pytest.approx(share * all_of_it, rel=1e-3)  # quadrilaterals are cut along other diagonals
+
+
+def test_a_red_cell_has_its_size():
+    """Volume 94.10 µm³, area 134.09 µm², thickest 2.566 µm: integrals of the meridian of a radius of 3.91 µm."""
+    vertices, triangles = Surface(biconcave={"radius": 3.91, "refinements": 5}).triangulate()
+    a, b, c = vertices[triangles.T]
+    normals = np.cross(b - a, c - a)
+    assert np.einsum("ti,ti->", a, normals) / 6.0 == pytest.approx(94.10, rel=1e-3)
+    assert 0.5 * np.linalg.norm(normals, axis=1).sum() == pytest.approx(134.09, rel=1e-3)
+    assert np.ptp(vertices[:, 2]) == pytest.approx(2.566, rel=1e-3)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.geometry.algorithms.enclosure import signed_volume
 from pellucid.geometry.algorithms.lids import Lids
 
 
@@ -25,10 +26,9 @@ def surface_area(position: np.ndarray, triangles: np.ndarray) -> float:
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def enclosed_volume(position: np.ndarray, triangles: np.ndarray) -> float:
+def volume_with_lids(position: np.ndarray, triangles: np.ndarray) -> float:
     """Volume inside [m³], negative where the normals turn inwards."""
-    _, volumes = _tetrahedra(position, triangles)
-    return float(volumes.sum())
+    return signed_volume(*Lids(triangles).closing(position, triangles))
 
 
 def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:

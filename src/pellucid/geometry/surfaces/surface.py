@@ -7,6 +7,7 @@ from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import Triangulation
 from pellucid.geometry.shapes.rotation import Rotations, rotate_parameter, turn_about
+from pellucid.geometry.surfaces.biconcave import Biconcave
 from pellucid.geometry.surfaces.box import BoxSurface
 from pellucid.geometry.surfaces.cushion import CushionSurface
 from pellucid.geometry.surfaces.cylinder import CylinderSurface
@@ -30,6 +31,7 @@ class Surface(Choice):
     rectangle: Rectangle | None = None
     icosphere: Icosphere | None = None
     ellipsoid: EllipsoidSurface | None = None
+    biconcave: Biconcave | None = None
     tube: Tube | None = None
     disc: Disc | None = None
     lid: Lid | None = None
