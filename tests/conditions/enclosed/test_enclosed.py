@@ -7,6 +7,7 @@ from bags import AIR, HELD, case, shown, simulation, skin
 from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.results.storage import history
+from pellucid.running.forecast.steps import of_case
 from pellucid.running.launch import resume_case, run_case
 
 BURST = {"times": [0.0, 0.05, 0.1], "mass_flows": [0.0, 4.0, 0.0], "temperatures": [350.0, 350.0, 350.0]}
@@ -122,6 +123,15 @@ def test_a_liquid_bounds_the_step_of_its_membrane_and_is_stable():
     assert abs(sim.conservation()["energy"]) < 1e-3
 
 
+@pytest.mark.parametrize("bulk_modulus", [1e5, 1e8])
+def test_its_bound_on_the_step_is_foretold(bulk_modulus):
+    water = {"liquid": {"pressure": 1e4, "bulk_modulus": bulk_modulus, "density": 1000.0}}
+    foretold, sim = of_case(case(water)), simulation(water)
+    assert foretold.step == pytest.approx(0.9 * sim.step_limit()[0].step, rel=0.01)
+    assert ("(spring)" in foretold.why) == (bulk_modulus == 1e8)
+    assert sim.step_limit()[0].cause == ("spring" if bulk_modulus == 1e8 else "membrane")
+
+
 def test_the_pressure_outside_takes_its_work():
     sim = simulation({"gas": AIR, "outside": 1500.0})
     start = shown(sim)["volume"]
@@ -231,7 +241,9 @@ def test_plots_and_checks_know_its_columns():
 
 
 def test_a_bag_settles_on_its_gas_before_the_clock_starts():
-    sim = simulation({"gas": AIR | {"pressure": 3000.0}, "outside": 1000.0, "leak": 1e-4, "inflator": BURST}, settle={}, courant=0.4)
+    sim = simulation(
+        {"gas": AIR | {"pressure": 3000.0}, "outside": 1000.0, "leak": 1e-4, "inflator": BURST}, settle={}, courant=0.4
+    )
     start = shown(sim)
     sim.settle()
     state, radius = shown(sim), (volume_of(sim) / (4.0 / 3.0 * np.pi)) ** (1.0 / 3.0)
