@@ -30,7 +30,7 @@ class Condition(Part):
         """The columns of the history that show its state, with their SI units."""
         return {}
 
-    def swing(self, body: "BodyModel", rate: float) -> float:
+    def swing_of(self, body: "BodyModel", rate: float) -> float:
         """How fast a body at the start, whose own steps are 1/rate [s] at most, swings on it besides, as far as their models
         tell: a rate that is added to the own one as squares are [1/s]."""
         return 0.0

@@ -108,7 +108,7 @@ def _limits(case: "Case") -> Limits:
     for condition in parts.of(Condition):
         for body in case.body:
             if (own := found[body.name, ""]) is not None:
-                found[body.name, ""] = _beside(own, condition.swing(body, 1.0 / own.step))
+                found[body.name, ""] = _beside(own, condition.swing_of(body, 1.0 / own.step))
     if cell is None:
         return found
     for motion in case.motion:
