@@ -107,3 +107,19 @@ def test_all_faces_of_a_region_push_as_the_whole_membrane_does():
 def test_regions_that_make_no_sense(change, more, words):
     with pytest.raises(ValueError, match=words):
         made(POINTS, {"value": 100.0} | change, **(ON_GRID | more))
+
+
+def test_a_set_of_a_surface_file_is_pressed_as_its_faces(tmp_path):
+    meshlane = pytest.importorskip("meshlane")
+    edge = np.linspace(0.0, 1.0, 7)
+    points = np.array([(x, y, 0.0) for x in edge for y in edge])
+    corner = np.array([7 * i + j for i in range(6) for j in range(6)])
+    triangles = np.concatenate([corner[:, None] + (0, 7, 8), corner[:, None] + (0, 8, 1)])
+    left = (points[:, 0] < 0.51).astype(int)
+    file = tmp_path / "sheet.vtu"
+    meshlane.write(str(file), meshlane.Mesh(points, [("triangle", triangles)], point_data={"left": left}))
+    sheet = TRIANGLES | {"surface": {"file": {"path": str(file)}}}
+    sim = Simulation(made(sheet, {"value": 10.0, "where": {"set": "left"}}), threads=1)
+    assert force(sim) == pytest.approx([0.0, 0.0, 5.0], abs=1e-12)
+    with pytest.raises(ValueError, match="has no set of this name; there are left"):
+        made(sheet, {"value": 10.0, "where": {"set": "lef"}})

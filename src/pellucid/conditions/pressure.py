@@ -6,7 +6,8 @@ from typing import Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.enclosed.given_volume import ActiveVolume, GivenVolume, start_fault
+from pellucid.conditions.enclosed.foretold import membrane_at_start
+from pellucid.conditions.enclosed.given_volume import ActiveVolume, GivenVolume, bound_of_spring, critical, start_fault
 from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.enclosed.problems import encloses_problems, volume_at_start
 from pellucid.conditions.film_tractions import surface_load
@@ -116,6 +117,14 @@ class Pressure(ChangesInTime, Condition):
     def columns(self) -> Mapping[str, str]:
         """Those of a given volume."""
         return {} if self.volume is None else {f"{self.body}_pressure": "Pa", f"{self.body}_volume": "m^3"}
+
+    def swing_of(self, body: BodyModel, rate: float) -> float:
+        """Of a membrane on its given volume."""
+        start = membrane_at_start(body) if self.volume is not None and body.name == self.body else None
+        if start is None or self.volume is None:
+            return 0.0
+        spring = self.volume.spring(self.stiffness, start.volume, rate, start.mobility)
+        return bound_of_spring(spring, critical(spring, start.mobility), start.mobility)
 
     def why_not_steady(self) -> Reason | None:
         """The spring of a given volume is none that the relaxation knows."""

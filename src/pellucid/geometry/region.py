@@ -48,11 +48,13 @@ class Selectable(NamedTuple):
         return cls(mesh.nodes, faces, np.unique(faces), mesh.sets)
 
     @classmethod
-    def of_membrane(cls, position: np.ndarray, triangles: np.ndarray) -> "Selectable":
+    def of_membrane(
+        cls, position: np.ndarray, triangles: np.ndarray, sets: Mapping[str, np.ndarray] | None = None
+    ) -> "Selectable":
         """Nodes [m], shape (n, 3), and triangles between them; the rim are the edges that belong to one triangle only."""
         edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         once, count = np.unique(edges, axis=0, return_counts=True)
-        return cls(position, triangles, np.unique(once[count == 1]))
+        return cls(position, triangles, np.unique(once[count == 1]), sets or {})
 
 
 class Region(Shape):

@@ -61,9 +61,11 @@ class AssembledBody(NamedTuple):
         place = np.argsort(body.stored_array("id")[order])  # from a point's number
         faces, position = place[body.cells().surface()], body.stored_array("position")[order]
         periods = self.actions.field.grid.periods if self.actions else NO_PERIODS
+        start = self.model.selectable() if body.is_surface else None
+        named = start.sets if start is not None else body.node_sets if isinstance(body, HasMesh) else {}
+        sets = {name: place[nodes] for name, nodes in named.items()}
         if body.is_surface:
-            return Selectable.of_membrane(position, faces)._replace(periods=periods)
-        sets = {name: place[nodes] for name, nodes in body.node_sets.items()} if isinstance(body, HasMesh) else {}
+            return Selectable.of_membrane(position, faces, sets)._replace(periods=periods)
         return Selectable(position, faces, np.unique(faces), sets, periods)
 
 

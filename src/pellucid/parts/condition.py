@@ -10,6 +10,7 @@ from pellucid.parts.part import Part, Parts
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
+    from pellucid.parts.body_model import BodyModel
 
 
 class Condition(Part):
@@ -28,6 +29,11 @@ class Condition(Part):
     def columns(self) -> Mapping[str, str]:
         """The columns of the history that show its state, with their SI units."""
         return {}
+
+    def swing_of(self, body: "BodyModel", rate: float) -> float:
+        """How fast a body at the start, whose own steps are 1/rate [s] at most, swings on it besides, as far as their models
+        tell: a rate that is added to the own one as squares are [1/s]."""
+        return 0.0
 
     def why_not_steady(self) -> Reason | None:
         """Why bodies under it cannot come to rest by dynamic relaxation, if they cannot."""

@@ -305,7 +305,7 @@ class Simulation:
         """What bounds the stable step of the state as it is, and the name of the body, none where it is no body."""
         limit, name = self.clock.limit(self.bodies)
         of_condition = self.conditions.step_limit()
-        return (of_condition, "") if of_condition.step <= limit.step else (limit, name)
+        return (of_condition, "") if of_condition.step <= limit.step < inf else (limit, name)
 
     def show(self, progress: Progress | None) -> None:
         """How far it is, now and then."""

@@ -7,6 +7,7 @@ from bags import AIR, HELD, case, shown, simulation, skin
 from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.results.storage import history
+from pellucid.running.forecast.steps import of_case
 from pellucid.running.launch import resume_case, run_case
 
 BURST = {"times": [0.0, 0.05, 0.1], "mass_flows": [0.0, 4.0, 0.0], "temperatures": [350.0, 350.0, 350.0]}
@@ -122,6 +123,15 @@ def test_a_liquid_bounds_the_step_of_its_membrane_and_is_stable():
     assert abs(sim.conservation()["energy"]) < 1e-3
 
 
+@pytest.mark.parametrize("bulk_modulus", [1e5, 1e8])
+def test_its_bound_on_the_step_is_foretold(bulk_modulus):
+    water = {"liquid": {"pressure": 1e4, "bulk_modulus": bulk_modulus, "density": 1000.0}}
+    foretold, sim = of_case(case(water)), simulation(water)
+    assert foretold.step == pytest.approx(0.9 * sim.step_limit()[0].step, rel=0.01)
+    assert ("(spring)" in foretold.why) == (bulk_modulus == 1e8)
+    assert sim.step_limit()[0].cause == ("spring" if bulk_modulus == 1e8 else "membrane")
+
+
 def test_the_pressure_outside_takes_its_work():
     sim = simulation({"gas": AIR, "outside": 1500.0})
     start = shown(sim)["volume"]
@@ -228,3 +238,44 @@ def test_a_flat_membrane_holds_nothing():
 def test_plots_and_checks_know_its_columns():
     check = {"name": "mass", "column": "bag_mass", "reference": "1 kg", "tolerance": "0.1 kg", "source": "a test"}
     assert case({"gas": AIR}, plot=[{"name": "curve", "x": "bag_volume", "y": ["bag_pressure"]}], check=[check])
+
+
+def test_a_bag_settles_on_its_gas_before_the_clock_starts():
+    sim = simulation(
+        {"gas": AIR | {"pressure": 3000.0}, "outside": 1000.0, "leak": 1e-4, "inflator": BURST}, settle={}, courant=0.4
+    )
+    start = shown(sim)
+    sim.settle()
+    state, radius = shown(sim), (volume_of(sim) / (4.0 / 3.0 * np.pi)) ** (1.0 / 3.0)
+    assert state["mass"] == start["mass"], "nothing flows while time stands still"
+    assert state["pressure"] == pytest.approx(3000.0 * (start["volume"] / state["volume"]) ** 1.4, rel=1e-9)
+    # p R/2 is the tension of a ball: E h (λ - 1)/(1 - ν) where the strain is small
+    stretch = (state["volume"] / start["volume"]) ** (1.0 / 3.0)
+    assert (state["pressure"] - 1000.0) * radius / 2.0 == pytest.approx(1e4 / 0.7 * np.log(stretch), rel=0.05)
+    assert sim.energies()["enclosed_energy"] == 0.0, "the balance begins with the clock"
+    for _ in sim:
+        pass
+    assert shown(sim)["mass"] < start["mass"] + 0.2
+    assert abs(sim.conservation()["energy"]) < 1e-3
+
+
+@pytest.mark.parametrize("kind", ["membrane-points", "membrane-elements"])
+def test_membranes_on_the_grid_hold_gas_too(kind):
+    fine = {"icosphere": {"centre": (8.03, 8.01, 7.98), "radius": 5.0, "refinements": 4}}
+    other = {"rectangle": {"corner": (1, 1, 1), "first_edge": (1, 0, 0), "second_edge": (0, 1, 0), "points": (5, 5)}}
+    bodies = [skin(fine, kind=kind), skin(other, kind="membrane-points", name="other")]
+    for body in bodies:
+        if body["kind"] == "membrane-points":
+            del body["elements"]
+    burst = BURST | {"times": [0.0, 0.5, 1.0], "mass_flows": [0.0, 2.0, 0.0]}
+    grid = {"grid": {"lower": (0, 0, 0), "upper": (16, 16, 16), "cell": 1.0}}
+    empty = {"mass": 0.0, "temperature": 300.0}
+    sim = simulation({"gas": empty, "inflator": burst}, bodies=bodies, end=1.2, courant=0.5, **grid)
+    for _ in sim:
+        pass
+    state = shown(sim)
+    assert state["volume"] == pytest.approx(volume_of(sim), rel=1e-12)
+    assert state["mass"] == pytest.approx(1.0, rel=1e-12)
+    assert state["pressure"] == pytest.approx(287.05 * state["temperature"] * state["mass"] / state["volume"], rel=1e-12)
+    assert state["volume"] > 1.005 * 4.0 / 3.0 * np.pi * 125.0
+    assert np.abs(sim.conservation()["energy"]) < 2e-3

@@ -6,6 +6,7 @@ from bags import case, skin
 
 from pellucid.geometry.algorithms.enclosure import enclosed_volume
 from pellucid.results.storage import history
+from pellucid.running.forecast.steps import of_case
 from pellucid.running.launch import resume_case, run_case
 from pellucid.simulation.simulation import Simulation
 
@@ -60,7 +61,10 @@ def test_a_flat_disc_is_blown_up_from_nothing_along_its_normal():
 
 
 def test_a_stiff_spring_bounds_the_step_and_is_stable():
-    soft, stiff = (Simulation(given(pressure=more), threads=1) for more in ({}, {"stiffness": 1e8}))
+    cases = [given(pressure=more) for more in ({}, {"stiffness": 1e8})]
+    soft, stiff = (Simulation(each, threads=1) for each in cases)
+    for each, sim in zip(cases, (soft, stiff), strict=True):
+        assert of_case(each).step == pytest.approx(0.9 * sim.step_limit()[0].step, rel=0.01), "it is foretold"
     assert soft.step_limit()[0].cause == "membrane"
     limit, _ = stiff.step_limit()
     assert limit.cause == "spring"

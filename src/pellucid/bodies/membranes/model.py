@@ -60,8 +60,8 @@ class MembraneCase(DampedModel):
         return True
 
     def selectable(self) -> Selectable:
-        """Its nodes or points, its elements in triangles, its rim."""
-        return Selectable.of_membrane(*self.surface.triangulate())
+        """Its nodes or points, its elements in triangles, its rim, the sets of its file."""
+        return Selectable.of_membrane(*self.surface.triangulate(), self.surface.sets())
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
         """A surface that is open, or flat, has no inside."""

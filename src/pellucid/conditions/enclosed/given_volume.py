@@ -59,6 +59,13 @@ class GivenVolume(Model):
         volume, rate = (float(curve(within)) for curve in self._curves)
         return unit * volume, unit * rate if times[0] <= time <= times[-1] else 0.0
 
+    def spring(self, stiffness: float | None, start: float, rate: float, mobility: float) -> float:
+        """κ [Pa/m³] by its stiffness times the largest volume [Pa], or by the rate that bounds the membrane's own steps [1/s];
+        start: the volume then [m³]."""
+        if stiffness is not None:
+            return stiffness / (max(self.rows[1]) * (1.0 if self.ratios is None else start))
+        return (SHARE * 2.0 * rate) ** 2 / mobility
+
     @cached_property
     def _curves(self) -> Any:
         from scipy.interpolate import PchipInterpolator
@@ -87,13 +94,8 @@ class ActiveVolume(ActiveCondition):
     def try_out(self) -> None:
         """Choose what is not given; bound the first step too."""
         mobility = self._space.mobility(self._now)
-        if self._stiffness is None:
-            swing = SHARE * 2.0 * self._space.bodies[0].totals.rate
-            self._spring = swing * swing / mobility
-        else:
-            largest = max(self._given.rows[1]) * (1.0 if self._given.ratios is None else self._start)
-            self._spring = self._stiffness / largest
-        self._damper = 2.0 * DAMPING * sqrt(self._spring / mobility)
+        self._spring = self._given.spring(self._stiffness, self._start, self._space.bodies[0].totals.rate, mobility)
+        self._damper = critical(self._spring, mobility)
         self._pressure = self._at(0.0, moving=False)
         self._bound()
 
@@ -115,8 +117,7 @@ class ActiveVolume(ActiveCondition):
 
     def _bound(self) -> None:
         mobility = self._space.mobility(self._now)
-        swing, damped = sqrt(self._spring * mobility), 0.5 * self._damper * mobility
-        self._governs = self._space.swing(0.5 * (damped + hypot(damped, swing)))
+        self._governs = self._space.swing(bound_of_spring(self._spring, self._damper, mobility))
 
     def step_limit(self) -> StepLimit:
         """Where the membrane swings faster on it than otherwise."""
@@ -140,6 +141,17 @@ class ActiveVolume(ActiveCondition):
         self._pressure, self._start = numbers["pressure"], numbers["start"]
         self._spring, self._damper = numbers["spring"], numbers["damper"]
         self._now = self._space.now()
+
+
+def bound_of_spring(spring: float, damper: float, mobility: float) -> float:
+    """The rate that bounds steps [1/s] of a volume with a mobility [m⁴/kg] on a spring [Pa/m³] and a damper [Pa s/m³]."""
+    damped = 0.5 * damper * mobility
+    return 0.5 * (damped + hypot(damped, sqrt(spring * mobility)))
+
+
+def critical(spring: float, mobility: float) -> float:
+    """The damper of such a spring."""
+    return 2.0 * DAMPING * sqrt(spring / mobility)
 
 
 def start_fault(given: GivenVolume, start: float) -> str | None:

@@ -1,16 +1,19 @@
 """Enclosed gas or liquid by mass, as the user describes it."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import sqrt
 from typing import ClassVar
 
 from pellucid.conditions.enclosed.contents import Contents, Gas, Liquid
 from pellucid.conditions.enclosed.flows import Inflator, Vent
+from pellucid.conditions.enclosed.foretold import membrane_at_start
 from pellucid.conditions.enclosed.problems import encloses_problems
 from pellucid.energy import Channel
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.model import Model, check, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
+from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
@@ -144,6 +147,14 @@ class Enclosed(Condition):
         units |= {"vent_flow": "kg/s"} if self.vent else {}
         units |= {"leak_flow": "kg/s"} if self.leak > 0.0 else {}
         return {f"{self.name}_{what}": unit for what, unit in units.items()}
+
+    def swing_of(self, body: BodyModel, rate: float) -> float:
+        """Of its membrane at the start."""
+        start = membrane_at_start(body) if body.name == self.body else None
+        if start is None:
+            return 0.0
+        stiffness = self.amount().contents(start.volume).stiffness(start.volume)
+        return 0.5 * sqrt(max(stiffness, 0.0) * start.mobility)
 
     def why_not_steady(self) -> Reason | None:
         """What it swings on is no spring that the relaxation knows."""

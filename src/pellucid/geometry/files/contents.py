@@ -48,6 +48,14 @@ class Contents:
     cell_sets: Mapping[str, list[np.ndarray]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
+    def nodes_of_sets(self) -> dict[str, np.ndarray]:
+        """Sets of nodes by name: those of the file, and the nodes of its sets and groups of cells."""
+        sets = dict(self.node_sets)
+        for name, parts in self.cell_sets.items():
+            nodes = [np.asarray(block.nodes)[part].ravel() for block, part in zip(self.blocks, parts, strict=True)]
+            sets.setdefault(name, np.unique(np.concatenate(nodes)).astype(np.int64))
+        return sets
+
 
 def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face") -> tuple[Block, ...]:
     """Faces of any number of corners as quadrilaterals and triangles; those of more corners are cut. Raises Damaged."""

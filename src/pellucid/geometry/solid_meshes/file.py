@@ -69,7 +69,7 @@ def solid_of(path: str, contents: Contents, repair: bool) -> tuple[SimplexMesh, 
     n_own = sum(len(block.nodes) for block in contents.blocks if block.kind == "tetra")
     if not len(cells):
         raise Refusal(f"{path} holds solid elements that all have a corner twice, and so no volume", "save the mesh again")
-    mesh, turned = upright(SimplexMesh(contents.points, cells, _sets(contents)), n_own)
+    mesh, turned = upright(SimplexMesh(contents.points, cells, contents.nodes_of_sets()), n_own)
     if not repair:
         return mesh, [*cut, *turned]
     mesh, mended = repaired(mesh)
@@ -92,12 +92,3 @@ def _merged(contents: Contents) -> tuple[Contents, list[str]]:
     nodes = "1 node was" if len(merged) == 1 else f"{len(merged)} nodes were"
     note = f"{nodes} merged with another one at the same place, the first at ({where}), in the unit of the file"
     return with_points(replace(contents, blocks=blocks, node_sets=sets), place == np.arange(len(place))), [note]
-
-
-def _sets(contents: Contents) -> dict[str, np.ndarray]:
-    """Sets of nodes by name: those of the file, and the nodes of its sets and groups of cells."""
-    sets = dict(contents.node_sets)
-    for name, parts in contents.cell_sets.items():
-        nodes = [np.asarray(block.nodes)[part].ravel() for block, part in zip(contents.blocks, parts, strict=True)]
-        sets.setdefault(name, np.unique(np.concatenate(nodes)).astype(np.int64))
-    return sets

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.findings import Refusal
 from pellucid.geometry.checks.surface_holes import MOST_EDGES
 from pellucid.geometry.checks.surface_repair import repaired
-from pellucid.geometry.files.contents import Block, flat_blocks
+from pellucid.geometry.files.contents import Block, Contents, flat_blocks
 from pellucid.geometry.files.first_order import first_order
 from pellucid.geometry.files.mesh_files import FileState, MeshFile, states_of_files
 from pellucid.geometry.files.read import SURFACES, read_file
@@ -39,14 +39,18 @@ class SurfaceFile(MeshFile, Meshed):
 
     def mesh(self) -> Mesh:
         """Vertices in the order of their first mention. Raises ValueError where the file cannot be read."""
-        vertices, quads, triangles = _read(*states_of_files(self), self.repair, self.close_holes)
+        (vertices, quads, triangles), _ = _read(*states_of_files(self), self.repair, self.close_holes)
         mesh = Mesh(self.placed(vertices), quads.copy(), triangles.copy())
         return mesh.reversed() if self.reverse else mesh
 
+    def sets(self) -> dict[str, np.ndarray]:
+        """Numbers of the vertices of the sets of nodes, and of the groups of elements, that the file names."""
+        return _read(*states_of_files(self), self.repair, self.close_holes)[1]
+
 
 @lru_cache(maxsize=8)
-def _read(state: FileState, repair: bool, close_holes: int) -> Mesh:
-    """The file's elements, read once for each of its states, in its unit."""
+def _read(state: FileState, repair: bool, close_holes: int) -> tuple[Mesh, dict[str, np.ndarray]]:
+    """The file's elements and sets, read once for each of its states, in its unit."""
     path = state[0]
     contents = first_order(read_file(path, "a surface", SURFACES))
     mesh = surface_of(path, contents.points, contents.blocks)
@@ -56,7 +60,21 @@ def _read(state: FileState, repair: bool, close_holes: int) -> Mesh:
         notes += done
     for note in notes:
         warnings.warn(f"{path}: {note}", stacklevel=2)
-    return mesh
+    return mesh, _sets_of(contents, mesh.vertices)
+
+
+def _sets_of(contents: Contents, vertices: np.ndarray) -> dict[str, np.ndarray]:
+    """Its sets by the numbers of the vertices at the same places; what is at none of them is no part of the surface."""
+    named = contents.nodes_of_sets()
+    if not named:
+        return {}
+    n = len(vertices)
+    which = np.unique(np.concatenate([vertices, contents.points]) + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
+    vertex = np.full(which.max() + 1, -1)
+    vertex[which[:n]] = np.arange(n)
+    number = vertex[which[n:]]
+    sets = {name: np.unique(number[nodes]) for name, nodes in named.items()}
+    return {name: nodes[nodes >= 0] for name, nodes in sets.items() if (nodes >= 0).any()}
 
 
 def surface_of(path: str, points: np.ndarray, blocks: tuple[Block, ...]) -> Mesh:

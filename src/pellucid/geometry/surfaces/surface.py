@@ -3,6 +3,8 @@
 from functools import lru_cache
 from typing import Any, ClassVar, Literal
 
+import numpy as np
+
 from pellucid.geometry.choice import Choice
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import Triangulation
@@ -55,6 +57,11 @@ class Surface(Choice):
     def triangulate(self) -> Triangulation:
         """Its mesh with every quadrilateral cut in two: the vertices are the same."""
         return self.mesh().triangulated()
+
+    def sets(self) -> dict[str, np.ndarray]:
+        """The sets of vertices that its file names, by their numbers."""
+        chosen = self.chosen()
+        return chosen.sets() if isinstance(chosen, SurfaceFile) else {}
 
     @property
     def closed(self) -> bool:

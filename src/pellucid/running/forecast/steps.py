@@ -1,7 +1,7 @@
 """What bounds the step, and how many steps that makes: of a case that is not set up, and of a simulation as it is."""
 
 from collections.abc import Iterator
-from math import ceil, inf, isfinite, sqrt
+from math import ceil, hypot, inf, isfinite, sqrt
 from typing import Any, NamedTuple
 
 from pellucid.case import Case
@@ -9,7 +9,7 @@ from pellucid.case.sections import parts_of
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.contact.overlap import RESOLVED, swing_of
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.condition import is_driven
+from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
 from pellucid.running.forecast.quick_set_up import set_up_quickly
 
@@ -105,6 +105,10 @@ def _limits(case: "Case") -> Limits:
     found = Limits()
     for body in (model.with_others(case.body) for model in case.body):
         found[body.name, ""] = body.limit_in_motion(cell, body.name in driven)
+    for condition in parts.of(Condition):
+        for body in case.body:
+            if (own := found[body.name, ""]) is not None:
+                found[body.name, ""] = _beside(own, condition.swing_of(body, 1.0 / own.step))
     if cell is None:
         return found
     for motion in case.motion:
@@ -115,6 +119,14 @@ def _limits(case: "Case") -> Limits:
     for name, limit in _contacts_of_hard_bodies(case, driven, cell, pull):
         found[name, "contact"] = tightest([limit, *([known] if (known := found.get((name, "contact"))) else [])])
     return found
+
+
+def _beside(own: StepLimit, swing: float) -> StepLimit:
+    """A limit of a body that swings at a rate [1/s] on a condition besides."""
+    step = 1.0 / hypot(1.0 / own.step, swing) if swing > 0.0 else own.step
+    if swing * own.step <= 1.0:
+        return own._replace(step=step)
+    return StepLimit(step, "spring", f"it swings on what it encloses, or on its given volume, within {step:.3g} s")
 
 
 def _top_speed(motion: Motion) -> float:

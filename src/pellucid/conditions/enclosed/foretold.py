@@ -1,0 +1,30 @@
+"""How fast membranes swing on what they enclose, before they are built."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.membranes.model import MembraneCase
+from pellucid.conditions.enclosed.problems import volume_at_start
+from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.parts.body_model import BodyModel
+
+
+class AtStart(NamedTuple):
+    """A membrane at the start: the volume in it [m³], and by how much a pressure makes that accelerate [m⁴/kg]."""
+
+    volume: float
+    mobility: float
+
+
+def membrane_at_start(body: BodyModel) -> AtStart | None:
+    """None of what is no membrane, or of one that encloses nothing."""
+    if not isinstance(body, MembraneCase):
+        return None
+    vertices, triangles = body.surface.triangulate()
+    areas, corners = vector_areas(vertices, triangles) / 3.0, triangles.ravel()
+    of_nodes = [np.bincount(corners, np.repeat(part, 3), len(vertices)) for part in areas.T]
+    sizes = np.bincount(corners, np.repeat(np.linalg.norm(areas, axis=1), 3), len(vertices))
+    mass = body.material.density * body.thickness * sizes
+    volume = volume_at_start(vertices, triangles)
+    return AtStart(volume, float(np.sum(np.square(of_nodes) / mass))) if volume > 0.0 else None
