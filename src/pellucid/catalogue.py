@@ -4,8 +4,10 @@ It imports nothing: the modules in `gallery/` stand on the results, and reading 
 """
 
 import difflib
+import re
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from types import ModuleType
 
 GALLERY = "pellucid.gallery"
@@ -28,6 +30,17 @@ def text(case: str) -> str:
     """The case file of an id, as it is written."""
     group, name = case.split("/")
     return (files(GALLERY) / group / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def to_copy(case: str) -> str:
+    """The same for a file anywhere else: what it reads beside it is named by its whole path."""
+    home = Path(folder(case))
+
+    def whole(found: re.Match[str]) -> str:
+        file = (home / found[2]).resolve()
+        return f'{found[1]}{file}"' if file.is_file() else found[0]
+
+    return re.sub(r'(\bpath = ")([^"]+)"', whole, text(case))
 
 
 def folder(case: str) -> str:

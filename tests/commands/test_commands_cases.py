@@ -1,11 +1,11 @@
 import json
+import tomllib
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from pellucid import catalogue
-from pellucid.case import loads
 from pellucid.cli import app
 
 
@@ -14,7 +14,7 @@ def test_list_shows_every_case_with_its_title() -> None:
     assert result.exit_code == 0
     for name in catalogue.ids():
         assert f"{name} " in result.stdout
-        assert loads(catalogue.text(name)).title in result.stdout
+        assert tomllib.loads(catalogue.text(name))["title"] in result.stdout
 
 
 @pytest.mark.parametrize("name", catalogue.ids())

@@ -31,7 +31,7 @@ def show(case: CaseArgument) -> None:
     from pellucid.case import load
 
     if catalogue.has(case):
-        typer.echo(catalogue.text(case), nl=False)
+        typer.echo(catalogue.to_copy(case), nl=False)
     else:
         load(case)  # says what is wrong with it, or that it is not there
         typer.echo(Path(case).read_text(encoding="utf-8"), nl=False)
