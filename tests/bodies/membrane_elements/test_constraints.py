@@ -82,6 +82,9 @@ material = {{ kind = "{kind}", density = 100, shear_modulus = 3.0{more} }}
 """
     found = Simulation(loads(text), threads=1).bodies[0]
     stress = found.field("plane_stress")[:, :2] if body == "membrane-points" else found.surface.arrays["plane_stress"][:, :2]
+    if body == "membrane-elements":
+        tension = found.field("tension")
+        assert tension == pytest.approx(3.0 * TENSIONS[kind] * np.ones_like(tension), rel=2e-3)  # of nodes, of flat triangles
     if body == "membrane-elements":  # the second Piola-Kirchhoff stress of triangles: T/λ over the thickness at rest, times λ
         rest = found.surface.thickness
         assert stress * rest == pytest.approx(3.0 * TENSIONS[kind] * np.ones_like(stress), rel=1e-4)

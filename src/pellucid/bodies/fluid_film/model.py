@@ -52,7 +52,9 @@ class FluidFilmCase(BodyModel):
     evaluates_loads: ClassVar[bool] = True
     fields: ClassVar[Mapping[str, Field]] = {
         "areal_density": Field(1, "kg/m^2", "density of a fluid film in its surface"),
-        "tension": Field(1, "N/m", "tension of a fluid film, minus the pressure in its surface"),
+        "tension": Field(
+            1, "N/m", "tension in the surface of a film, minus its pressure, or of a membrane, the mean of its directions"
+        ),
         "curvature": Field(1, "1/m", "sum of the principal curvatures of a film or membrane, positive as of a sphere"),
         "bending_energy": Field(1, "J", "bending energy of a film or membrane about the node; summed, that of all of it"),
         "distance": Field(1, "m", "distance of a node of a fluid film from the film's centre of mass"),

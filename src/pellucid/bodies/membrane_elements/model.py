@@ -53,7 +53,7 @@ class MembraneElementsCase(MembraneCase):
         """The fields that probes can read."""
         motion = ("position", "velocity", "mass", "kinetic_energy")
         bent = ("curvature", "bending_energy") if self.bending is not None else ()
-        fields = ("density", "pressure", "stress", "thickness", "stored_energy", "strain_energy")
+        fields = ("density", "pressure", "stress", "tension", "thickness", "stored_energy", "strain_energy")
         return (*motion, *fields, *self.losses(), *bent)
 
     @property

@@ -200,6 +200,9 @@ class ElementSurface:
             stress = np.zeros((len(self.mesh.corners), 6))
             forces.cauchy_stresses(self._chunks, self._bundle, position, stress)
             return self._mean(stress)[self.number]
+        if name == "tension":  # the mean of both directions: no stress stands across the membrane
+            traces = self.field("stress", position, mass)[:, :3].sum(axis=1)
+            return np.asarray(0.5 * traces * self.field("thickness", position, mass))
         if name == "pressure":
             return np.asarray(-self.field("stress", position, mass)[:, :3].mean(axis=1))
         if name in ("strain_energy", "dissipated_energy"):
