@@ -36,7 +36,7 @@ def test_a_block_glides_over_a_joint():
 def test_a_block_slides_out_of_the_grid_over_the_end_of_its_plate():
     """With friction: what leaves takes along what is left of its energy, as over a floor without an end."""
     touch = [{"between": ["slider", "one"], "kind": "coulomb", "friction": 0.2}]
-    outflow = [{"faces": ["x-upper"], "body": ["slider"]}]
+    outflow = [{"where": ["x-upper"], "body": ["slider"]}]
     sim = simulation(plate("one", 0, 2), slider(4.0, 1.3), motion=held("one"), contact=touch, outflow=outflow, end=0.3, **SIZE)
     fastest = 0.0
     while sim.time < 0.299:

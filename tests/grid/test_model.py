@@ -115,7 +115,7 @@ def ball(centre, radius):
             "support.0.where.* the face x-lower is no wall, what crosses it comes in at x-upper",
         ),
         ('[[support]]\nwhere = "x-upper"\nfix = "normal"', "periodic along x: the face x-upper is no wall"),
-        ('[[outflow]]\nfaces = "x-upper"', "outflow.0.faces.* the face x-upper is no wall"),
+        ('[[outflow]]\nwhere = "x-upper"', "outflow.0.where.* the face x-upper is no wall"),
         ('[[absorbing]]\nwhere = "x-lower"\nbody = "water"', "absorbing.0.where.* the face x-lower is no wall"),
         ("[[wall]]\npoint = [1, 0, 0]\nnormal = [1, 1, 0]", "has the component 1 along x, along which the grid is periodic"),
         ('[[picture]]\nname = "p"\nmirror = ["x-lower"]', "picture.p.mirror.* the face x-lower is no wall"),

@@ -145,7 +145,7 @@ def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -
     elif name == "speed":
         values = scalar(fields["velocity"])
     elif name in fields:
-        values = scalar(fields[name], look.component, FIELDS[name].names)
+        values = scalar(fields[name], look.component, FIELDS[name].names if name in FIELDS else ())
     else:
         return np.full(len(start), np.nan)
     if "mass" in fields:
