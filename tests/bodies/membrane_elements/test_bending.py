@@ -5,9 +5,10 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from pellucid.bodies.membrane_elements.bending import Bending, hinges_of, rim_nodes
+from pellucid.bodies.membrane_elements.bending import Bending, hinges_of
 from pellucid.case import loads
 from pellucid.errors import CaseError
+from pellucid.geometry.algorithms.lids import Lids
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.simulation.simulation import Simulation
 
@@ -88,10 +89,10 @@ def test_nothing_bends_what_has_its_reference():
 def test_hinges_and_rims():
     triangles = np.array([[0, 1, 2], [1, 0, 3]])
     assert hinges_of(triangles).tolist() == [[0, 1, 2, 3]]
-    assert rim_nodes(triangles).tolist() == [0, 1, 2, 3]
+    assert np.unique(Lids(triangles).edges).tolist() == [0, 1, 2, 3]
     closed, _ = icosphere(1)
     assert len(hinges_of(closed)) == 3 * len(closed) // 2
-    assert not len(rim_nodes(closed))
+    assert not len(Lids(closed).edges)
 
 
 def swing(n):

@@ -89,7 +89,10 @@ def test_an_inflator_gives_what_its_table_holds_whatever_the_steps():
     steps = np.linspace(0.0, 0.5, 38)
     mass, warmth = np.sum([table.given(a, b) for a, b in pairwise(steps)], axis=0)
     assert mass == pytest.approx(0.5 * 0.2 * 2.0 + 0.1 * 1.5, rel=1e-12)
-    flow = lambda t: np.interp(t, table.times, table.mass_flows) * np.interp(t, table.times, table.temperatures)  # noqa: E731
+
+    def flow(t):
+        return np.interp(t, table.times, table.mass_flows) * np.interp(t, table.times, table.temperatures)
+
     assert warmth == pytest.approx(quad(flow, 0.1, 0.3)[0] + quad(flow, 0.3, 0.4)[0], rel=1e-12)
 
 

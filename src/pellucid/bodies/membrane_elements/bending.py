@@ -18,8 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.geometry import cross, dot
+from pellucid.bodies.membrane_elements.geometry import area_slopes, cross, dot, edges
 from pellucid.bodies.membrane_elements.mesh import Fan, fan_of
+from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.meshes.triangulation import directed_edges
+from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
 from pellucid.reductions import ordered_sum
@@ -34,6 +37,8 @@ class Hinges(NamedTuple):
 
     corners: np.ndarray  # (h, 4) the edge from a to b, then what is left of the triangle on its left, and on its right
     triangles: np.ndarray  # (t, 3)
+    places: np.ndarray  # (h, 4) where the corners are stored
+    triangle_places: np.ndarray  # (t, 3)
     where: np.ndarray  # (n,) the place at which a node is stored
     about: Fan  # places 4 e + corner of the hinges about each node
     round: Fan  # places 3 e + corner of the triangles about each node
@@ -58,7 +63,7 @@ class Bending:
         self._corners, self._triangles, self._mass, self.rigidity = corners, triangles, mass, rigidity
         self._about, self._round = fan_of(corners, n), fan_of(triangles, n)
         self._bends = np.ones(n, bool)
-        self._bends[rim_nodes(triangles)] = False
+        self._bends[Lids(triangles).edges] = False
         self._chunks = [(len(part) + CHUNK - 1) // CHUNK for part in (corners, triangles, vertices)]
         self.reference = np.zeros(n)
         self.energies = np.zeros(n)
@@ -72,7 +77,8 @@ class Bending:
         self._sums = np.zeros((self._chunks[2], SUMS))
         self._slope = np.zeros((n, 3))
         room = np.zeros((h, 2)), self._slope, self.energies, np.zeros((h, 4, OWN)), np.zeros((t, 3, 3)), self._sums
-        mesh = self._corners, self._triangles, where.astype(np.int64), self._about, self._round
+        stored = where[self._corners], where[self._triangles], where
+        mesh = self._corners, self._triangles, *stored, self._about, self._round
         self._bundle = Bundle(Hinges(*mesh, self.rigidity, self.reference, self._bends, self._mass, *room))
 
     def curvatures(self, position: np.ndarray) -> np.ndarray:
@@ -100,8 +106,7 @@ class Bending:
 
 def hinges_of(triangles: np.ndarray) -> np.ndarray:
     """The edges that two triangles have, with the corners across, shape (h, 4); triangles: shape (t, 3), of one orientation."""
-    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    across = np.concatenate([triangles[:, 2], triangles[:, 0], triangles[:, 1]])
+    ends, across = directed_edges(triangles), triangles.T[[2, 0, 1]].ravel()
     code = triangles.max(initial=0) + 1
     forth, back = ends[:, 0] * code + ends[:, 1], ends[:, 1] * code + ends[:, 0]
     order = np.argsort(forth)
@@ -111,23 +116,22 @@ def hinges_of(triangles: np.ndarray) -> np.ndarray:
     return np.column_stack([ends[chosen], across[chosen], across[order[found[chosen]]]]).astype(np.int64)
 
 
-def rim_nodes(triangles: np.ndarray) -> np.ndarray:
-    """The nodes at edges that only one triangle has."""
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    once, count = np.unique(edges, axis=0, return_counts=True)
-    return np.unique(once[count == 1])
+@pointwise
+def _unfolded(x, places, e):
+    """Of a hinge: its edge, the ways from its start to the corners on the left and on the right, and their normals."""
+    a, b, c, d = places[e, 0], places[e, 1], places[e, 2], places[e, 3]
+    along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
+    left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
+    right = (x[d, 0] - x[a, 0], x[d, 1] - x[a, 1], x[d, 2] - x[a, 2])
+    return along, left, right, cross(along, left), cross(right, along)
 
 
 @parallel_loop()
 def _bend_hinges(chunk, of, x):
     """l φ, and how far corners turn it."""
-    corners, where, bent = of.corners, of.where, of.bent
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
-        a, b, c, d = where[corners[e, 0]], where[corners[e, 1]], where[corners[e, 2]], where[corners[e, 3]]
-        along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
-        left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
-        right = (x[d, 0] - x[a, 0], x[d, 1] - x[a, 1], x[d, 2] - x[a, 2])
-        n1, n2 = cross(along, left), cross(right, along)
+    places, bent = of.places, of.bent
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
+        along, left, right, n1, n2 = _unfolded(x, places, e)
         square = dot(along, along)
         length = sqrt(square)
         bent[e, 0] = length * atan2(dot(along, cross(n1, n2)) / length, dot(n1, n2))
@@ -140,9 +144,9 @@ def _bend_hinges(chunk, of, x):
 @parallel_loop()
 def _bend_nodes(chunk, of, x):
     """Energies of the nodes, and their slopes with curvature and area."""
-    where, bent, slope, triangles = of.where, of.bent, of.slope, of.triangles
+    bent, slope, triangles = of.bent, of.slope, of.triangle_places
     about, whole, total = of.about, of.round, 0.0
-    for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(where))):
+    for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(slope))):
         slope[K, 0] = slope[K, 1] = slope[K, 2] = of.energy[K] = 0.0
         if not of.bends[K]:
             continue
@@ -154,10 +158,8 @@ def _bend_nodes(chunk, of, x):
                 reach += bent[e, 1]
         for k in range(whole.start[K], whole.start[K + 1]):
             e = whole.places[k] // 3
-            a, b, c = where[triangles[e, 0]], where[triangles[e, 1]], where[triangles[e, 2]]
-            u = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
-            v = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
-            n = cross(u, v)
+            chi, psi = edges(x, triangles, e)
+            n = cross(chi, psi)
             area += sqrt(dot(n, n)) / 6.0
         g = curved / area - of.reference[K]
         slope[K, 0] = of.rigidity * g
@@ -171,13 +173,9 @@ def _bend_nodes(chunk, of, x):
 @parallel_loop()
 def _push_hinges(chunk, of, x):
     """What hinges give to their corners: forces, and what bounds the step."""
-    corners, where, values, slope = of.corners, of.where, of.hinge_values, of.slope
+    corners, places, values, slope = of.corners, of.places, of.hinge_values, of.slope
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
-        a, b, c, d = where[corners[e, 0]], where[corners[e, 1]], where[corners[e, 2]], where[corners[e, 3]]
-        along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
-        left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
-        right = (x[d, 0] - x[a, 0], x[d, 1] - x[a, 1], x[d, 2] - x[a, 2])
-        n1, n2 = cross(along, left), cross(right, along)
+        along, left, right, n1, n2 = _unfolded(x, places, e)
         square = dot(along, along)
         length = sqrt(square)
         one, two = length / dot(n1, n1), length / dot(n2, n2)
@@ -200,16 +198,11 @@ def _push_hinges(chunk, of, x):
 @parallel_loop()
 def _push_triangles(chunk, of, x):
     """Forces by which triangles change their area, on their corners."""
-    triangles, where, forces, slope = of.triangles, of.where, of.triangle_forces, of.slope
+    triangles, forces, slope = of.triangles, of.triangle_forces, of.slope
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
-        K = (triangles[e, 0], triangles[e, 1], triangles[e, 2])
-        a, b, c = where[K[0]], where[K[1]], where[K[2]]
-        u = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
-        v = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
-        n = cross(u, v)
-        # ∂A/∂x_b = ½ (c - a) × n over |n|, and so on round
-        share = (slope[K[0], 1] + slope[K[1], 1] + slope[K[2], 1]) / (6.0 * sqrt(dot(n, n)))
-        at_b, at_c = cross(v, n), cross(n, u)
+        chi, psi = edges(x, of.triangle_places, e)
+        at_b, at_c = area_slopes(chi, psi)
+        share = (slope[triangles[e, 0], 1] + slope[triangles[e, 1], 1] + slope[triangles[e, 2], 1]) / 3.0
         for i in range(3):
             forces[e, 1, i], forces[e, 2, i] = share * at_b[i], share * at_c[i]
             forces[e, 0, i] = -share * (at_b[i] + at_c[i])

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.geometry import cross, dot, edges
+from pellucid.bodies.membrane_elements import geometry
 from pellucid.bodies.membrane_elements.mesh import ElementMesh
+from pellucid.geometry.algorithms.enclosure import signed_volume
 from pellucid.jit.loops import parallel_loop
 
 if TYPE_CHECKING:
@@ -52,12 +53,8 @@ class Constraints(NamedTuple):
     @classmethod
     def of(cls, case: "MembraneElementsCase", mesh: ElementMesh, vertices: np.ndarray) -> "Constraints":
         """Those of a case, from its mesh at the start."""
-        corners = vertices[mesh.corners[:, :3]]
-        volume = float(np.linalg.det(corners - vertices.mean(axis=0)).sum()) / 6.0
-        return cls(
-            Kept(case.area_stiffness, float(mesh.areas(vertices).sum())),
-            Kept(case.volume_stiffness, volume if case.volume_stiffness else 1.0),
-        )
+        volume = signed_volume(vertices, mesh.corners[:, :3]) if case.volume_stiffness else 1.0
+        return cls(Kept(case.area_stiffness, float(mesh.areas(vertices).sum())), Kept(case.volume_stiffness, volume))
 
     def add_forces(self, surface: "ElementSurface", position: np.ndarray, target: np.ndarray) -> None:
         """Add the forces of both at the nodes [N], shape (n, 3), for nodes at these positions [m], as they are stored."""
@@ -67,16 +64,12 @@ class Constraints(NamedTuple):
         if self.volume.stiffness > 0.0:
             target -= self.volume.force(volume) * outwards
 
-    def energy(self, surface: "ElementSurface", position: np.ndarray) -> float:
-        """What both have stored [J]."""
-        area, volume, _, _ = self._measured(surface, position)
-        return self.area.energy(area) + self.volume.energy(volume)
-
-    def rate(self, surface: "ElementSurface", position: np.ndarray) -> float:
-        """Half the largest eigenfrequency that they give the nodes [1/s], or more."""
-        _, _, growth, outwards = self._measured(surface, position)
+    def energy_and_rate(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, float]:
+        """What both have stored [J], and half the largest eigenfrequency that they give the nodes [1/s], or more."""
+        area, volume, growth, outwards = self._measured(surface, position)
         mass = surface.node_mass[surface.number]
-        return 0.5 * sqrt(self.area.eigenvalue(growth, mass) + self.volume.eigenvalue(outwards, mass))
+        rate = 0.5 * sqrt(self.area.eigenvalue(growth, mass) + self.volume.eigenvalue(outwards, mass))
+        return self.area.energy(area) + self.volume.energy(volume), rate
 
     def drifts(self, surface: "ElementSurface", position: np.ndarray) -> dict[str, float]:
         """How far area and volume, where they are kept, are from those at the start, over these."""
@@ -97,10 +90,8 @@ class Constraints(NamedTuple):
 def area_slopes(chunk, corners, x, slopes):
     """∂A/∂x at the corners of each triangle [m], shape (m, 4, 3); corners: their nodes, shape (m, 4), the last one idle."""
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
-        chi, psi = edges(x, corners, e)
-        n = cross(chi, psi)
-        half = 0.5 / dot(n, n) ** 0.5
-        at_b, at_c = cross(psi, n), cross(n, chi)
+        chi, psi = geometry.edges(x, corners, e)
+        at_b, at_c = geometry.area_slopes(chi, psi)
         for d in range(3):
-            slopes[e, 1, d], slopes[e, 2, d] = half * at_b[d], half * at_c[d]
-            slopes[e, 0, d] = -half * (at_b[d] + at_c[d])
+            slopes[e, 1, d], slopes[e, 2, d] = at_b[d], at_c[d]
+            slopes[e, 0, d] = -(at_b[d] + at_c[d])

@@ -43,6 +43,15 @@ def edges(x, corners, e):
 
 
 @pointwise
+def area_slopes(chi, psi):
+    """∂A/∂x of a triangle [m] at its second and third corner; at the first it is minus their sum."""
+    n = cross(chi, psi)
+    half = 0.5 / sqrt(dot(n, n))
+    b, c = cross(psi, n), cross(n, chi)
+    return (half * b[0], half * b[1], half * b[2]), (half * c[0], half * c[1], half * c[2])
+
+
+@pointwise
 def spans(x, corners, e):
     """χ, ψ, η of quadrilateral e for a nodal field x, shape (n, 3); `corners`, shape (m, 4)."""
     a, b, c, d = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2]), uintp(corners[e, 3])

@@ -108,8 +108,9 @@ class MembraneElementsCase(MembraneCase):
             return bending_in_cells(cell, bending.rigidity / (self.material.density * self.thickness))
         from pellucid.bodies.membrane_elements.bending import Bending
 
-        mesh, areas = self.mesh(), ElementMesh(self.mesh())
-        mass = areas.at_nodes(self.material.density * self.thickness * areas.areas(mesh.vertices))
+        mesh = self.mesh()
+        elements = ElementMesh(mesh)
+        mass = elements.at_nodes(self.material.density * self.thickness * elements.areas(mesh.vertices))
         bent = Bending(mesh.triangles, mesh.vertices, mass, bending.rigidity)
         bent.add_forces(mesh.vertices, np.zeros_like(mesh.vertices))
         return bending_in_mesh(bent.rate)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.bending_case import BendingCase
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
-FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "strain_energy", "density", "pressure")
+FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "tension", "strain_energy", "density", "pressure")
 """The fields that results show."""
 OVERLONG = "between nodes more than two cells apart others pass through; make the elements finer, or grid.cell larger"
 
@@ -163,9 +163,9 @@ class ElementSurface:
         rate = float(self._sums[:, FREQUENCY].max())
         if self.constraints is None:
             return rate
-        totals.parts["constraint"] = self.constraints.energy(self, position)
+        totals.parts["constraint"], own_rate = self.constraints.energy_and_rate(self, position)
         totals.stored += totals.parts["constraint"]
-        return hypot(rate, self.constraints.rate(self, position))
+        return hypot(rate, own_rate)
 
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
         """How its elements as they were strained last bound the step, and its nodes at a speed [m/s] the cells of a grid."""
