@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pellucid.bodies.membrane_elements.constraints import Kept
 from pellucid.case import loads
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
@@ -52,6 +53,14 @@ def test_the_balance_closes_and_stiffer_springs_keep_better():
         assert sim.energies()["constraint"] > 0.0
         drifts.append(worst)
     assert drifts[1] < 0.4 * drifts[0]  # the frequency grows by 4, and with it the amplitude falls
+
+
+def test_normals_may_point_inwards():
+    outwards, inwards = Kept(2.0, 3.0), Kept(2.0, -3.0)
+    assert inwards.energy(-3.3) == outwards.energy(3.3) > 0.0
+    assert inwards.force(-3.3) == -outwards.force(3.3)
+    slope, mass = np.ones((4, 3)), np.ones(4)
+    assert inwards.eigenvalue(slope, mass) == outwards.eigenvalue(-slope, mass) > 0.0
 
 
 TENSIONS = {  # T/G at a stretch of 1.05 along both directions, from the energies

@@ -26,22 +26,22 @@ CHUNK = 512
 
 
 class Kept(NamedTuple):
-    """A quantity of the whole membrane that a spring keeps."""
+    """A quantity of the whole membrane that a spring keeps; a volume is negative where normals point inwards."""
 
     stiffness: float
     initial: float
 
     def force(self, value: float) -> float:
-        """k (Q - Q₀)/Q₀."""
-        return self.stiffness * (value / self.initial - 1.0)
+        """k (Q - Q₀)/|Q₀|."""
+        return self.stiffness * (value - self.initial) / abs(self.initial)
 
     def energy(self, value: float) -> float:
-        """k (Q - Q₀)²/2Q₀ [J]."""
+        """k (Q - Q₀)²/2|Q₀| [J]."""
         return 0.5 * self.force(value) * (value - self.initial)
 
     def eigenvalue(self, slope: np.ndarray, mass: np.ndarray) -> float:
         """ω² [1/s²] for the slopes ∂Q/∂x of the nodes, shape (n, 3), and their masses [kg], shape (n,)."""
-        return self.stiffness / self.initial * float((np.einsum("ni,ni->n", slope, slope) / mass).sum())
+        return self.stiffness / abs(self.initial) * float((np.einsum("ni,ni->n", slope, slope) / mass).sum())
 
 
 class Constraints(NamedTuple):
