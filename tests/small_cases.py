@@ -21,6 +21,7 @@ TABLES = (
     "probe",
     "output",
     "absorbing",
+    "inflow",
     "outflow",
 )
 SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]

@@ -8,7 +8,10 @@ from pellucid.findings import Finding, Path, hint, listed
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
-UNITS = {"time": "s", "dt": "s", "step": "", "energy_error": "", "outflow_points": "", "outflow_mass": "kg"}
+UNITS = {
+    **{"time": "s", "dt": "s", "step": "", "energy_error": ""},
+    **{"inflow_points": "", "inflow_mass": "kg", "outflow_points": "", "outflow_mass": "kg"},
+}
 MOMENTUM, ENERGY = "kg m/s", "J"
 
 

@@ -25,6 +25,7 @@ from pellucid.conditions.damping import Damping
 from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.loads import AnyLoad
 from pellucid.conditions.loads.rigid_spring import RigidSpring
+from pellucid.conditions.open_faces.inflow import Inflow
 from pellucid.conditions.outflow import Outflow
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
@@ -165,6 +166,7 @@ class Case(Model):
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that absorb waves", ())
+    inflow: tuple[Inflow, ...] = parameter("", "faces of the grid through which a fluid comes in", ())
     outflow: tuple[Outflow, ...] = parameter("", "faces of the grid through which material points leave", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes and faces of solids", ())
     enclosed: tuple[Enclosed, ...] = parameter("", "gases and liquids in membranes", ())

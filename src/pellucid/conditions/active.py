@@ -1,11 +1,11 @@
 """All conditions of a case as they act in a run."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
-from pellucid.energy import Channel, StepWork, WorkLayout, channel_of_load
+from pellucid.energy import Channel, Entered, StepWork, WorkLayout, channel_of_load
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.active_condition import ActiveCondition
@@ -80,6 +80,11 @@ class ActiveConditions:
         """The bodies have done the step dt [s]."""
         for condition in self._active:
             condition.end(dt)
+
+    def enter(self, n_steps: int, time: float) -> Iterator[Entered]:
+        """What points bring along that come in after the step, one condition after the other."""
+        for condition in self._active:
+            yield from condition.enter(n_steps, time)
 
     def impulses(self) -> dict[str, np.ndarray]:
         """Over the step [N s], shape (3,), by name, of those that nodes and bodies count without one."""

@@ -43,6 +43,11 @@ class Amplitude(Model):
         """The largest size of the share at any time."""
         return max(abs(share) for share in self._rows[1])
 
+    @property
+    def smallest(self) -> float:
+        """The smallest share at any time, below zero where it acts the other way."""
+        return min(self._rows[1])
+
     def at(self, time: float) -> float:
         """The share at a time [s]."""
         times, shares = self._rows

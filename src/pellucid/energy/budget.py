@@ -7,7 +7,17 @@ from typing import Protocol
 
 import numpy as np
 
-from pellucid.energy.works import ALWAYS, INTERNAL, ONLY_TAKE, OUTFLOW_ENERGY, Channel, Left, StepWork
+from pellucid.energy.works import (
+    ALWAYS,
+    INFLOW_ENERGY,
+    INTERNAL,
+    ONLY_TAKE,
+    OUTFLOW_ENERGY,
+    Channel,
+    Entered,
+    Left,
+    StepWork,
+)
 
 ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses"
 """Of the balance, which a checkpoint keeps as lists."""
@@ -35,6 +45,11 @@ class Totals:
         self.kinetic, self.affine = self.kinetic - left.kinetic, self.affine - affine
         self.stored, self.half_power = self.stored - left.stored, self.half_power - left.half_power
         self.momentum = self.momentum - left.momentum
+
+    def take(self, entered: Entered, size: float) -> None:
+        """With what points bring along that came in; size: their Σ m|v| [kg m/s]."""
+        self.kinetic, self.stored = self.kinetic + entered.kinetic, self.stored + entered.stored
+        self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
 
     def to_data(self) -> dict[str, object]:
         """What a checkpoint keeps."""
@@ -94,6 +109,7 @@ class EnergyBudget:
         self.turning_impulses: dict[str, list[float]] = {}
         self.moved, self.at_stake = self.kinetic, at_stake
         self.left_points, self.left_mass, self.left_stored = 0, 0.0, 0.0
+        self.entered_points, self.entered_mass, self.entered_stored = 0, 0.0, 0.0
 
     def record(
         self,
@@ -110,15 +126,16 @@ class EnergyBudget:
         kinetic, stored, half_power, heating, size = self._sums(bodies)
         works = done.works.tolist()
         internal, external = works[INTERNAL], 0.0
-        exchanged = abs(stored + self.left_stored - self.initial["stored"])
+        passed = {OUTFLOW_ENERGY: self.left_stored, INFLOW_ENERGY: self.entered_stored}
+        exchanged = abs(stored + self.left_stored - self.entered_stored - self.initial["stored"])
         for channel, column in self.channels.items():
             amount = works[column]
             self.sums[channel.name] = so_far = self.sums[channel.name] + amount
             external += channel.sign * amount
             internal += amount if channel.sign == 0.0 else 0.0
-            # what is stored in points that leave has not moved: no error is judged by it
+            # what is stored in points that leave or come in has not moved: no error is judged by it
             if channel.sign != 0.0:
-                exchanged += abs(so_far - (self.left_stored if channel == OUTFLOW_ENERGY else 0.0))
+                exchanged += abs(so_far - passed.get(channel, 0.0))
         self.transfer += kinetic - self.kinetic - (internal + external)
         staggering = dt * (half_power - self.half_power)
         self.time_integration += stored - self.stored + staggering + internal
@@ -145,6 +162,17 @@ class EnergyBudget:
         self.left_points += left.points
         self.left_mass += left.mass
         self.left_stored += left.stored
+
+    def let_in(self, bodies: Sequence[Balanced], entered: Entered) -> None:
+        """Points have come in after a step that was recorded; bodies: with them."""
+        self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
+        self.stored_by_kind = self._stored_by_kind(bodies)
+        self.sums[INFLOW_ENERGY.name] += entered.kinetic + entered.stored
+        self.impulse += entered.momentum
+        self.exchanged += np.abs(entered.momentum)
+        self.entered_points += entered.points
+        self.entered_mass += entered.mass
+        self.entered_stored += entered.stored
 
     def _record_impulses(self, done: StepWork, contacts: Mapping[str, np.ndarray], dt: float, weight: float) -> None:
         others = (dt * done.gravity_mass * self.gravity, done.impulse, *done.motions.values())
@@ -217,8 +245,9 @@ class EnergyBudget:
         """Relative errors of mass, momentum and energy; of momentum by the largest of Σ m|v| and the sum of the sizes of all
         impulses from outside, which may cancel: what passes through a body from a push to its support rounds as it is large."""
         lost = np.abs(self._momentum(bodies) - self.initial_momentum - self.impulse).max()
+        brought = self.initial["mass"] + self.entered_mass
         return {
-            "mass": abs(self._mass(bodies) + self.left_mass - self.initial["mass"]) / self.initial["mass"],
+            "mass": abs(self._mass(bodies) + self.left_mass - brought) / brought,
             "momentum": float(lost / self.momentum_scale) if self.momentum_scale > 0.0 else 0.0,
             "energy": self.energy_error(),
         }

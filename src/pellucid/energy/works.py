@@ -34,6 +34,10 @@ ENCLOSED_WORK = Channel("enclosed_work", 0.0)
 with a minus in INTERNAL."""
 OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
 """Of points that left through a face of the grid: no step does this work, the balance books it when they are gone."""
+INFLOW_ENERGY = Channel("inflow_energy")
+"""Of points that came in through a face of the grid, booked when they are there."""
+INFLOW_WORK, OUTFLOW_WORK = Channel("inflow_work"), Channel("outflow_work")
+"""Of what leads points within open faces, and of the pressure there."""
 FIXED_COLUMNS: Mapping[Channel, int] = {
     GRAVITY_WORK: GRAVITY,
     SUPPORT_WORK: SUPPORT,
@@ -157,6 +161,16 @@ class Left(NamedTuple):
     kinetic: float  # [J]
     stored: float  # internal or strain energy [J]
     half_power: float  # half the power of their internal forces, as in `Totals` [W]
+
+
+class Entered(NamedTuple):
+    """Points that came into a body after a step, and what they have."""
+
+    points: int
+    mass: float  # [kg]
+    momentum: np.ndarray  # (3,) [kg m/s]
+    kinetic: float  # [J]
+    stored: float  # internal or strain energy [J]
 
 
 def kinetic_energies(mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -95,6 +95,7 @@ class Grid:
     """A uniform grid and its nodal arrays in one velocity field."""
 
     def __init__(self, case: GridCase) -> None:
+        self.case = case
         counts, thin, periodic = case.counts(), case.thin(), case.is_periodic()
         # rows of slabs do not meet across a seam where an axis has walls
         walled = [axis for axis in range(3) if not (thin[axis] or periodic[axis])]

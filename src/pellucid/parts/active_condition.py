@@ -1,11 +1,11 @@
 """The interface of a condition in a run."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from pellucid.energy import StepWork
+from pellucid.energy import Entered, StepWork
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 
@@ -31,6 +31,10 @@ class ActiveCondition:
     def end(self, dt: float) -> None:
         """The bodies have done the step dt [s], and have their totals: renew its own state, and count in the totals what the
         bodies do not know of, half the power of a force that stores energy and what bounds their step."""
+
+    def enter(self, n_steps: int, time: float) -> Sequence[Entered]:
+        """The step is in the balance: let points into bodies, which have them in their totals then; what these bring."""
+        return ()
 
     def work(self) -> StepWork | None:
         """Its work and impulses over the step; None where nodes or bodies count them."""

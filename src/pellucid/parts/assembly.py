@@ -49,7 +49,7 @@ class AssembledBody(NamedTuple):
 
     def selectable(self) -> Selectable:
         """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
-        return self._selectable(np.arange(self.body.n_points))
+        return self._selectable(np.arange(len(self.body.stored_array("id"))))
 
     def selectable_by_number(self) -> Selectable:
         """The same in the order of the numbers of the points."""

@@ -187,6 +187,10 @@ class BodyModel(Part):
         """Why its points cannot leave through faces of the grid, if so."""
         return Reason(f"the points of body {self.name} belong together: none can leave", "name bodies of material points")
 
+    def why_no_inflow(self) -> Reason | None:
+        """Why no points can come into it through faces of the grid, if so."""
+        return Reason(f"the points of body {self.name} belong together: none can come in", "name a body of material points")
+
     def why_no_wall(self) -> Reason | None:
         """Why it cannot touch walls that are planes without a body, if so."""
         return Reason(f'body {self.name}, of kind "{self.kind}", cannot touch a wall', "leave it out of `bodies`")

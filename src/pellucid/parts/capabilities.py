@@ -13,7 +13,7 @@ import numpy as np
 if TYPE_CHECKING:  # light, for the models of conditions
     from pellucid.contact.contact_surface import ContactSurface
     from pellucid.contact.wall import WallPlane
-    from pellucid.energy import Left
+    from pellucid.energy import Entered, Left
     from pellucid.geometry.meshes.face_shares import FaceShares
     from pellucid.parts.surface_load import Traction
 
@@ -194,6 +194,20 @@ class LosesPoints(Protocol):
 
     def let_leave(self) -> "Left | None":
         """After a step: remove the points that left through these faces; None where there are none."""
+
+
+@runtime_checkable
+class GainsPoints(Protocol):
+    """Points that can come in through faces of the grid."""
+
+    def make_room(self, rows: int, place: np.ndarray) -> None:
+        """Let so many points come in besides those of the start; until then they are without mass at a place [m]."""
+
+    def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
+        """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
+
+    def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> "Entered":
+        """Take in points with such arrays after a step: what they bring along."""
 
 
 @runtime_checkable

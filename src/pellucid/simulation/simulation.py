@@ -15,6 +15,7 @@ from pellucid.conditions.active import ActiveConditions
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.energy import (
     CONTACT,
+    INFLOW_ENERGY,
     OUTFLOW_ENERGY,
     TRANSFER,
     EnergyBudget,
@@ -212,6 +213,8 @@ class Simulation:
         for body in self._losing_points:
             if left := body.let_leave():
                 self.budget.let_go(self.bodies, left, dt)
+        for entered in self.conditions.enter(self.clock.n_steps, self.clock.progress()):
+            self.budget.let_in(self.bodies, entered)
 
     def _share_gravity(self, share: float) -> None:
         for field in self.velocity_fields:
@@ -383,13 +386,21 @@ class Simulation:
         return {"points": self.budget.left_points, "mass": self.budget.left_mass}
 
     @property
+    def inflow(self) -> dict[str, float]:
+        """Number and mass [kg] of the points that came in; empty where none may."""
+        if INFLOW_ENERGY not in self._layout.channels:
+            return {}
+        return {"points": self.budget.entered_points, "mass": self.budget.entered_mass}
+
+    @property
     def condition_states(self) -> Mapping[str, float]:
         """What the history shows of the states of conditions, by the names of its columns."""
         return self.conditions.columns()
 
     def facts(self) -> dict[str, Any]:
         """What the summary tells of the analysis."""
-        return self.clock.facts() | self._settled | ({"outflow": self.outflow} if self.outflow else {})
+        passed = {"inflow": self.inflow, "outflow": self.outflow}
+        return self.clock.facts() | self._settled | {name: counts for name, counts in passed.items() if counts}
 
     def kinetic_energy(self) -> float:
         """Of all bodies [J]."""

@@ -10,15 +10,15 @@ from pellucid.bodies.material_points.at_wall import PointsAtWall
 from pellucid.bodies.material_points.derived_fields import point_energies, point_pressures
 from pellucid.bodies.material_points.grid_surface import GridSurface
 from pellucid.bodies.material_points.hydrostatic import REMEDY, NoRest, states_by_height
-from pellucid.bodies.material_points.leaving import OpenFaces, empty, taken_along
+from pellucid.bodies.material_points.leaving import OpenFaces, brought_in, empty, taken_along
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import Wanted, everywhere, points_along_axes
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall import WallPlane
-from pellucid.energy import FIRST_LOAD, Left
-from pellucid.errors import CaseError, Problem
+from pellucid.energy import FIRST_LOAD, Entered, Left
+from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.grid.full_cells import Filling
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
@@ -33,7 +33,7 @@ from pellucid.jit.bundle import Bundle
 from pellucid.materials.law import Law
 from pellucid.materials.point_state import in_arrays, initial_arrays
 from pellucid.model import Vector
-from pellucid.parts.capabilities import BoundByContact, HasContactSurface, HasPointsAtWalls, KeepsHeat, LosesPoints
+from pellucid.parts.capabilities import BoundByContact, GainsPoints, HasContactSurface, HasPointsAtWalls, KeepsHeat, LosesPoints
 from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_seen, swings, tightest
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
@@ -41,7 +41,7 @@ from pellucid.reductions import ordered_sum
 NOBODY = np.zeros(0, dtype=bool)
 
 
-class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, KeepsHeat):
+class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, GainsPoints, KeepsHeat):
     """Points that fill a volume, each with the state of its law."""
 
     def __init__(
@@ -56,7 +56,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self.law: Law = case.material.law()
         self.energy_kind = case.material.energy_kind
         self._by_cells = case.cell_pressure
-        self._model, self._grid_case = case, grid_case
+        self._model, self._grid_case, self._gravity = case, grid_case, gravity
         self._open_faces: OpenFaces | None = None
         self._leaving = NOBODY
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
@@ -273,6 +273,51 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self.sort()
         return left
 
+    # points that come in
+
+    def make_room(self, rows: int, place: np.ndarray) -> None:
+        """Let so many points come in besides; those that have not are without mass at a place [m], shape (3,)."""
+        self.keep_whole()
+        before, n = self.n_points, self.n_points + rows
+        self.arrays = {name: _with_room(array, n) for name, array in self.arrays.items()}
+        self.arrays["id"][before:], self.arrays["position"][before:] = np.arange(before, n), place
+        self._heat = np.zeros(n if self.keeps_heat else 0)
+        self.constant_fields = ("id",)
+        self._bind()
+        self._make_bundles()
+
+    def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
+        """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
+        return _arrays_at(self._model, position, volume, self._gravity)
+
+    def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Entered:
+        """Take in points with such arrays after a step, in which they lie in the grid; what they bring along.
+
+        They take the rows of points that left, or that have not come yet. Raises RunStopped where there are no more.
+        """
+        there, mass = self.n_there, arrays["mass"]
+        end = there + len(mass)
+        if end > self.n_points:
+            text = f"step {n_steps}, time {time:.6g} s: no more points of body `{self.name}` fit into the grid, {there} are there"
+            raise RunStopped(f"{text}; let some leave through an [[outflow]], or make the grid larger", body=self.name)
+        self.complete_arrays()
+        for name, array in self.arrays.items():
+            if name != "id":
+                array[there:end] = arrays.get(name, 0.0)
+        entered, size = brought_in(arrays, self._stored_in(arrays))
+        self.totals.take(entered, size)
+        self.shared.first[-1] = end
+        self._sort()
+        return entered
+
+    def _stored_in(self, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Internal or strain energies of points with such arrays [J], shape (n,)."""
+        kind = self.material.energy_field
+        if kind in arrays:
+            return np.asarray(arrays["mass"] * arrays[kind])
+        state = in_arrays(self.material.initial_state(), arrays)
+        return np.asarray(arrays["mass"] * point_energies(self.law, state, arrays["mass"] / arrays["volume"]))
+
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""
@@ -294,20 +339,20 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vector) -> tuple[dict[str, np.ndarray], int]:
     """Those of the points that are `here`, in front in arrays with room for all, and how many they are."""
     seeds = case.seeded(grid, everywhere if case.has_users_fields else here)
-    density, state = _initial_state(case, seeds.position, gravity)
-    arrays = {
-        "id": seeds.number,
-        "position": seeds.position,
-        "velocity": case.initial_velocity(seeds.position),
-        "mass": density * seeds.volume,
-        "volume": seeds.volume,
-        **state,
-    }
-    case.add_initial_state(arrays)
+    arrays = {"id": seeds.number, **_arrays_at(case, seeds.position, seeds.volume, gravity)}
     if case.has_users_fields:
         chosen = here(seeds.position)
         arrays = {name: values[chosen] for name, values in arrays.items()}
     return {name: _with_room(values, seeds.n) for name, values in arrays.items()}, len(arrays["id"])
+
+
+def _arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:
+    """Those of points at positions [m], shape (n, 3), with volumes [m³], shape (n,)."""
+    density, state = _initial_state(case, position, gravity)
+    velocity = case.initial_velocity(position)
+    arrays = {"position": position, "velocity": velocity, "mass": density * volume, "volume": volume, **state}
+    case.add_initial_state(arrays)
+    return arrays
 
 
 def _with_room(values: np.ndarray, n: int) -> np.ndarray:

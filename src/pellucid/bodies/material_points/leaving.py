@@ -1,4 +1,4 @@
-"""Material points that leave through open faces of the grid.
+"""Material points that leave through open faces of the grid, and such as come in.
 
 They keep their rows, behind those of the points that are there, so that frames have the same points at all times. Slabs do not
 count them: no kernel meets them again. They have neither mass nor volume, nor velocity, and stay where they crossed the face.
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from pellucid.energy import Left, kinetic_energies
+from pellucid.energy import Entered, Left, kinetic_energies
 from pellucid.grid.folding import cells_beyond
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import FIELD_ENERGY
@@ -60,3 +60,12 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
     folds = [cells_beyond(lattice.folding, axis) > 0 for axis in range(3)]
     lower[folds], upper[folds] = -np.inf, np.inf
     arrays["position"][which] = np.clip(arrays["position"][which], lower, upper)
+
+
+def brought_in(arrays: Mapping[str, np.ndarray], stored: np.ndarray) -> tuple[Entered, float]:
+    """What points with such arrays bring along that come in, with internal or strain energies [J], shape (n,), and their
+    Σ m|v| [kg m/s]."""
+    mass, velocity = arrays["mass"], arrays["velocity"]
+    momentum, kinetic = np.sum(mass[:, None] * velocity, axis=0), float(np.sum(kinetic_energies(mass, velocity)))
+    size = float(np.sum(mass * np.linalg.norm(velocity, axis=1)))
+    return Entered(len(mass), float(np.sum(mass)), momentum, kinetic, float(np.sum(stored))), size

@@ -60,6 +60,12 @@ class MaterialPointsCase(SeededBody):
             return Reason(text, "leave `cell_pressure` out, or this body")
         return None
 
+    def why_no_inflow(self) -> Reason | None:
+        """As for an outflow; solids would be strained between what comes in and what is there."""
+        if not self.material.flows:
+            return Reason(f"body {self.name} is a solid: what comes in would not hold together with it", "name a fluid")
+        return self.why_no_outflow()
+
     def why_no_wall(self) -> Reason | None:
         """Solids touch walls by their surface, fluids by their points."""
         return None

@@ -181,5 +181,6 @@ class Enclosed(Condition):
             if other is not self and other.body == self.body and int(other_number) < int(path[-1]):
                 text = f"body {self.body} holds `{other.name}` already"
                 yield Finding((*path, "body"), text, "one membrane encloses one gas or liquid: leave one of the two out")
-        if self.name == "outflow":
-            yield Finding((*path, "name"), "the history has a column outflow_mass of its own", "choose another name")
+        if self.name in ("inflow", "outflow"):
+            text = f"the history has a column {self.name}_mass of its own"
+            yield Finding((*path, "name"), text, "choose another name")

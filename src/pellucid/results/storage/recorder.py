@@ -178,8 +178,13 @@ class Recorder:
         energies = {entry if entry.endswith(ends) else f"{entry}_energy": "J" for entry in sim.energies()}
         momentum = {f"momentum_{axis}": "kg m/s" for axis in "xyz"}
         clock_columns = {"time": "s", "step": "", "dt": "s"}
-        left = {f"outflow_{name}": unit for name, unit in (("points", ""), ("mass", "kg")) if name in sim.outflow}
-        return clock_columns | energies | {"energy_error": ""} | momentum | left | self._states | self._probes.units()
+        passed = {
+            f"{way}_{name}": unit
+            for way, counts in (("inflow", sim.inflow), ("outflow", sim.outflow))
+            for name, unit in (("points", ""), ("mass", "kg"))
+            if name in counts
+        }
+        return clock_columns | energies | {"energy_error": ""} | momentum | passed | self._states | self._probes.units()
 
     def _write_row(self, sim: Any) -> None:
         row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
@@ -187,7 +192,7 @@ class Recorder:
         if self._writes:
             with explained(self.folder.path):
                 states = sim.condition_states
-                own = [*sim.momentum(), *sim.outflow.values(), *(states[name] for name in self._states)]
+                own = [*sim.momentum(), *sim.inflow.values(), *sim.outflow.values(), *(states[name] for name in self._states)]
                 line = history.append(self.folder.history, [*row, *own, *values])
             self._written[self.folder.history.name].update(line)
         self._rows.mark(sim.time, sim.n_steps)

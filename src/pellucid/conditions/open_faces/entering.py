@@ -1,0 +1,135 @@
+"""Points that come in through openings, in a run."""
+
+from collections.abc import Mapping, Sequence
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.conditions.open_faces.led_strip import LedStrip
+from pellucid.conditions.open_faces.opening import Columns, OpenFace, columns
+from pellucid.energy import INFLOW_WORK, Entered, StepWork
+from pellucid.errors import CaseError, Problem
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.grid.model import GridCase
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.assembly import AssembledBody, Assembly
+from pellucid.parts.capabilities import GainsPoints
+
+if TYPE_CHECKING:
+    from pellucid.conditions.open_faces.given_flow import GivenFlow
+    from pellucid.conditions.open_faces.inflow import Inflow
+
+LAYERS = 8
+"""Of points that an opening may have more than fill the grid."""
+DENSER = 1.1
+"""Points that a body may have, by those that fill the grid."""
+
+
+def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"]:
+    """What lets points in for each inflow; the bodies have room for them."""
+    found = [Entering(inflow, assembly, f"inflow.{number}") for number, inflow in enumerate(inflows)]
+    for name in dict.fromkeys(inflow.body for inflow in inflows):
+        _make_room(assembly.bodies[name], [one for one in found if one.body_name == name])
+    return found
+
+
+def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
+    """As many rows as fill the grid at the start's density, and some layers."""
+    body = member.body
+    volume = body.volumes()
+    whole = inflows[0].grid_volume
+    lacking = max(whole * DENSER - float(volume.sum()), 0.0) / float(volume.mean())
+    rows = ceil(lacking) + LAYERS * sum(one.columns.n for one in inflows)
+    member.offers(GainsPoints).make_room(rows, inflows[0].middle)
+
+
+def opening_of(flow: "GivenFlow", face: OpenFace, member: AssembledBody, case: GridCase) -> tuple[Columns, Geometry]:
+    """The columns of an opening and its shape: that of the flow, or where the body meets the face."""
+    model: Any = member.model
+    if flow.through is not None:
+        shape = flow.through.geometry()
+        return columns(shape, (), model.points_per_cell, case, face), shape
+    shape = model.shape.geometry()
+    return columns(shape, model.left_out, model.points_per_cell, case, face), shape
+
+
+class Entering(ActiveCondition):
+    """An inflow in a run. Between steps it keeps how far a column of mean velocity has come in [m]."""
+
+    def __init__(self, inflow: "Inflow", assembly: Assembly, path: str) -> None:
+        member = assembly.bodies[inflow.body]
+        if member.actions is None:
+            raise ValueError(f"body {inflow.body} has no points on the grid")
+        self._inflow, self._layout, self._grid = inflow, assembly.layout, member.actions.field.grid
+        self._body, self.body_name = member.offers(GainsPoints), inflow.body
+        self._totals, case = member.body.totals, self._grid.case
+        self._face = OpenFace.of(inflow.where, case)
+        self.columns, shape = opening_of(inflow, self._face, member, case)
+        if not self.columns.n:
+            text = f"body {inflow.body} does not reach the face {inflow.where}, and no opening is given"
+            if inflow.through is not None:
+                text = f"no point of the lattice lies in the opening at the face {inflow.where}"
+            remedy = "let the shape reach the face, a cell deep into the grid, or give an opening by `through`"
+            raise CaseError(Problem(text, f"{path}.{'through' if inflow.through else 'where'}", remedy=remedy))
+        self.strip = LedStrip(inflow, self._face, self.columns, shape, case, member, self._face.inward, path)
+        self.grid_volume = self._grid.volume
+        self.middle = self.columns.place.mean(axis=0)
+        self.middle[self._face.axis] = self._face.level
+        self._travel, self._moved = 0.0, 0.0
+        self._work, self._impulse = 0.0, np.zeros(3)
+
+    def try_out(self) -> None:
+        """Supports are known, and with them the velocities; find the state of what comes in."""
+        self.strip.find_profile()
+        self._state = self._body.state_at(self.columns.place, self.columns.area * self.columns.spacing)
+
+    def begin(self, time: float, dt: float) -> None:
+        """Lead the strip."""
+        self.strip.begin(time, dt)
+        self._moved = dt * self.strip.speed
+
+    def act_on_nodes(self, dt: float) -> None:
+        """Count what leading takes."""
+        self._work, self._impulse = self.strip.taken()
+
+    def end(self, dt: float) -> None:
+        """What comes in moves no more than a cell in a step."""
+        self._totals.rate = max(self._totals.rate, self.strip.top_speed() * self._grid.lattice.inverse_cell)
+
+    def _layers(self) -> np.ndarray:
+        """How many points have come in so far in each column, shape (c,)."""
+        reached = self._travel * self.strip.at_columns + self.columns.depth
+        return np.floor(reached / self.columns.spacing).astype(np.int64)
+
+    def enter(self, n_steps: int, time: float) -> Sequence[Entered]:
+        """A point for each spacing that its column has moved on: so far behind the one before it."""
+        before = self._layers()
+        self._travel += self._moved
+        number = self._layers() - before
+        if not number.any():
+            return ()
+        column = np.repeat(np.arange(len(number)), number)
+        layer = np.repeat(before, number) + np.arange(len(column)) - np.repeat(np.cumsum(number) - number, number)
+        depth = (self._travel * self.strip.at_columns + self.columns.depth)[column] - (layer + 1) * self.columns.spacing
+        arrays = {name: array[column] for name, array in self._state.items()}
+        arrays["position"][:, self._face.axis] = self._face.level + self._face.inward * np.maximum(depth, 0.0)
+        arrays["velocity"][...] = (self.strip.speed * self.strip.at_columns)[column, None] * self.strip.normal
+        return [self._body.let_in(arrays, n_steps, time)]
+
+    def work(self) -> StepWork:
+        """Of leading the strip."""
+        done = self._layout.no_work()
+        done.works[self._layout.column(INFLOW_WORK)] = self._work
+        if self._inflow.name is None:
+            done.impulse[:] = self._impulse
+            return done
+        return done._replace(motions={self._inflow.name: self._impulse})
+
+    def state_numbers(self) -> dict[str, Any]:
+        """How far it has come in."""
+        return {"travel": self._travel}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        self._travel = float(numbers["travel"])

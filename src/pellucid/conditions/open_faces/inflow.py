@@ -1,0 +1,97 @@
+"""Inflow: a face of the grid through which points come into a fluid."""
+
+from collections.abc import Iterator, Sequence
+from typing import ClassVar
+
+from pellucid.conditions.open_faces.given_flow import GivenFlow
+from pellucid.conditions.prescribed_motion import Motion
+from pellucid.conditions.support import Face
+from pellucid.energy import IMPACT_HEAT, INFLOW_ENERGY, INFLOW_WORK, Channel
+from pellucid.findings import Finding, Path, Reason, Refusal
+from pellucid.model import check, name_parameter, parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.condition import Condition
+from pellucid.parts.part import Parts
+
+
+class Inflow(GivenFlow, Condition):
+    """A face of the grid through which points come into a fluid, led by a given velocity in the layer of cells there."""
+
+    losses: ClassVar[Sequence[Channel]] = (INFLOW_ENERGY, INFLOW_WORK, IMPACT_HEAT)
+
+    name: str | None = name_parameter("name for probes of its force, as a `reaction`", None)
+    where: Face = parameter("", "face of the grid")
+    body: str = parameter("", "fluid of material points that comes in, in the state in which it starts")
+
+    @check
+    def _has_one_size(self) -> None:
+        if len(given := self.sizes()) != 1:
+            raise Refusal("both `velocity` and `flow_rate`" if given else "neither `velocity` nor `flow_rate`", "give one of the two")
+
+    @classmethod
+    def activate(cls, conditions: Sequence["Inflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
+        """One for each."""
+        from pellucid.conditions.open_faces.entering import entering
+
+        return entering(conditions, assembly)
+
+    def reaction(self) -> str | None:
+        """Its own name."""
+        return self.name
+
+    def why_not_steady(self) -> Reason | None:
+        """What flows does not come to rest."""
+        return Reason("points come in through an [[inflow]] and nothing comes to rest", "leave [steady] out, or the inflow")
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Faces through which nothing can come, bodies into which no point can, flows that are too fast."""
+        yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+        yield from face_problems(self.where, (*path, "where"), parts)
+        yield from self.opening_problems(self.where, path, parts)
+        for place, other in parts.placed(Inflow):
+            if place < path and other.where == self.where and (self.through is None or other.through is None):
+                text = f"inflow number {int(place[1]) + 1} comes through the face {self.where} too"
+                yield Finding((*path, "where"), text, "give both an opening of their own by `through`")
+        yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        body = parts.named(BodyModel, self.body)
+        if body is not None:
+            yield from self._body_problems(body, path, parts)
+        yield from self._speed_problems(path, parts)
+
+    def _body_problems(self, body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
+        if reason := body.why_no_inflow():
+            yield Finding((*path, "body"), *reason)
+            return
+        if led := next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None):
+            text = f"body {body.name} follows the motion `{led}`: no point can come into it"
+            yield Finding((*path, "body"), text, "leave out the motion, or the inflow")
+        for place, condition in parts.placed(Condition):
+            if getattr(condition, "body", None) == body.name and getattr(condition, "region", None) is not None and place[0] == "load":
+                text = f"its points are chosen at the start, and others come into body {body.name}"
+                yield Finding((*place, "where"), text, "leave it out: the load then acts on all points")
+        if "start" in parts.sections and parts.sections["start"].is_written:
+            text = f"body {body.name} cannot go on from an earlier run: points come into it"
+            yield Finding((*path, "body"), text, "use `pellucid resume` to go on with a run, or leave [start] out")
+
+    def _speed_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """A fixed step in which what comes in crosses more than a cell."""
+        step = getattr(parts.sections["time"].items[0], "step", None)
+        if parts.grid is None or step is None or self.velocity is None:
+            return
+        fastest = self.largest_share() * self.velocity
+        if fastest * step > parts.grid.cell:
+            text = f"at {fastest:g} m/s points cross {fastest * step / parts.grid.cell:.3g} cells in a step of {step:g} s"
+            yield Finding((*path, "velocity"), text, f"use time.step = {0.8 * parts.grid.cell / fastest:.2g} or less, or leave it out")
+
+
+def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Of a face through which something is to pass."""
+    yield from parts.seam(path, face)
+    if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
+        text = f"the grid is one cell thick along {face[0]}: nothing moves through the face {face}"
+        yield Finding(path, text, "leave it out")
+    elif any(condition.face_velocity(face) is not None for condition in parts.of(Condition)):
+        text = f"a support constrains the face {face} along its normal: nothing passes it"
+        yield Finding(path, text, "take the face out of one of the two")

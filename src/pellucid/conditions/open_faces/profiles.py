@@ -1,0 +1,44 @@
+"""Velocities of slow steady flows across openings, of any size."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.solids import Cylinder
+
+TERMS = 200  # of the series of a duct, whose terms fall as the cube of their numbers
+Wall = tuple[float, float]
+
+
+def across_tube(tube: Cylinder, axis: int, places: np.ndarray) -> np.ndarray:
+    """1 - r²/R² at places [m], shape (n, 3), 0 beyond the tube along an axis."""
+    offset = np.delete(places - np.array(tube.centre_), axis, axis=1)
+    return np.maximum(1.0 - np.sum(offset * offset, axis=1) / tube.radius**2, 0.0)
+
+
+def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray:
+    """Between one or two pairs of walls, each at two levels [m] of an axis, at places [m], shape (n, 3); 0 beyond them.
+
+    walls: for each axis its pair, None where there is none. Of two pairs it is the series of Boussinesq, as in White 2006,
+    Viscous Fluid Flow, section 3-3.3.
+    """
+    pairs = [(axis, pair) for axis, pair in enumerate(walls) if pair is not None]
+    scaled = [(2.0 * places[:, axis] - low - high) / (high - low) for axis, (low, high) in pairs]
+    half = [0.5 * (high - low) for _, (low, high) in pairs]
+    inside = np.all([np.abs(y) <= 1.0 for y in scaled], axis=0)
+    if len(pairs) == 1:
+        return np.where(inside, 1.0 - scaled[0] ** 2, 0.0)
+    y, z = (np.clip(s, -1.0, 1.0) for s in scaled)
+    share = np.zeros(len(places))
+    for n in range(1, 2 * TERMS, 2):
+        k, side = 0.5 * n * np.pi, half[1] / half[0]
+        # cosh(k b z)/cosh(k b), without large numbers
+        decay = (np.exp(k * side * (np.abs(z) - 1.0)) + np.exp(-k * side * (np.abs(z) + 1.0))) / (1.0 + np.exp(-2.0 * k * side))
+        share += (-1.0) ** (n // 2) / n**3 * (1.0 - decay) * np.cos(k * y)
+    return np.where(inside, np.maximum(share, 0.0), 0.0)
+
+
+def is_tube(geometry: Geometry, axis: int) -> bool:
+    """Whether an opening in a face across an axis is round."""
+    return isinstance(geometry, Cylinder) and "xyz".index(geometry.axis) == axis
