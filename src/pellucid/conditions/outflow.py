@@ -1,15 +1,16 @@
 """Outflow: faces of the grid through which material points leave the computation."""
 
 from collections.abc import Iterator, Sequence
-from typing import ClassVar
 
 from pydantic import field_validator
 
+from pellucid.conditions.open_faces.given_flow import GivenFlow
+from pellucid.conditions.open_faces.inflow import Inflow, face_problems
 from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Face
-from pellucid.energy import OUTFLOW_ENERGY, Channel
+from pellucid.energy import IMPACT_HEAT, OUTFLOW_ENERGY, OUTFLOW_WORK, Channel
 from pellucid.findings import Finding, Path, Reason
-from pellucid.model import one_or_several, parameter
+from pellucid.model import check, name_parameter, one_or_several, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
@@ -18,45 +19,110 @@ from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
 
-class Outflow(Condition):
-    """Faces of the grid through which material points leave: a point that crosses one ends, and the run goes on."""
+class Outflow(GivenFlow, Condition):
+    """Faces of the grid through which material points leave: a point that crosses one ends, and the run goes on.
 
-    losses: ClassVar[Sequence[Channel]] = (OUTFLOW_ENERGY,)  # what the points take along
+    With a `pressure` it acts where the fluid ends at the face; with `velocity` or `flow_rate` that flow leads points out.
+    """
 
+    name: str | None = name_parameter("name for probes of the force of what leads points out, as a `reaction`", None)
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: tuple[str, ...] = parameter(
         "", "bodies whose points may leave; without it all bodies of material points that nothing leads", ()
     )
+    pressure: float | None = parameter(
+        "Pa", "pressure outside, which `rise` and `amplitude` change in time; below zero it sucks", None
+    )
 
     _one_or_several = field_validator("where", "body", mode="before")(one_or_several)
 
+    @check
+    def _is_one_kind(self) -> None:
+        given = [*(["pressure"] if self.pressure is not None else []), *self.sizes()]
+        if len(given) > 1:
+            raise ValueError(f"`{given[0]}` and `{given[1]}` both say what happens at the face; leave one out")
+        if self.is_led and len(self.where) > 1:
+            raise ValueError(f"`{given[0]}` is that of one face; use an [[outflow]] for each")
+        own = {"profile": self.profile != "uniform", "through": self.through is not None, "name": self.name is not None}
+        if not self.is_led and (extra := [key for key, written in own.items() if written]):
+            raise ValueError(f"`{extra[0]}` belongs to a given flow: add `velocity` or `flow_rate`, or leave it out")
+        if not given and (self.rise > 0.0 or self.amplitude is not None):
+            raise ValueError("nothing here changes in time: add `pressure`, `velocity` or `flow_rate`, or leave it out")
+
+    @property
+    def is_led(self) -> bool:
+        """Whether a given flow leads points out."""
+        return len(self.sizes()) > 0
+
+    def _allows_turning(self) -> bool:
+        """A pressure may have any sign."""
+        return not self.is_led
+
+    def load_channel(self) -> str | None:
+        """That of the pressure."""
+        return None if self.pressure is None else OUTFLOW_WORK.name
+
+    def channels(self) -> Sequence[Channel]:
+        """What points take along, and what leads them."""
+        return (OUTFLOW_ENERGY, *([OUTFLOW_WORK, IMPACT_HEAT] if self.is_led else []))
+
+    def reaction(self) -> str | None:
+        """Its own name."""
+        return self.name
+
     @classmethod
     def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Bodies let their points go by themselves: nothing else acts in a step."""
+        """Bodies let their points go by themselves; pressures and flows at the faces act in each step."""
         led = {name for name, member in assembly.bodies.items() if member.body.constraint is not None}
-        for outflow in conditions:
+        active: list[ActiveCondition] = []
+        for number, outflow in enumerate(conditions):
+            bodies = []
             for name, member in assembly.bodies.items():
                 allowed = name in outflow.body if outflow.body else name not in led and not member.model.why_no_outflow()
                 if allowed:
                     ends = [("xyz".index(face[0]), int(face.endswith("upper"))) for face in outflow.where]
                     member.offers(LosesPoints).open_faces(ends)
-        return ()
+                    bodies.append(name)
+            active += outflow._acting(bodies, assembly, f"outflow.{number}")
+        return active
+
+    def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[ActiveCondition]:
+        """What acts on bodies at the faces."""
+        if self.pressure is not None:
+            from pellucid.conditions.open_faces.outlet_pressure import OutletPressure
+
+            return [OutletPressure(self, bodies, assembly, path)]
+        if self.is_led:
+            from pellucid.conditions.open_faces.leading_out import LeadingOut
+
+            return [LeadingOut(self, bodies, assembly, path)]
+        return []
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Faces through which nothing can pass, and bodies that cannot lose points."""
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         for number, face in enumerate(self.where):
             here = (*path, "where", number)
-            yield from parts.seam(here, face)
             if face in self.where[:number]:
+                yield from parts.seam(here, face)
                 yield Finding(here, f"the face {face} is named twice", "leave it out once")
-            elif not parts.active_axes["xyz".index(face[0])]:
-                text = f"the grid is one cell thick along {face[0]}: nothing moves through the face {face}"
-                yield Finding(here, text, "leave it out")
-            elif any(condition.face_velocity(face) is not None for condition in parts.of(Condition)):
-                text = f"a support constrains the face {face} along its normal: nothing passes it"
+                continue
+            yield from face_problems(face, here, parts)
+            if (inflows := [place for place, inflow in parts.placed(Inflow) if inflow.where == face]):
+                text = f"inflow number {int(inflows[0][1]) + 1} comes in through the face {face}: nothing leaves there"
                 yield Finding(here, text, "take the face out of one of the two")
+            yield from self._repeated(face, here, parts)
+            if self.is_led:
+                yield from self.opening_problems(face, path, parts)
         yield from self._body_problems((*path, "body"), parts)
+
+    def _repeated(self, face: str, path: Path, parts: Parts) -> Iterator[Finding]:
+        """That another outflow says already what happens at a face."""
+        for place, other in parts.placed(Outflow):
+            acts = [one.is_led or one.pressure is not None for one in (self, other)]
+            if place < path[:2] and face in other.where and all(acts):
+                text = f"outflow number {int(place[1]) + 1} has a pressure or a flow at the face {face} already"
+                yield Finding(path, text, "take the face out of one of the two")
 
     def _body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         for number, name in enumerate(self.body):

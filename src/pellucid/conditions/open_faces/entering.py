@@ -7,17 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.conditions.open_faces.led_strip import LedStrip
-from pellucid.conditions.open_faces.opening import Columns, OpenFace, columns
+from pellucid.conditions.open_faces.opening import OpenFace, opening_of
 from pellucid.energy import INFLOW_WORK, Entered, StepWork
 from pellucid.errors import CaseError, Problem
-from pellucid.geometry.shapes.contract import Geometry
-from pellucid.grid.model import GridCase
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import GainsPoints
 
 if TYPE_CHECKING:
-    from pellucid.conditions.open_faces.given_flow import GivenFlow
     from pellucid.conditions.open_faces.inflow import Inflow
 
 LAYERS = 8
@@ -44,16 +41,6 @@ def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
     member.offers(GainsPoints).make_room(rows, inflows[0].middle)
 
 
-def opening_of(flow: "GivenFlow", face: OpenFace, member: AssembledBody, case: GridCase) -> tuple[Columns, Geometry]:
-    """The columns of an opening and its shape: that of the flow, or where the body meets the face."""
-    model: Any = member.model
-    if flow.through is not None:
-        shape = flow.through.geometry()
-        return columns(shape, (), model.points_per_cell, case, face), shape
-    shape = model.shape.geometry()
-    return columns(shape, model.left_out, model.points_per_cell, case, face), shape
-
-
 class Entering(ActiveCondition):
     """An inflow in a run. Between steps it keeps how far a column of mean velocity has come in [m]."""
 
@@ -65,7 +52,7 @@ class Entering(ActiveCondition):
         self._body, self.body_name = member.offers(GainsPoints), inflow.body
         self._totals, case = member.body.totals, self._grid.case
         self._face = OpenFace.of(inflow.where, case)
-        self.columns, shape = opening_of(inflow, self._face, member, case)
+        self.columns, shape = opening_of(inflow.through, self._face, member.model, case)
         if not self.columns.n:
             text = f"body {inflow.body} does not reach the face {inflow.where}, and no opening is given"
             if inflow.through is not None:

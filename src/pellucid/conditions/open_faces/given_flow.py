@@ -27,9 +27,13 @@ class GivenFlow(ChangesInTime):
 
     @check
     def _flows_one_way(self) -> None:
-        if self.amplitude is not None and self.amplitude.smallest < 0.0:
+        if self.amplitude is not None and self.amplitude.smallest < 0.0 and not self._allows_turning():
             text = f"`amplitude` has the share {self.amplitude.smallest:g}: a flow cannot turn round here, points come in or leave"
             raise ValueError(f"{text}; use shares of 0 or more")
+
+    def _allows_turning(self) -> bool:
+        """Whether it may act the other way at times."""
+        return False
 
     def sizes(self) -> list[str]:
         """Which keys say how large it is."""

@@ -5,13 +5,14 @@ layer begins a column along the normal, in which points follow each other at the
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pellucid.approximants.axis import GridFunction, GridFunctions, axis_weights
 from pellucid.bodies.material_points.seed_lattice import SeedLattice
 from pellucid.bodies.material_points.seeding import points_along_axes, seed
+from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
@@ -71,6 +72,12 @@ def columns(
 
     seeds = seed(shape, grid, counts, left_out, outermost)
     return Columns(seeds.position, face.depth(seeds.position), seeds.volume / spacing, spacing)
+
+
+def opening_of(through: Shape | None, face: OpenFace, model: Any, grid: GridCase) -> tuple[Columns, Geometry]:
+    """The columns of an opening and its shape: a given one, or where a body meets the face, by its model."""
+    shape = (through or model.shape).geometry()
+    return columns(shape, () if through else model.left_out, model.points_per_cell, grid, face), shape
 
 
 class NodesAcross(NamedTuple):

@@ -1,0 +1,65 @@
+"""A given flow out of the grid, in a run: the strip of cells at the face is led outwards."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pellucid.conditions.open_faces.led_strip import LedStrip
+from pellucid.conditions.open_faces.opening import OpenFace, opening_of
+from pellucid.energy import OUTFLOW_WORK, StepWork
+from pellucid.errors import CaseError, Problem
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.assembly import Assembly
+
+if TYPE_CHECKING:
+    from pellucid.conditions.outflow import Outflow
+
+
+class LeadingOut(ActiveCondition):
+    """An outflow of a given flow. Its opening is that of the first of the bodies that reaches the face."""
+
+    def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
+        self._layout, self._name = assembly.layout, outflow.name
+        for name in bodies:
+            member = assembly.bodies[name]
+            if member.velocity_field is None:
+                continue
+            case = member.velocity_field.grid.case
+            face = OpenFace.of(outflow.where[0], case)
+            columns, shape = opening_of(outflow.through, face, member.model, case)
+            if columns.n:
+                self._strip = LedStrip(outflow, face, columns, shape, case, member, -face.inward, path)
+                self._totals = member.body.totals
+                self._rate = member.velocity_field.grid.lattice.inverse_cell
+                break
+        else:
+            text = f"no body that may leave reaches the face {outflow.where[0]}, and no opening is given"
+            remedy = "let a body reach the face, or give an opening by `through`, a cell deep into the grid"
+            raise CaseError(Problem(text, f"{path}.where", remedy=remedy))
+        self._work, self._impulse = 0.0, np.zeros(3)
+
+    def try_out(self) -> None:
+        """Supports are known, and with them the velocities."""
+        self._strip.find_profile()
+
+    def begin(self, time: float, dt: float) -> None:
+        """Lead the strip."""
+        self._strip.begin(time, dt)
+
+    def act_on_nodes(self, dt: float) -> None:
+        """Count what leading takes."""
+        self._work, self._impulse = self._strip.taken()
+
+    def end(self, dt: float) -> None:
+        """What goes out moves no more than a cell in a step."""
+        self._totals.rate = max(self._totals.rate, self._strip.top_speed() * self._rate)
+
+    def work(self) -> StepWork:
+        """Of leading the strip."""
+        done = self._layout.no_work()
+        done.works[self._layout.column(OUTFLOW_WORK)] = self._work
+        if self._name is None:
+            done.impulse[:] = self._impulse
+            return done
+        return done._replace(motions={self._name: self._impulse})

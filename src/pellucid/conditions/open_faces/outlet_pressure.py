@@ -1,0 +1,145 @@
+"""The pressure at an open face, where a fluid ends.
+
+A pressure p pushes on the end of a fluid along the normal n of the face with f_I = -n p ∮ N_I n·dA. By Gauss's law that is
+
+    f_I = -n p Σ_p V_p n·∇N_I(x_p)
+
+with the sum by which the fluid's own pressure acts on the nodes, taken at those about the layer of cells at the face. So no end
+of the fluid need be found, a node that hardly any mass reaches gets hardly any force, and a fluid that has the pressure p there
+feels nothing, to rounding.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.conditions.open_faces.opening import OpenFace
+from pellucid.energy import FIRST_LOAD
+from pellucid.errors import CaseError, Problem, RunStopped
+from pellucid.grid.nodal_fields import aligned_rows
+from pellucid.grid.passes.gifts import by_slope, given, giving, scatter
+from pellucid.jit import point_function
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.vector import row
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.assembly import AssembledBody, Assembly
+
+if TYPE_CHECKING:
+    from pellucid.conditions.outflow import Outflow
+
+
+class FluidPoints(NamedTuple):
+    """What is read of points."""
+
+    position: Any
+    volume: Any
+
+
+class EndPressure(NamedTuple):
+    """A gift by slopes: -V p along an axis, of points near a face."""
+
+    pressure: np.ndarray  # (1,) in this step [Pa]
+    level: float  # of the face, in cells
+    inward: float
+    axis: int
+    reach: float  # of points that count, in cells from the face
+
+
+@point_function(given, EndPressure)
+def _pressure_of_point(rule, lattice, points, p):
+    x = points.position
+    place = x[p, 0] if rule.axis == 0 else (x[p, 1] if rule.axis == 1 else x[p, 2])
+    near = rule.inward * (place * lattice.inverse_cell - rule.level) < rule.reach
+    c = -rule.pressure[0] * points.volume[p] if near else 0.0
+    return (
+        row(c if rule.axis == 0 else 0.0, 0.0, 0.0, 0.0),
+        row(0.0, c if rule.axis == 1 else 0.0, 0.0, 0.0),
+        row(0.0, 0.0, c if rule.axis == 2 else 0.0, 0.0),
+    )
+
+
+class EndOfFluid:
+    """The points of a body at a face, on whose end a pressure acts."""
+
+    def __init__(self, member: AssembledBody, face: OpenFace, column: int) -> None:
+        body = member.body
+        if not isinstance(body, PointsOnGrid) or member.velocity_field is None:
+            raise ValueError(f"body {body.name} has no points on the grid")
+        self.body, self._face, self._field, self._row = body, face, member.velocity_field, column - FIRST_LOAD
+        self._pressure, self._rows = np.zeros(1), aligned_rows(body.grid.n_nodes)
+        self._gives: Bundle | None = None
+        self._deep = body.functions[face.axis].stencil
+        index, place = body.grid.where()
+        # nodes that points of the outermost layer of cells reach, and one layer beside
+        self._near = index[face.depth(place) < (self._deep + 0.5) * body.grid.lattice.cell]
+
+    def push(self, pressure: float) -> None:
+        """Let a pressure [Pa] act over the step."""
+        self._pressure[0] = pressure
+        if pressure == 0.0:
+            return
+        self._rows.fill(0.0)
+        scatter(self._gift())
+        self._field.load_row(self._row)[self._near, self._face.axis] += self._rows[self._near, self._face.axis]
+
+    def _gift(self) -> Bundle:
+        """Made when all that depends on conditions is known."""
+        if self._gives is None:
+            arrays, face, cell = self.body.arrays, self._face, self.body.grid.lattice.cell
+            rule = EndPressure(self._pressure, face.level / cell, face.inward, face.axis, 2.0 * self._deep)
+            points = FluidPoints(arrays["position"], arrays["volume"])
+            self._gives = giving(self.body.mapped.content, by_slope(rule, points, self._rows.reshape(-1)))
+        return self._gives
+
+    def depth(self) -> float:
+        """How far the point is from the face that is nearest to it, in cells."""
+        depth = self._face.depth(self.body.arrays["position"][: self.body.n_there])
+        return float(depth.min(initial=np.inf)) * self.body.grid.lattice.inverse_cell
+
+
+class OutletPressure(ActiveCondition):
+    """The pressure of an outflow in a run."""
+
+    def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
+        self._outflow, self._path = outflow, path
+        self._ends: list[tuple[OpenFace, list[EndOfFluid]]] = []
+        for name in outflow.where:
+            members = [assembly.bodies[body] for body in bodies]
+            column = [assembly.load_column(body, "outflow_work") for body in bodies]
+            grid = members[0].body.on_grid.grid  # type: ignore[union-attr]
+            face = OpenFace.of(name, grid.case)
+            ends = [EndOfFluid(member, face, at) for member, at in zip(members, column, strict=True)]
+            self._ends.append((face, ends))
+
+    def try_out(self) -> None:
+        """A pressure needs something that it pushes."""
+        for face, ends in self._ends:
+            if min(end.depth() for end in ends) > 1.0:
+                text = f"no point of {self._names(ends)} lies in the layer of cells at the face {face.name}: a pressure pushes nothing there"
+                raise CaseError(Problem(text, f"{self._path}.pressure", remedy="let a body reach the face, or leave `pressure` out"))
+
+    @staticmethod
+    def _names(ends: Sequence[EndOfFluid]) -> str:
+        return ", ".join(end.body.name for end in ends)
+
+    def begin(self, time: float, dt: float) -> None:
+        """Push on the ends."""
+        pressure = self._outflow.share(time) * (self._outflow.pressure or 0.0)
+        for _, ends in self._ends:
+            for end in ends:
+                end.push(pressure)
+
+    def enter(self, n_steps: int, time: float) -> Sequence[Any]:
+        """Nothing comes in: what flows back leaves the face behind, and the run stops."""
+        for face, ends in self._ends:
+            if min(end.depth() for end in ends) > 1.0:
+                raise RunStopped(
+                    f"step {n_steps}, time {time:.6g} s: the fluid flows back at the outflow through {face.name} and has left its "
+                    f"outermost layer of cells ({self._names(ends)}); lower its pressure there, let it rise more slowly, or use "
+                    "an [[inflow]] at this face",
+                    step=n_steps,
+                    time=time,
+                )
+        return ()
