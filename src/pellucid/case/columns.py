@@ -9,8 +9,14 @@ from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
 UNITS = {
-    **{"time": "s", "dt": "s", "step": "", "energy_error": ""},
-    **{"inflow_points": "", "inflow_mass": "kg", "outflow_points": "", "outflow_mass": "kg"},
+    "time": "s",
+    "dt": "s",
+    "step": "",
+    "energy_error": "",
+    "inflow_points": "",
+    "inflow_mass": "kg",
+    "outflow_points": "",
+    "outflow_mass": "kg",
 }
 MOMENTUM, ENERGY = "kg m/s", "J"
 

@@ -108,7 +108,7 @@ class Outflow(GivenFlow, Condition):
                 yield Finding(here, f"the face {face} is named twice", "leave it out once")
                 continue
             yield from face_problems(face, here, parts)
-            if (inflows := [place for place, inflow in parts.placed(Inflow) if inflow.where == face]):
+            if inflows := [place for place, inflow in parts.placed(Inflow) if inflow.where == face]:
                 text = f"inflow number {int(inflows[0][1]) + 1} comes in through the face {face}: nothing leaves there"
                 yield Finding(here, text, "take the face out of one of the two")
             yield from self._repeated(face, here, parts)

@@ -298,8 +298,11 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         there, mass = self.n_there, arrays["mass"]
         end = there + len(mass)
         if end > self.n_points:
-            text = f"step {n_steps}, time {time:.6g} s: no more points of body `{self.name}` fit into the grid, {there} are there"
-            raise RunStopped(f"{text}; let some leave through an [[outflow]], or make the grid larger", body=self.name)
+            text = (
+                f"step {n_steps}, time {time:.6g} s: no more points of body `{self.name}` fit into the grid, where {there} are"
+            )
+            remedy = "let some leave through an [[outflow]], or make the grid larger"
+            raise RunStopped(f"{text}; {remedy}", step=n_steps, time=time, body=self.name)
         self.complete_arrays()
         for name, array in self.arrays.items():
             if name != "id":

@@ -37,7 +37,7 @@ def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
     volume = body.volumes()
     whole = inflows[0].grid_volume
     lacking = max(whole * DENSER - float(volume.sum()), 0.0) / float(volume.mean())
-    rows = ceil(lacking) + LAYERS * sum(one.columns.n for one in inflows)
+    rows = ceil(lacking) + LAYERS * sum(one.opening.n for one in inflows)
     member.offers(GainsPoints).make_room(rows, inflows[0].middle)
 
 
@@ -52,16 +52,16 @@ class Entering(ActiveCondition):
         self._body, self.body_name = member.offers(GainsPoints), inflow.body
         self._totals, case = member.body.totals, self._grid.case
         self._face = OpenFace.of(inflow.where, case)
-        self.columns, shape = opening_of(inflow.through, self._face, member.model, case)
-        if not self.columns.n:
+        self.opening, shape = opening_of(inflow.through, self._face, member.model, case)
+        if not self.opening.n:
             text = f"body {inflow.body} does not reach the face {inflow.where}, and no opening is given"
             if inflow.through is not None:
                 text = f"no point of the lattice lies in the opening at the face {inflow.where}"
             remedy = "let the shape reach the face, a cell deep into the grid, or give an opening by `through`"
             raise CaseError(Problem(text, f"{path}.{'through' if inflow.through else 'where'}", remedy=remedy))
-        self.strip = LedStrip(inflow, self._face, self.columns, shape, case, member, self._face.inward, path)
+        self.strip = LedStrip(inflow, self._face, self.opening, shape, case, member, self._face.inward, path)
         self.grid_volume = self._grid.volume
-        self.middle = self.columns.place.mean(axis=0)
+        self.middle = self.opening.place.mean(axis=0)
         self.middle[self._face.axis] = self._face.level
         self._travel, self._moved = 0.0, 0.0
         self._work, self._impulse = 0.0, np.zeros(3)
@@ -69,7 +69,7 @@ class Entering(ActiveCondition):
     def try_out(self) -> None:
         """Supports are known, and with them the velocities; find the state of what comes in."""
         self.strip.find_profile()
-        self._state = self._body.state_at(self.columns.place, self.columns.area * self.columns.spacing)
+        self._state = self._body.state_at(self.opening.place, self.opening.area * self.opening.spacing)
 
     def begin(self, time: float, dt: float) -> None:
         """Lead the strip."""
@@ -86,8 +86,8 @@ class Entering(ActiveCondition):
 
     def _layers(self) -> np.ndarray:
         """How many points have come in so far in each column, shape (c,)."""
-        reached = self._travel * self.strip.at_columns + self.columns.depth
-        return np.floor(reached / self.columns.spacing).astype(np.int64)
+        reached = self._travel * self.strip.at_columns + self.opening.depth
+        return np.floor(reached / self.opening.spacing).astype(np.int64)
 
     def enter(self, n_steps: int, time: float) -> Sequence[Entered]:
         """A point for each spacing that its column has moved on: so far behind the one before it."""
@@ -98,7 +98,7 @@ class Entering(ActiveCondition):
             return ()
         column = np.repeat(np.arange(len(number)), number)
         layer = np.repeat(before, number) + np.arange(len(column)) - np.repeat(np.cumsum(number) - number, number)
-        depth = (self._travel * self.strip.at_columns + self.columns.depth)[column] - (layer + 1) * self.columns.spacing
+        depth = (self._travel * self.strip.at_columns + self.opening.depth)[column] - (layer + 1) * self.opening.spacing
         arrays = {name: array[column] for name, array in self._state.items()}
         arrays["position"][:, self._face.axis] = self._face.level + self._face.inward * np.maximum(depth, 0.0)
         arrays["velocity"][...] = (self.strip.speed * self.strip.at_columns)[column, None] * self.strip.normal

@@ -17,9 +17,13 @@ class GivenFlow(ChangesInTime):
     """A flow through a face of the grid: its size, what it is across the opening, and how it changes in time."""
 
     velocity: float | None = parameter("m/s", "mean velocity through the opening, along which it flows", None, ge=0)
-    flow_rate: float | None = parameter("m^3/s", "instead of it, volume on unit of time; in plane problems of the slice", None, ge=0)
+    flow_rate: float | None = parameter(
+        "m^3/s", "instead of it, volume in unit of time, of the slice in plane problems", None, ge=0
+    )
     profile: Profile = parameter(
-        "", "velocities across the opening: the same, or those of a slow flow between its walls, of a slit, duct or tube", "uniform"
+        "",
+        "velocities across the opening: all the same, or those of a steady slow flow in a slit, duct or tube",
+        "uniform",
     )
     through: Shape | None = parameter(
         "", "the opening is where this shape meets the face; without it, where a body does that flows through it", None
@@ -28,7 +32,7 @@ class GivenFlow(ChangesInTime):
     @check
     def _flows_one_way(self) -> None:
         if self.amplitude is not None and self.amplitude.smallest < 0.0 and not self._allows_turning():
-            text = f"`amplitude` has the share {self.amplitude.smallest:g}: a flow cannot turn round here, points come in or leave"
+            text = f"`amplitude` has the share {self.amplitude.smallest:g}, and what comes in or is led out cannot turn round"
             raise ValueError(f"{text}; use shares of 0 or more")
 
     def _allows_turning(self) -> bool:
@@ -46,12 +50,12 @@ class GivenFlow(ChangesInTime):
     def opening_problems(self, face: str, path: Path, parts: Parts) -> Iterator[Finding]:
         """Of an opening that does not reach the face, or across which nothing tells a profile."""
         grid = parts.grid
-        if grid is None or parts.grid is None:
+        if grid is None:
             return
         if self.profile == "parabolic" and not any(walled_axes(grid, face)):
             text = f"the face {face} has no walls across: along every other axis the grid is one cell thick or periodic"
             yield Finding((*path, "profile"), text, 'use profile = "uniform"')
-        if self.through is not None and self.through.geometry() is not None:
+        if self.through is not None:
             axis, upper = "xyz".index(face[0]), face.endswith("upper")
             level = (grid.extent_upper() if upper else grid.lower)[axis]
             low, high = (float(corner[axis]) for corner in self.through.geometry().bounds())

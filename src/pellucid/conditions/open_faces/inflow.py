@@ -28,7 +28,8 @@ class Inflow(GivenFlow, Condition):
     @check
     def _has_one_size(self) -> None:
         if len(given := self.sizes()) != 1:
-            raise Refusal("both `velocity` and `flow_rate`" if given else "neither `velocity` nor `flow_rate`", "give one of the two")
+            text = "both `velocity` and `flow_rate`" if given else "neither `velocity` nor `flow_rate`"
+            raise Refusal(text, "give one of the two")
 
     @classmethod
     def activate(cls, conditions: Sequence["Inflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
@@ -67,8 +68,9 @@ class Inflow(GivenFlow, Condition):
         if led := next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None):
             text = f"body {body.name} follows the motion `{led}`: no point can come into it"
             yield Finding((*path, "body"), text, "leave out the motion, or the inflow")
-        for place, condition in parts.placed(Condition):
-            if getattr(condition, "body", None) == body.name and getattr(condition, "region", None) is not None and place[0] == "load":
+        for place, load in parts.placed(Condition):
+            chooses = getattr(load, "body", None) == body.name and getattr(load, "where", None) is not None
+            if place[0] == "load" and chooses:
                 text = f"its points are chosen at the start, and others come into body {body.name}"
                 yield Finding((*place, "where"), text, "leave it out: the load then acts on all points")
         if "start" in parts.sections and parts.sections["start"].is_written:
@@ -83,7 +85,8 @@ class Inflow(GivenFlow, Condition):
         fastest = self.largest_share() * self.velocity
         if fastest * step > parts.grid.cell:
             text = f"at {fastest:g} m/s points cross {fastest * step / parts.grid.cell:.3g} cells in a step of {step:g} s"
-            yield Finding((*path, "velocity"), text, f"use time.step = {0.8 * parts.grid.cell / fastest:.2g} or less, or leave it out")
+            remedy = f"use time.step = {0.8 * parts.grid.cell / fastest:.2g} or less, or leave it out"
+            yield Finding((*path, "velocity"), text, remedy)
 
 
 def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -9,12 +9,12 @@ from math import ceil, log2
 
 import numpy as np
 
+from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.open_faces.given_flow import GivenFlow, walled_axes
 from pellucid.conditions.open_faces.opening import Columns, OpenFace, layers, nodes_across
 from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_walls, is_tube
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.grid.actions import NodalActions
 from pellucid.grid.model import GridCase
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.parts.assembly import AssembledBody
@@ -39,8 +39,8 @@ class LedStrip:
         path: str,
     ) -> None:
         """shape: of the opening; direction: 1 or -1, of the flow along the normal axis; path: of the flow in the case."""
-        actions, points = member.actions, member.body.on_grid
-        if actions is None or points is None:
+        actions, points = member.actions, member.body
+        if actions is None or not isinstance(points, PointsOnGrid):
             raise ValueError(f"body {member.body.name} has no points on the grid")
         self._flow, self._face, self._columns, self._shape = flow, face, columns, shape
         self._case, self._actions, self._path, self._direction = case, actions, path, direction

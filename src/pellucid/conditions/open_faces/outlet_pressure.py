@@ -9,15 +9,16 @@ of the fluid need be found, a node that hardly any mass reaches gets hardly any 
 feels nothing, to rounding.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.open_faces.opening import OpenFace
-from pellucid.energy import FIRST_LOAD
+from pellucid.energy import FIRST_LOAD, OUTFLOW_WORK, Entered
 from pellucid.errors import CaseError, Problem, RunStopped
+from pellucid.findings import listed
 from pellucid.grid.nodal_fields import aligned_rows
 from pellucid.grid.passes.gifts import by_slope, given, giving, scatter
 from pellucid.jit import point_function
@@ -93,21 +94,26 @@ class EndOfFluid:
             self._gives = giving(self.body.mapped.content, by_slope(rule, points, self._rows.reshape(-1)))
         return self._gives
 
-    def depth(self) -> float:
-        """How far the point is from the face that is nearest to it, in cells."""
-        depth = self._face.depth(self.body.arrays["position"][: self.body.n_there])
-        return float(depth.min(initial=np.inf)) * self.body.grid.lattice.inverse_cell
+    def nearest(self) -> tuple[float, float]:
+        """Of the point that is nearest to the face: how far it is, in cells, and how fast it moves into the grid [m/s]."""
+        there, axis = self.body.n_there, self._face.axis
+        if there == 0:
+            return np.inf, 0.0
+        depth = self._face.depth(self.body.arrays["position"][:there])
+        p = int(np.argmin(depth))
+        inward = self._face.inward * self.body.arrays["velocity"][p, axis]
+        return float(depth[p]) * self.body.grid.lattice.inverse_cell, float(inward)
 
 
 class OutletPressure(ActiveCondition):
     """The pressure of an outflow in a run."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
-        self._outflow, self._path = outflow, path
+        self._outflow, self._path, self._filled = outflow, path, [True] * len(outflow.where)
         self._ends: list[tuple[OpenFace, list[EndOfFluid]]] = []
         for name in outflow.where:
             members = [assembly.bodies[body] for body in bodies]
-            column = [assembly.load_column(body, "outflow_work") for body in bodies]
+            column = [assembly.load_column(body, OUTFLOW_WORK.name) for body in bodies]
             grid = members[0].body.on_grid.grid  # type: ignore[union-attr]
             face = OpenFace.of(name, grid.case)
             ends = [EndOfFluid(member, face, at) for member, at in zip(members, column, strict=True)]
@@ -116,13 +122,10 @@ class OutletPressure(ActiveCondition):
     def try_out(self) -> None:
         """A pressure needs something that it pushes."""
         for face, ends in self._ends:
-            if min(end.depth() for end in ends) > 1.0:
-                text = f"no point of {self._names(ends)} lies in the layer of cells at the face {face.name}: a pressure pushes nothing there"
-                raise CaseError(Problem(text, f"{self._path}.pressure", remedy="let a body reach the face, or leave `pressure` out"))
-
-    @staticmethod
-    def _names(ends: Sequence[EndOfFluid]) -> str:
-        return ", ".join(end.body.name for end in ends)
+            if _nearest(ends)[0] > 1.0:
+                text = f"no point of {_names(ends)} lies in the layer of cells at the face {face.name}, where a pressure pushes"
+                remedy = "let a body reach the face, or leave `pressure` out"
+                raise CaseError(Problem(text, f"{self._path}.pressure", remedy=remedy))
 
     def begin(self, time: float, dt: float) -> None:
         """Push on the ends."""
@@ -131,15 +134,31 @@ class OutletPressure(ActiveCondition):
             for end in ends:
                 end.push(pressure)
 
-    def enter(self, n_steps: int, time: float) -> Sequence[Any]:
-        """Nothing comes in: what flows back leaves the face behind, and the run stops."""
-        for face, ends in self._ends:
-            if min(end.depth() for end in ends) > 1.0:
-                raise RunStopped(
-                    f"step {n_steps}, time {time:.6g} s: the fluid flows back at the outflow through {face.name} and has left its "
-                    f"outermost layer of cells ({self._names(ends)}); lower its pressure there, let it rise more slowly, or use "
-                    "an [[inflow]] at this face",
-                    step=n_steps,
-                    time=time,
-                )
+    def enter(self, n_steps: int, time: float) -> Sequence[Entered]:
+        """Nothing comes in: where the layer of cells at a face empties as the fluid flows back, the run stops."""
+        for number, (face, ends) in enumerate(self._ends):
+            depth, inward = _nearest(ends)
+            if self._filled[number] and depth > 1.0 and inward > 0.0:
+                text = f"the fluid flows back at the outflow through {face.name} and has left the layer of cells there"
+                remedy = "lower the pressure there, let it rise more slowly, or use an [[inflow]] at this face"
+                message = f"step {n_steps}, time {time:.6g} s: {text} (body {_names(ends)}); {remedy}"
+                raise RunStopped(message, step=n_steps, time=time)
+            self._filled[number] = depth <= 1.0
         return ()
+
+    def state_numbers(self) -> dict[str, Any]:
+        """At which faces there was fluid."""
+        return {"filled": list(self._filled)}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        self._filled = list(numbers["filled"])
+
+
+def _nearest(ends: Sequence[EndOfFluid]) -> tuple[float, float]:
+    """Of all bodies."""
+    return min((end.nearest() for end in ends), default=(0.0, 0.0))
+
+
+def _names(ends: Sequence[EndOfFluid]) -> str:
+    return listed([end.body.name for end in ends])

@@ -1,0 +1,423 @@
+"""A fluid comes in through a face of the grid, is led there, and goes out freely, against a pressure, or as it is led."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+from small_cases import GAS, SLIP, advance, box, case
+
+import pellucid
+from pellucid.case import Case
+from pellucid.case.reading import loads
+from pellucid.errors import CaseError, RunStopped
+from pellucid.running.launch import resume_case
+from pellucid.simulation.simulation import Simulation
+
+TUBE = [support for support in SLIP if not support["where"].startswith("x")]
+WATER = {"kind": "fluid", "density": 1000.0, "pressure": 500.0, "eos": {"kind": "tait", "sound_speed": 20.0, "exponent": 7}}
+
+
+def plug(material=GAS, speed=2.0, inflow=(), outflow=(), rows=3, support=TUBE, **more):
+    """A fluid that fills a tube of ten cells and flows through it evenly."""
+    fluid = box((0, 0, 0), (10, rows, 1), material, (2, 2, 1), name="fluid", velocity=(speed, 0, 0))
+    tables = case(fluid, counts=(10, rows, 1), support=support, **({"end": 3.0} | more)).to_data()
+    tables["inflow"] = [{"where": "x-lower", "body": "fluid", "velocity": speed} | dict(inflow)]
+    tables["outflow"] = [{"where": ["x-upper"]} | dict(outflow or {"pressure": material["pressure"]})]
+    return Case.model_validate(tables)
+
+
+def to_the_end(tables, threads=1):
+    sim = Simulation(tables, threads=threads)
+    while not sim.clock.finished(None):
+        sim.step()
+    return sim
+
+
+@pytest.mark.parametrize(
+    ("functions", "more"),
+    [
+        ("trilinear", {}),
+        ("quadratic-bspline", {}),
+        ("trilinear", {"transfer": "apic"}),
+        ("trilinear", {"scheme": "usl"}),
+        ("trilinear", {"scheme": "usf"}),
+        ("trilinear", {"outflow": {"velocity": 2.0}}),
+        (
+            "trilinear",
+            {"material": WATER, "end": 1.5, "outflow": {"flow_rate": 6.0}, "inflow": {"velocity": None, "flow_rate": 6.0}},
+        ),
+    ],
+)
+def test_a_plug_stays_as_it_is(functions, more):
+    """Velocities and densities to rounding, points at their distance, in a gas under pressure too."""
+    sim = to_the_end(plug(functions=functions, **more))
+    body = sim.bodies[0]
+    came, left = sim.inflow, sim.outflow
+    assert came == left
+    assert came["points"] == 6 * round(2.0 * 2.0 * sim.time)
+    assert body.n_there == 120
+    assert np.abs(body.field("velocity") - [2, 0, 0]).max() < 1e-13
+    assert np.ptp(body.field("density")) < 1e-12 * body.field("density").mean()
+    assert np.diff(np.unique(body.field("position")[:, 0].round(9))) == pytest.approx(0.5)
+    conservation = sim.conservation()
+    assert conservation["mass"] < 1e-14
+    assert conservation["momentum"] < 1e-13
+    assert abs(conservation["energy"]) < 1e-12
+
+
+def test_the_ledger_has_what_came_in():
+    """Kinetic and internal energy of the points, and p V for pushing them in; the same goes out."""
+    sim = to_the_end(plug(inflow={"name": "pump"}))
+    entries, volume = sim.energies(), 2.0 * 3.0 * 3.0
+    assert sim.inflow["mass"] == pytest.approx(volume, rel=1e-13)
+    assert entries["inflow_energy"] == pytest.approx(volume * (0.5 * 4.0 + 1.0 / 0.4), rel=1e-12)
+    assert entries["inflow_work"] == pytest.approx(volume * 1.0, rel=1e-12)
+    assert entries["outflow_energy"] == pytest.approx(entries["inflow_energy"], rel=1e-12)
+    assert entries["outflow_work"] == pytest.approx(-volume * 1.0, rel=1e-12)
+    assert sim.reactions()["pump"] == pytest.approx([3.0 * 3.0, 0, 0], rel=1e-12, abs=1e-12)
+
+
+def test_a_fluid_at_rest_is_pushed_through_and_balances():
+    """A flow that rises from rest and fluctuates: mass to rounding, energy within half a percent."""
+    shares = {"times": [0, 1, 2, 3], "shares": [0, 1, 0.2, 1]}
+    tables = plug(speed=0.5, inflow={"amplitude": shares}).to_data()
+    tables["body"][0]["velocity"] = [0, 0, 0]
+    sim = to_the_end(Case.model_validate(tables))
+    assert sim.conservation()["mass"] < 1e-14
+    assert sim.conservation()["momentum"] < 1e-13
+    assert abs(sim.conservation()["energy"]) < 0.005
+    assert sim.inflow["mass"] == pytest.approx(3.0 * 0.5 * (0.5 + 0.6 + 0.6), abs=1.5)  # two points deep, and no more
+
+
+def channel(**more):
+    """A slit of ten cells, whose walls hold the fluid; it begins as it will be."""
+    cell, liquid = 0.1, {"kind": "fluid", "density": 1.0, "pressure": 0.0, "viscosity": 0.1}
+    tait = {"kind": "tait", "sound_speed": 15.0, "exponent": 7}
+    fluid = box((0, 0, 0), (2, 1, cell), liquid | {"eos": tait}, (2, 2, 1), name="fluid", velocity=(1, 0, 0))
+    walls = [{"where": "y-lower"}, {"where": "y-upper"}]
+    tables = case(
+        fluid, counts=(20, 10, 1), cell=cell, support=walls, thickness=1.0, **({"transfer": "apic", "end": 3.0} | more)
+    ).to_data()
+    tables["inflow"] = [{"where": "x-lower", "body": "fluid", "flow_rate": 1.0, "profile": "parabolic"}]
+    return Case.model_validate(tables | {"outflow": [{"where": ["x-upper"], "pressure": 0.0}]})
+
+
+def test_poiseuille_between_an_inflow_and_an_outflow():
+    """Of the mean over half a second: velocity 6 y (1 - y), of the pressure that falls by 12 μ U/H² on unit length."""
+    sim, found = Simulation(channel(), threads=1), []
+    while not sim.clock.finished(None):
+        sim.step()
+        if sim.time > 1.5 and sim.n_steps % 5 == 0:
+            x, v, p = (sim.bodies[0].field(name) for name in ("position", "velocity", "pressure"))
+            within = (x[:, 0] > 0.6) & (x[:, 0] < 1.6)
+            shape = x[within, 1] * (1.0 - x[within, 1])
+            fall = np.polyfit(x[within, 0], p[within], 1)[0]
+            found.append([float(v[within, 0] @ shape / (shape @ shape)) / 6.0, v[within, 0].mean(), fall])
+    shape, mean, fall = np.mean(found, axis=0)
+    assert shape == pytest.approx(1.0, abs=0.01)
+    assert mean == pytest.approx(1.0, abs=0.01)
+    assert fall == pytest.approx(-1.2, abs=0.06)
+    assert sim.conservation()["mass"] < 1e-14
+    assert abs(sim.conservation()["energy"]) < 0.005
+
+
+def sucked(outflow):
+    """Liquid in a bath and in a tube of eight cells across, which leads out of it."""
+    cell, liquid = 0.125, {"kind": "fluid", "density": 1.0, "pressure": 0.0, "viscosity": 1.0}
+    liquid["eos"] = {"kind": "tait", "sound_speed": 25.0, "exponent": 7, "carries_tension": True}
+    bath = box((0.25, 0, 0), (1.5, 3, cell), liquid, (2, 2, 1), name="bath")
+    thread = box((1.5, 1, 0), (4, 2, cell), liquid, (2, 2, 1), name="thread")
+    walls = [{"where": {"box": {"lower": (1.5, low, 0), "upper": (4, low + 1, cell)}}} for low in (0, 2)]
+    sides = [{"where": face, "fix": "normal"} for face in ("y-lower", "y-upper")]
+    tables = case(
+        bath, thread, counts=(32, 24, 1), cell=cell, support=[*sides, *walls], thickness=1.0, transfer="apic", end=0.8
+    ).to_data()
+    return Case.model_validate(tables | {"outflow": [{"where": ["x-upper"], "rise": 0.1} | outflow]})
+
+
+@pytest.mark.parametrize("outflow", [{"pressure": -6.0}, {"flow_rate": 0.18, "profile": "parabolic"}], ids=["pressure", "flow"])
+def test_a_pipette_sucks_by_poiseuilles_law(outflow):
+    """By its pressure or its flow: dp/dx = 12 μ U/H² in the tube, and the given one at its end."""
+    sim, found = Simulation(sucked(outflow), threads=1), []
+    while not sim.clock.finished(None):
+        sim.step()
+        if sim.time > 0.4:
+            x, v, p = (sim.bodies[1].field(name) for name in ("position", "velocity", "pressure"))
+            within = (x[:, 0] > 2.0) & (x[:, 0] < 3.5)
+            line = np.polyfit(x[within, 0], p[within], 1)
+            found.append([v[within, 0].mean(), line[0], np.polyval(line, 4.0)])
+    mean, fall, at_end = np.mean(found, axis=0)
+    assert -fall == pytest.approx(12.0 * mean, rel=0.05)
+    assert sim.outflow["points"] > 0
+    if "pressure" in outflow:
+        assert at_end == pytest.approx(-6.0, rel=0.05)
+    else:
+        assert mean == pytest.approx(0.18, rel=0.04)
+    assert sim.conservation()["mass"] < 1e-14
+    assert abs(sim.conservation()["energy"]) < 0.005
+
+
+def fingerprint(sim):
+    digest = hashlib.sha256()
+    for name, array in sorted(sim.state_arrays().items()):
+        digest.update(name.encode() + array.tobytes())
+    return digest.hexdigest() + json.dumps([sim.state_numbers(), sim.energies(), sim.conservation()])
+
+
+HALF = [TUBE[0], {"where": "y-upper"}, *TUBE[2:]]  # of a channel: below is a plane of symmetry
+UNEVEN = {"support": HALF, "rows": 30, "speed": 1.3, "inflow": {"profile": "parabolic"}, "outflow": {"pressure": 0.9}}
+
+
+def test_threads_do_not_change_a_bit():
+    one, two = (advance(Simulation(plug(**UNEVEN), threads=n), 25) for n in (1, 2))
+    assert one.budget.entered_points > 0
+    assert fingerprint(one) == fingerprint(two)
+
+
+def test_a_checkpoint_goes_on_bit_for_bit():
+    """With the part of a layer that has come in, from wherever points that left have given rows to others."""
+    straight = advance(Simulation(plug(**UNEVEN), threads=1), 22)
+    assert straight.budget.left_points > 0
+    arrays = {name: array.copy() for name, array in straight.state_arrays().items()}
+    numbers = json.loads(json.dumps(straight.state_numbers()))
+    other = Simulation(plug(**UNEVEN), threads=1)
+    other.restore(arrays, numbers)
+    assert fingerprint(advance(other, 15)) == fingerprint(advance(straight, 15))
+
+
+def test_a_run_goes_on_and_on_beyond_its_end(tmp_path):
+    """Its files are those of one that had the later end from the start; frames show what is there alone."""
+    probe = [{"name": "mass", "body": "fluid", "quantity": "mass", "reduce": "sum"}]
+    long = pellucid.run(plug(probe=probe, output={"history": 0.25, "frames": 0.5}), out=tmp_path / "long")
+    pellucid.run(plug(probe=probe, output={"history": 0.25, "frames": 0.5}), out=tmp_path / "half", until=1.6)
+    whole = resume_case(tmp_path / "half", report=False)
+    assert (tmp_path / "half/history.csv").read_bytes() == (tmp_path / "long/history.csv").read_bytes()
+    history, last = whole.history, whole.fields("fluid")
+    assert history["inflow_points"][-1] == whole.summary["inflow"]["points"] == 72
+    assert history["mass"] + history["outflow_mass"] - history["inflow_mass"] == pytest.approx(30.0, rel=1e-13)
+    assert np.count_nonzero(last["mass"]) == 120
+    assert last["mass"].sum() == pytest.approx(30.0)
+    assert np.isfinite(last["density"]).all()
+    assert np.array_equal(last["position"], long.fields("fluid")["position"])
+    resume_case(tmp_path / "half", settings={"time.end": 3.5}, report=False)
+
+
+def test_backflow_at_an_outlet_is_named():
+    tables = plug(speed=0.0, outflow={"pressure": 3.0}, end=20.0, energy={"warn": 9.0, "stop": 10.0}).to_data()
+    with pytest.raises(RunStopped, match=r"flows back at the outflow through x-upper .*body fluid.*lower the pressure there"):
+        to_the_end(Case.model_validate(tables))
+
+
+def test_a_closed_grid_fills_up():
+    tables = plug(material=WATER, end=20.0, energy={"warn": 9.0, "stop": 10.0}).to_data() | {"outflow": []}
+    tables["support"] = [*tables["support"], {"where": "x-upper", "fix": "normal"}]
+    tables["body"][0]["shape"]["box"]["upper"] = [1, 3, 1]
+    with pytest.raises(RunStopped, match=r"(no more points of body `fluid` fit into the grid|stable step|left the grid)"):
+        to_the_end(Case.model_validate(tables))
+
+
+TUBE_CASE = """\
+schema = 1
+title = "a jet through a round opening"
+[grid]
+lower = [0, 0, 0]
+upper = [6, 8, 8]
+cell = 1
+[time]
+end = 3.0
+[[body]]
+name = "jet"
+shape = { cylinder = { centre = [1, 4, 4], radius = 2.3, axis = "x", height = 2 } }
+material = { kind = "fluid", density = 1000, pressure = 0, eos = { kind = "tait", sound_speed = 20, exponent = 7 } }
+velocity = [1, 0, 0]
+[[inflow]]
+where = "x-lower"
+body = "jet"
+flow_rate = 10.0
+profile = "parabolic"
+[[outflow]]
+where = "x-upper"
+"""
+
+
+def test_a_given_flow_rate_comes_in_through_a_round_opening():
+    """Within the layer of points of each column that is on its way: half of it on the mean."""
+    sim = to_the_end(loads(TUBE_CASE))
+    x, v = (sim.bodies[0].field(name) for name in ("position", "velocity"))
+    assert sim.inflow["mass"] == pytest.approx(1000.0 * 10.0 * 3.0, rel=0.04)
+    near = x[:, 0] < 1.0
+    radius = np.hypot(*(x[near, 1:] - 4.0).T)
+    assert np.corrcoef(v[near, 0], 1.0 - (radius / 2.3) ** 2)[0, 1] > 0.9
+    assert np.abs(v[near, 1:]).max() < 0.05
+    assert sim.conservation()["mass"] < 1e-14
+    assert np.hypot(*(x[:, 1:] - 4.0).T).max() < 3.0
+
+
+TEXT = """\
+schema = 1
+title = "inflow"
+[grid]
+lower = [0, 0, 0]
+upper = [4, 2, 0]
+cell = 0.5
+[time]
+end = 0.1
+[[body]]
+name = "water"
+shape = { box = { lower = [0, 0, 0], upper = [3, 2, 0] } }
+material = { kind = "fluid", density = 1000, pressure = 0, eos = { kind = "tait", sound_speed = 20, exponent = 7 } }
+[[body]]
+name = "stone"
+shape = { box = { lower = [3.5, 0, 0], upper = [4, 2, 0] } }
+material = { kind = "neo-hookean", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3 }
+[[support]]
+where = "y-lower"
+fix = "normal"
+[[inflow]]
+where = "x-lower"
+body = "water"
+velocity = 1
+"""
+PART = "{ box = { lower = [0, 0, 0], upper = [1, 2, 0] } }"
+MOTION = f'[[motion]]\nname = "push"\nbody = "water"\nhold = ["x"]\npart = {PART}\n'
+PUSH = f'[[load]]\nkind = "point-load"\nbody = "water"\nforce = [1, 0, 0]\nwhere = {PART}\n'
+LAST = 'body = "water"\nvelocity = 1\n'
+SUPPORT = '[[support]]\nwhere = "y-lower"\nfix = "normal"\n'
+OUT = f'{LAST}[[outflow]]\nwhere = "x-upper"\n'
+MISTAKES = {
+    "a wall": (
+        'where = "x-lower"',
+        'where = "y-lower"',
+        ["inflow.0.where", "a support constrains the face y-lower", "take the face out"],
+    ),
+    "thin": ('where = "x-lower"', 'where = "z-lower"', ["inflow.0.where", "one cell thick along z"]),
+    "a seam": ("cell = 0.5", 'cell = 0.5\nperiodic = ["x"]', ["inflow.0.where", "the grid is periodic along x"]),
+    "no body": ('"water"\nvelocity', '"watr"\nvelocity', ["inflow.0.body", "did you mean `water`?"]),
+    "a solid": ('"water"\nvelocity', '"stone"\nvelocity', ["inflow.0.body", "body stone is a solid", "name a fluid"]),
+    "a body with a motion": (
+        SUPPORT,
+        SUPPORT + MOTION,
+        ["inflow.0.body", "body water follows the motion `push`"],
+    ),
+    "cell_pressure": (
+        'name = "water"',
+        'name = "water"\ncell_pressure = true',
+        ["inflow.0.body", "cell_pressure` of body water"],
+    ),
+    "both sizes": (
+        "velocity = 1\n",
+        "velocity = 1\nflow_rate = 2\n",
+        ["inflow.0", "both `velocity` and `flow_rate`", "give one"],
+    ),
+    "no size": ("velocity = 1\n", "", ["inflow.0", "neither `velocity` nor `flow_rate`", "give one"]),
+    "backwards": ("velocity = 1\n", "velocity = -1\n", ["inflow.0.velocity", "at least 0"]),
+    "turning round": (
+        "velocity = 1\n",
+        "velocity = 1\namplitude = { times = [0, 1], shares = [1, -0.5] }\n",
+        ["inflow.0", "share -0.5", "cannot turn round"],
+    ),
+    "too fast": (
+        "end = 0.1",
+        "end = 0.1\nstep = 0.6",
+        ["inflow.0.velocity", "cross 1.2 cells in a step", "use time.step = 0.4"],
+    ),
+    "two through one face": (
+        LAST,
+        f'{LAST}[[inflow]]\nwhere = "x-lower"\n{LAST}',
+        ["inflow.1.where", "inflow number 1 comes through"],
+    ),
+    "in and out": (
+        LAST,
+        f'{LAST}[[outflow]]\nwhere = "x-lower"\n',
+        ["outflow.0.where", "inflow number 1 comes in", "nothing leaves there"],
+    ),
+    "an opening elsewhere": (
+        LAST,
+        f"{LAST}through = {{ box = {{ lower = [1, 0, 0], upper = [2, 1, 0] }} }}\n",
+        ["inflow.0.through", "between 1 and 2 m along x", "the face x-lower at 0 m"],
+    ),
+    "a load on some": (
+        LAST,
+        LAST + PUSH,
+        ["load.0.where", "others come into body water"],
+    ),
+    "a probe of a column's name": (
+        SUPPORT,
+        f'{SUPPORT}[[probe]]\nname = "inflow_mass"\nbody = "water"\nquantity = "mass"\n',
+        ["probe.inflow_mass.name", "a column inflow_mass of its own"],
+    ),
+    "pressure and flow": (
+        LAST,
+        f"{OUT}pressure = 1\nvelocity = 1\n",
+        ["outflow.0", "`pressure` and `velocity`"],
+    ),
+    "a flow out of two faces": (
+        LAST,
+        f'{LAST}[[outflow]]\nwhere = ["x-upper", "y-upper"]\nvelocity = 1\n',
+        ["outflow.0", "that of one face"],
+    ),
+    "a profile of nothing": (
+        LAST,
+        f'{OUT}profile = "parabolic"\n',
+        ["outflow.0", "belongs to a given flow"],
+    ),
+    "a rise of nothing": (
+        LAST,
+        f"{OUT}rise = 1\n",
+        ["outflow.0", "nothing here changes in time"],
+    ),
+    "two pressures": (
+        LAST,
+        f'{OUT}pressure = 1\n[[outflow]]\nwhere = "x-upper"\npressure = 2\n',
+        ["outflow.1.where", "outflow number 1 has a pressure"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "words"), MISTAKES.values(), ids=MISTAKES)
+def test_mistakes_are_named(old, new, words):
+    assert old in TEXT
+    with pytest.raises(CaseError) as caught:
+        loads(TEXT.replace(old, new, 1))
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            "lower = [0, 0, 0], upper = [3, 2, 0]",
+            "lower = [1, 0, 0], upper = [3, 2, 0]",
+            ["inflow.0.where", "does not reach the face x-lower"],
+        ),
+        (
+            LAST,
+            f'{OUT}body = "water"\npressure = 1\n',
+            ["outflow.0.pressure", "no point of water lies in the layer"],
+        ),
+        (
+            LAST,
+            f'{OUT}body = "water"\nvelocity = 1\n',
+            ["outflow.0.where", "no body that may leave reaches"],
+        ),
+        (SUPPORT, f'{SUPPORT}[[support]]\nwhere = "all-nodes"\n', ["inflow.0", "supports hold all its nodes"]),
+    ],
+)
+def test_what_only_the_bodies_tell_is_named(old, new, words):
+    text = TEXT.replace(old, new, 1)
+    assert text != TEXT
+    with pytest.raises(CaseError) as caught:
+        Simulation(loads(text), threads=1)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_jet_that_has_passed_is_no_backflow():
+    """A drop that leaves through an outlet with a pressure leaves it dry, and the run goes on."""
+    drop = box((8, 0, 0), (10, 3, 1), GAS, (2, 2, 1), name="fluid", velocity=(4, 0, 0))
+    tables = case(drop, counts=(10, 3, 1), support=TUBE, end=4.0, energy={"warn": 9.0, "stop": 10.0}).to_data()
+    sim = to_the_end(Case.model_validate(tables | {"outflow": [{"where": ["x-upper"], "pressure": 1e-3}]}))
+    assert sim.outflow["points"] > 20
+    assert sim.time == 4.0
