@@ -26,7 +26,8 @@ OWN_NODES = ON_GRID | {"TakesGravity", "TakesSupports", "ReleasesSupports", "Tak
 MEMBRANE = {"Membrane", "TakesPressure"}
 FILM = {"Membrane", "TakesTractions"}
 OFFERED = {
-    MaterialPoints: ON_GRID | {"HasContactSurface", "BoundByContact", "HasPointsAtWalls", "LosesPoints", "KeepsHeat"},
+    MaterialPoints: ON_GRID
+    | {"HasContactSurface", "BoundByContact", "HasPointsAtWalls", "LosesPoints", "GainsPoints", "KeepsHeat"},
     MembranePoints: ON_GRID | MEMBRANE,
     ElementsOnGrid: ON_GRID | MEMBRANE | {"WarnsOfContact"},
     FilmOnGrid: ON_GRID | FILM,

@@ -66,6 +66,12 @@ class Outflow(GivenFlow, Condition):
         """What points take along, and what leads them."""
         return (OUTFLOW_ENERGY, *([OUTFLOW_WORK, IMPACT_HEAT] if self.is_led else []))
 
+    def why_not_steady(self) -> Reason | None:
+        """What a flow leads out does not come to rest."""
+        if not self.is_led:
+            return None
+        return Reason("points are led out through an [[outflow]] and nothing comes to rest", "leave [steady] out, or the flow")
+
     def reaction(self) -> str | None:
         """Its own name."""
         return self.name

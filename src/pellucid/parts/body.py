@@ -58,6 +58,11 @@ class Body(ConstrainedPoints, ABC):
         return len(self.arrays["mass"])
 
     @property
+    def n_told(self) -> int:
+        """Number of points that results tell of: all, those included that left, but where others may come in their place."""
+        return self.n_points
+
+    @property
     def n_stress_points(self) -> int:
         """Number of points at which it finds stresses: what its kernels work on."""
         return self.n_points

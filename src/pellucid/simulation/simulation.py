@@ -316,7 +316,7 @@ class Simulation:
         if progress is None or now - self._shown < PROGRESS_INTERVAL:
             return
         self._shown = now
-        points = sum(body.n_points for body in self.bodies)
+        points = sum(body.n_told for body in self.bodies)
         error = self.budget.energy_error()
         progress.update(step=self.n_steps, time=self.clock.progress(), dt=self.dt, points=points, energy_error=error)
 

@@ -58,7 +58,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self._by_cells = case.cell_pressure
         self._model, self._grid_case, self._gravity = case, grid_case, gravity
         self._open_faces: OpenFaces | None = None
-        self._leaving = NOBODY
+        self._leaving, self._takes_in = NOBODY, False
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin(), grid_case.is_periodic())
         here = partial(points_here, velocity_field.grid.lattice, functions)
@@ -275,9 +275,15 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     # points that come in
 
+    @property
+    def n_told(self) -> int:
+        """Those that are there, where points come in."""
+        return self.n_there if self._takes_in else self.n_points
+
     def make_room(self, rows: int, place: np.ndarray) -> None:
         """Let so many points come in besides; those that have not are without mass at a place [m], shape (3,)."""
         self.keep_whole()
+        self._takes_in = True
         before, n = self.n_points, self.n_points + rows
         self.arrays = {name: _with_room(array, n) for name, array in self.arrays.items()}
         self.arrays["id"][before:], self.arrays["position"][before:] = np.arange(before, n), place

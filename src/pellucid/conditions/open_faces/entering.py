@@ -69,6 +69,7 @@ class Entering(ActiveCondition):
     def try_out(self) -> None:
         """Supports are known, and with them the velocities; find the state of what comes in."""
         self.strip.find_profile()
+        self.strip.bound(self._totals, self.strip.mean_at(0.0))
         self._state = self._body.state_at(self.opening.place, self.opening.area * self.opening.spacing)
 
     def begin(self, time: float, dt: float) -> None:
@@ -82,7 +83,7 @@ class Entering(ActiveCondition):
 
     def end(self, dt: float) -> None:
         """What comes in moves no more than a cell in a step."""
-        self._totals.rate = max(self._totals.rate, self.strip.top_speed() * self._grid.lattice.inverse_cell)
+        self.strip.bound(self._totals, self.strip.speed)
 
     def _layers(self) -> np.ndarray:
         """How many points have come in so far in each column, shape (c,)."""

@@ -31,7 +31,6 @@ class LeadingOut(ActiveCondition):
             if columns.n:
                 self._strip = LedStrip(outflow, face, columns, shape, case, member, -face.inward, path)
                 self._totals = member.body.totals
-                self._rate = member.velocity_field.grid.lattice.inverse_cell
                 break
         else:
             text = f"no body that may leave reaches the face {outflow.where[0]}, and no opening is given"
@@ -42,6 +41,7 @@ class LeadingOut(ActiveCondition):
     def try_out(self) -> None:
         """Supports are known, and with them the velocities."""
         self._strip.find_profile()
+        self._strip.bound(self._totals, self._strip.mean_at(0.0))
 
     def begin(self, time: float, dt: float) -> None:
         """Lead the strip."""
@@ -53,7 +53,7 @@ class LeadingOut(ActiveCondition):
 
     def end(self, dt: float) -> None:
         """What goes out moves no more than a cell in a step."""
-        self._totals.rate = max(self._totals.rate, self._strip.top_speed() * self._rate)
+        self._strip.bound(self._totals, self._strip.speed)
 
     def work(self) -> StepWork:
         """Of leading the strip."""

@@ -13,6 +13,7 @@ from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.open_faces.given_flow import GivenFlow, walled_axes
 from pellucid.conditions.open_faces.opening import Columns, OpenFace, layers, nodes_across
 from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_walls, is_tube
+from pellucid.energy import Totals
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
@@ -99,11 +100,14 @@ class LedStrip:
         held = self._actions.field.grid.nodes.constrained[self._led[at_level[self._number]]]
         return len(held) > 0 and bool(np.all(held[:, axis] > 0) and np.all(held[:, self._face.axis] == 0))
 
+    def mean_at(self, time: float) -> float:
+        """The mean velocity through the opening at a time [m/s]."""
+        mean = self._flow.velocity if self._flow.flow_rate is None else self._flow.flow_rate / self.area
+        return self._flow.share(time) * (mean or 0.0)
+
     def begin(self, time: float, dt: float) -> None:
         """Lead the nodes over a step from `time` [s]: by nothing where time stands still."""
-        share = self._flow.share(time) if dt > 0.0 else 0.0
-        mean = self._flow.velocity if self._flow.flow_rate is None else self._flow.flow_rate / self.area
-        self.speed = share * (mean or 0.0)
+        self.speed = self.mean_at(time) if dt > 0.0 else 0.0
         self._driven.mass[self._led] += self._mass
         self._driven.momentum[self._led, self._face.axis] += self._mass * self._velocity()
 
@@ -117,9 +121,10 @@ class LedStrip:
         impulse = domain.of_nodes(np.where(acts, self._mass * self._driven.impulse[led], 0.0), led)
         return float(impulse[:, self._face.axis] @ self._velocity()), impulse.sum(axis=0)
 
-    def top_speed(self) -> float:
-        """The largest velocity across the opening in this step [m/s]."""
-        return self.speed * float(self._share.max(initial=0.0))
+    def bound(self, totals: Totals, speed: float) -> None:
+        """Let nothing in the strip pass more than a cell in a step at this mean velocity [m/s]; totals: of the body there."""
+        fastest = speed * float(self._share.max(initial=0.0))
+        totals.rate = max(totals.rate, fastest / self._case.cell)
 
     @property
     def normal(self) -> np.ndarray:

@@ -242,7 +242,7 @@ class Recorder:
                 raise OutputError(f"{text}\n    put the old file back to go on, or start a new run")
 
     def _facts(self, sim: Any) -> dict[str, Any]:
-        points, wall, told = sum(body.n_points for body in sim.bodies), self.wall_seconds(), sim.facts()
+        points, wall, told = sum(body.n_told for body in sim.bodies), self.wall_seconds(), sim.facts()
         steps = sim.n_steps + told.get("settled", {}).get("steps", 0)  # all that took the time
         return {
             "case": self.case.id or self.case.title,
