@@ -19,7 +19,7 @@ from pellucid.energy.works import (
     StepWork,
 )
 
-ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses"
+ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses", "left_momentum", "entered_momentum"
 """Of the balance, which a checkpoint keeps as lists."""
 
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
@@ -110,6 +110,7 @@ class EnergyBudget:
         self.moved, self.at_stake = self.kinetic, at_stake
         self.left_points, self.left_mass, self.left_stored = 0, 0.0, 0.0
         self.entered_points, self.entered_mass, self.entered_stored = 0, 0.0, 0.0
+        self.left_momentum, self.entered_momentum = np.zeros(3), np.zeros(3)
 
     def record(
         self,
@@ -159,6 +160,7 @@ class EnergyBudget:
         self.sums[OUTFLOW_ENERGY.name] += left.kinetic + left.stored + staggered
         self.impulse -= left.momentum
         self.exchanged += np.abs(left.momentum)
+        self.left_momentum += left.momentum
         self.left_points += left.points
         self.left_mass += left.mass
         self.left_stored += left.stored
@@ -170,6 +172,7 @@ class EnergyBudget:
         self.sums[INFLOW_ENERGY.name] += entered.kinetic + entered.stored
         self.impulse += entered.momentum
         self.exchanged += np.abs(entered.momentum)
+        self.entered_momentum += entered.momentum
         self.entered_points += entered.points
         self.entered_mass += entered.mass
         self.entered_stored += entered.stored

@@ -399,8 +399,13 @@ class Simulation:
 
     def facts(self) -> dict[str, Any]:
         """What the summary tells of the analysis."""
-        passed = {"inflow": self.inflow, "outflow": self.outflow}
-        return self.clock.facts() | self._settled | {name: counts for name, counts in passed.items() if counts}
+        momenta = {"inflow": self.budget.entered_momentum, "outflow": self.budget.left_momentum}
+        passed = {
+            name: {**counts, "momentum": momenta[name].tolist()}
+            for name, counts in (("inflow", self.inflow), ("outflow", self.outflow))
+            if counts
+        }
+        return self.clock.facts() | self._settled | passed
 
     def kinetic_energy(self) -> float:
         """Of all bodies [J]."""

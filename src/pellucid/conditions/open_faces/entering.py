@@ -8,8 +8,9 @@ import numpy as np
 
 from pellucid.conditions.open_faces.led_strip import LedStrip
 from pellucid.conditions.open_faces.opening import OpenFace, opening_of
+from pellucid.conditions.open_faces.pushed_strip import PushedStrip
 from pellucid.energy import INFLOW_WORK, Entered, StepWork
-from pellucid.errors import CaseError, Problem
+from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import GainsPoints
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 LAYERS = 8
 """Of points that an opening may have more than fill the grid."""
+MARGIN = 0.25
+"""Of the spacing of points, how far one under a pressure comes in at once: it may swing back as far."""
 DENSER = 1.1
 """Points that a body may have, by those that fill the grid."""
 
@@ -42,7 +45,7 @@ def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
 
 
 class Entering(ActiveCondition):
-    """An inflow in a run. Between steps it keeps how far a column of mean velocity has come in [m]."""
+    """An inflow in a run. Between steps it keeps how far a column of mean velocity has come in, and had at most [m]."""
 
     def __init__(self, inflow: "Inflow", assembly: Assembly, path: str) -> None:
         member = assembly.bodies[inflow.body]
@@ -59,11 +62,20 @@ class Entering(ActiveCondition):
                 text = f"no point of the lattice lies in the opening at the face {inflow.where}"
             remedy = "let the shape reach the face, a cell deep into the grid, or give an opening by `through`"
             raise CaseError(Problem(text, f"{path}.{'through' if inflow.through else 'where'}", remedy=remedy))
-        self.strip = LedStrip(inflow, self._face, self.opening, shape, case, member, self._face.inward, path)
+        where = self._face, self.opening, shape, case
+        how: dict[str, Any] = {"member": member, "direction": self._face.inward, "path": path}
+        self.strip: LedStrip | PushedStrip
+        self._margin = 0.0
+        if inflow.pressure is None:
+            self.strip = LedStrip(inflow, *where, **how)
+        else:
+            column = assembly.load_column(inflow.body, INFLOW_WORK.name)
+            self.strip = PushedStrip(inflow, *where, **how, pressure=inflow.pressure, column=column)
+            self._margin = MARGIN * self.opening.spacing
         self.grid_volume = self._grid.volume
         self.middle = self.opening.place.mean(axis=0)
         self.middle[self._face.axis] = self._face.level
-        self._travel, self._moved = 0.0, 0.0
+        self._travel = self._furthest = self._time = 0.0
         self._work, self._impulse = 0.0, np.zeros(3)
 
     def try_out(self) -> None:
@@ -73,33 +85,44 @@ class Entering(ActiveCondition):
         self._state = self._body.state_at(self.opening.place, self.opening.area * self.opening.spacing)
 
     def begin(self, time: float, dt: float) -> None:
-        """Lead the strip."""
+        """Lead or push the strip."""
         self.strip.begin(time, dt)
-        self._moved = dt * self.strip.speed
+        self._time = time
 
     def act_on_nodes(self, dt: float) -> None:
-        """Count what leading takes."""
-        self._work, self._impulse = self.strip.taken()
+        """Let the strip move as one, or count what leading it takes. Raises RunStopped where what came in would go out."""
+        self._work, self._impulse = self.strip.act(dt)
+        self._travel += dt * self.strip.speed
+        if self._travel < self._furthest and (self._reached() < self._layers() * self.opening.spacing).any():
+            text = (
+                f"time {self._time:.6g} s: the fluid flows back at the inflow through {self._face.name} (body {self.body_name})"
+            )
+            remedy = "raise its pressure, let it rise faster, or use an [[outflow]] at this face"
+            raise RunStopped(f"{text}; {remedy}", time=self._time, body=self.body_name)
 
     def end(self, dt: float) -> None:
         """What comes in moves no more than a cell in a step."""
         self.strip.bound(self._totals, self.strip.speed)
 
+    def _reached(self) -> np.ndarray:
+        """How far the first points of the columns are from the face [m], shape (c,), if they have not turned aside."""
+        return np.asarray(self._travel * self.strip.at_columns + self.opening.depth)
+
     def _layers(self) -> np.ndarray:
         """How many points have come in so far in each column, shape (c,)."""
-        reached = self._travel * self.strip.at_columns + self.opening.depth
-        return np.floor(reached / self.opening.spacing).astype(np.int64)
+        reached = self._furthest * self.strip.at_columns + self.opening.depth - self._margin
+        return np.maximum(np.floor(reached / self.opening.spacing), 0.0).astype(np.int64)
 
     def enter(self, n_steps: int, time: float) -> Sequence[Entered]:
         """A point for each spacing that its column has moved on: so far behind the one before it."""
         before = self._layers()
-        self._travel += self._moved
+        self._furthest = max(self._furthest, self._travel)
         number = self._layers() - before
         if not number.any():
             return ()
         column = np.repeat(np.arange(len(number)), number)
         layer = np.repeat(before, number) + np.arange(len(column)) - np.repeat(np.cumsum(number) - number, number)
-        depth = (self._travel * self.strip.at_columns + self.opening.depth)[column] - (layer + 1) * self.opening.spacing
+        depth = self._reached()[column] - (layer + 1) * self.opening.spacing
         arrays = {name: array[column] for name, array in self._state.items()}
         arrays["position"][:, self._face.axis] = self._face.level + self._face.inward * np.maximum(depth, 0.0)
         arrays["velocity"][...] = (self.strip.speed * self.strip.at_columns)[column, None] * self.strip.normal
@@ -116,8 +139,8 @@ class Entering(ActiveCondition):
 
     def state_numbers(self) -> dict[str, Any]:
         """How far it has come in."""
-        return {"travel": self._travel}
+        return {"travel": self._travel, "furthest": self._furthest}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on from there."""
-        self._travel = float(numbers["travel"])
+        self._travel, self._furthest = float(numbers["travel"]), float(numbers["furthest"])

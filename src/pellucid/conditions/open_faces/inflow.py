@@ -25,11 +25,25 @@ class Inflow(GivenFlow, Condition):
     where: Face = parameter("", "face of the grid")
     body: str = parameter("", "fluid of material points that comes in, in the state in which it starts")
 
+    pressure: float | None = parameter(
+        "Pa", "instead of these, the pressure that pushes it in as fast as it gives way; below zero it holds it back", None
+    )
+
     @check
     def _has_one_size(self) -> None:
-        if len(given := self.sizes()) != 1:
-            text = "both `velocity` and `flow_rate`" if given else "neither `velocity` nor `flow_rate`"
-            raise Refusal(text, "give one of the two")
+        given = [*self.sizes(), *(["pressure"] if self.pressure is not None else [])]
+        if len(given) > 1:
+            raise Refusal(f"both `{given[0]}` and `{given[1]}`", "give one of them")
+        if not given:
+            raise Refusal("neither `velocity` nor `flow_rate` nor `pressure`", "give one of them")
+
+    def load_channel(self) -> str | None:
+        """That of the pressure."""
+        return None if self.pressure is None else INFLOW_WORK.name
+
+    def _allows_turning(self) -> bool:
+        """A pressure may have any sign."""
+        return self.pressure is not None
 
     @classmethod
     def activate(cls, conditions: Sequence["Inflow"], assembly: Assembly) -> Sequence[ActiveCondition]:

@@ -29,7 +29,7 @@ class LeadingOut(ActiveCondition):
             face = OpenFace.of(outflow.where[0], case)
             columns, shape = opening_of(outflow.through, face, member.model, case)
             if columns.n:
-                self._strip = LedStrip(outflow, face, columns, shape, case, member, -face.inward, path)
+                self._strip = LedStrip(outflow, face, columns, shape, case, member=member, direction=-face.inward, path=path)
                 self._totals = member.body.totals
                 break
         else:
@@ -49,7 +49,7 @@ class LeadingOut(ActiveCondition):
 
     def act_on_nodes(self, dt: float) -> None:
         """Count what leading takes."""
-        self._work, self._impulse = self._strip.taken()
+        self._work, self._impulse = self._strip.act(dt)
 
     def end(self, dt: float) -> None:
         """What goes out moves no more than a cell in a step."""

@@ -6,18 +6,12 @@ inner side it pushes and is pushed.
 """
 
 from math import ceil, log2
+from typing import Any
 
 import numpy as np
 
-from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.conditions.open_faces.given_flow import GivenFlow, walled_axes
-from pellucid.conditions.open_faces.opening import Columns, OpenFace, layers, nodes_across
-from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_walls, is_tube
-from pellucid.energy import Totals
-from pellucid.errors import CaseError, Problem
-from pellucid.geometry.shapes.contract import Geometry
-from pellucid.grid.model import GridCase
-from pellucid.grid.momentum import MASS_EPS
+from pellucid.conditions.open_faces.given_flow import GivenFlow
+from pellucid.conditions.open_faces.strip import Strip
 from pellucid.parts.assembly import AssembledBody
 from pellucid.ranks.domain import domain
 
@@ -25,80 +19,15 @@ HEAVY = 1e6
 """What leads a node has so many times the mass of a full cell: whatever is in the strip follows wholly."""
 
 
-class LedStrip:
-    """The strip of a flow through an opening, into the grid or out of it."""
+class LedStrip(Strip):
+    """A strip of a flow of given velocity."""
 
-    def __init__(
-        self,
-        flow: GivenFlow,
-        face: OpenFace,
-        columns: Columns,
-        shape: Geometry,
-        case: GridCase,
-        member: AssembledBody,
-        direction: float,
-        path: str,
-    ) -> None:
-        """shape: of the opening; direction: 1 or -1, of the flow along the normal axis; path: of the flow in the case."""
-        actions, points = member.actions, member.body
-        if actions is None or not isinstance(points, PointsOnGrid):
-            raise ValueError(f"body {member.body.name} has no points on the grid")
-        self._flow, self._face, self._columns, self._shape = flow, face, columns, shape
-        self._case, self._actions, self._path, self._direction = case, actions, path, direction
-        self._driven, grid = actions.driven(), actions.field.grid
-        self._across = nodes_across(columns, grid, points.functions, face)
-        steps = layers(grid, points.functions[face.axis], face) * grid.lattice.strides[face.axis]
-        led = (self._across.stored + steps[:, None]).ravel()
-        order = np.argsort(led)
-        self._led, self._number = led[order], np.tile(np.arange(len(self._across.stored)), len(steps))[order]
-        density = float(np.max(points.points.mass / np.maximum(points.points.volume, 1e-300)))
-        self._mass = 2.0 ** ceil(log2(HEAVY * density * grid.cell_volume))  # by which nothing is rounded
-        self.area = float(columns.area.sum())
-        self.speed = 0.0  # mean over the opening in this step [m/s]
-
-    def find_profile(self) -> None:
-        """What constrains the nodes is known: find the velocities across the opening, with a mean of one."""
-        nodes, free = self._actions.field.grid.nodes, np.ones(len(self._across.stored), bool)
-        free[self._number[nodes.constrained[self._led, self._face.axis] > 0]] = False
-        share = np.where(free, self._profile(), 0.0)
-        at_columns = self._across.at_columns(share, self._columns.n)
-        mean = float(self._columns.area @ at_columns) / self.area
-        if not mean > 0.0:
-            text = f"nothing flows through the face {self._face.name}: supports hold all its nodes there"
-            raise CaseError(Problem(text, self._path, remedy="take the supports out of the opening, or make it larger"))
-        self._share, self.at_columns = (share / mean)[self._number], at_columns / mean
-
-    def _profile(self) -> np.ndarray:
-        """Of the nodes across, of any size."""
-        place, axis = self._across.place, self._face.axis
-        if self._flow.profile == "uniform":
-            return np.ones(len(place))
-        if is_tube(self._shape, axis):
-            return across_tube(self._shape, axis, place)  # type: ignore[arg-type]
-        return across_walls(self._walls(), place)
-
-    def _walls(self) -> list[Wall | None]:
-        """Of a slit or duct: the ends of the shape or the grid. A face that is held along its normal alone is a plane of
-        symmetry, beyond which the other half lies."""
-        lower, upper = self._shape.bounds()
-        walls: list[Wall | None] = [None, None, None]
-        for axis, walled in enumerate(walled_axes(self._case, self._face.name)):
-            if walled:
-                low = max(float(lower[axis]), float(self._case.lower[axis]))
-                high = min(float(upper[axis]), float(self._case.extent_upper()[axis]))
-                at_low, at_high = self._is_symmetric(axis, low), self._is_symmetric(axis, high)
-                if not (at_low and at_high):
-                    walls[axis] = (2.0 * low - high if at_low else low), (2.0 * high - low if at_high else high)
-        if all(pair is None for pair in walls):
-            text = f"the opening in the face {self._face.name} lies between planes of symmetry: it has no walls"
-            raise CaseError(Problem(text, f"{self._path}.profile", remedy='use profile = "uniform"'))
-        return walls
-
-    def _is_symmetric(self, axis: int, level: float) -> bool:
-        """Whether nodes at a level across are held along this axis and slide along the flow."""
-        at_level = np.abs(self._across.place[:, axis] - level) < 1e-6 * self._case.cell
-        held = self._actions.field.grid.nodes.constrained[self._led[at_level[self._number]]]
-        return len(held) > 0 and bool(np.all(held[:, axis] > 0) and np.all(held[:, self._face.axis] == 0))
+    def __init__(self, flow: GivenFlow, *where: Any, member: AssembledBody, direction: float, path: str) -> None:
+        """As `Strip`."""
+        super().__init__(flow, *where, member=member, direction=direction, path=path)
+        self._driven, body = self._actions.driven(), member.body
+        density = float(np.sum(body.stored_array("mass")) / np.sum(body.volumes()))
+        self._mass = 2.0 ** ceil(log2(HEAVY * density * self._actions.field.grid.cell_volume))  # by which nothing is rounded
 
     def mean_at(self, time: float) -> float:
         """The mean velocity through the opening at a time [m/s]."""
@@ -108,25 +37,14 @@ class LedStrip:
     def begin(self, time: float, dt: float) -> None:
         """Lead the nodes over a step from `time` [s]: by nothing where time stands still."""
         self.speed = self.mean_at(time) if dt > 0.0 else 0.0
-        self._driven.mass[self._led] += self._mass
-        self._driven.momentum[self._led, self._face.axis] += self._mass * self._velocity()
+        self._driven.mass[self._nodes] += self._mass
+        self._driven.momentum[self._nodes, self._face.axis] += self._mass * self._velocity()
 
     def _velocity(self) -> np.ndarray:
         return self._direction * self.speed * self._share
 
-    def taken(self) -> tuple[float, np.ndarray]:
+    def act(self, dt: float) -> tuple[float, np.ndarray]:
         """When the momentum of the nodes was advanced: the work of the flow on them [J] and its impulse [N s], shape (3,)."""
-        nodes, led = self._actions.field.grid.nodes, self._led
-        acts = (nodes.mass[led] >= MASS_EPS)[:, None] & (nodes.constrained[led] == 0)
-        impulse = domain.of_nodes(np.where(acts, self._mass * self._driven.impulse[led], 0.0), led)
+        given = np.where(self._free(), self._mass * self._driven.impulse[self._nodes], 0.0)
+        impulse = domain.of_nodes(given, self._nodes)
         return float(impulse[:, self._face.axis] @ self._velocity()), impulse.sum(axis=0)
-
-    def bound(self, totals: Totals, speed: float) -> None:
-        """Let nothing in the strip pass more than a cell in a step at this mean velocity [m/s]; totals: of the body there."""
-        fastest = speed * float(self._share.max(initial=0.0))
-        totals.rate = max(totals.rate, fastest / self._case.cell)
-
-    @property
-    def normal(self) -> np.ndarray:
-        """The direction of the flow, shape (3,)."""
-        return self._direction * np.eye(3)[self._face.axis]

@@ -1,0 +1,53 @@
+"""The strip of cells at an opening through which a pressure pushes a fluid in.
+
+Its nodes move as one along the normal, with the profile w across, at the mean velocity that their momentum gives them:
+
+    U = Σ m_I w_I v_I / Σ m_I w_I²,    J_I = m_I (U w_I n - v_I).
+
+So columns of points know how far they have come in, as where the velocity is given.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from pellucid.conditions.open_faces.given_flow import GivenFlow
+from pellucid.conditions.open_faces.outlet_pressure import EndOfFluid
+from pellucid.conditions.open_faces.strip import Strip
+from pellucid.parts.assembly import AssembledBody
+from pellucid.ranks.domain import domain
+
+
+class PushedStrip(Strip):
+    """A strip of a flow under a given pressure."""
+
+    def __init__(
+        self, flow: GivenFlow, *where: Any, member: AssembledBody, direction: float, path: str, pressure: float, column: int
+    ) -> None:
+        """As `Strip`; pressure [Pa]; column: of its work and of that of the strip."""
+        super().__init__(flow, *where, member=member, direction=direction, path=path)
+        self._end, self._pressure, self._column = EndOfFluid(member, self._face, column), pressure, column
+        self._impulse = np.zeros((self._actions.field.grid.n_nodes, 3))
+
+    def mean_at(self, time: float) -> float:
+        """That of this step [m/s]: none tells a later one."""
+        return self.speed
+
+    def begin(self, time: float, dt: float) -> None:
+        """Push over a step from `time` [s]."""
+        self._end.push(self._flow.share(time) * self._pressure)
+
+    def act(self, dt: float) -> tuple[float, np.ndarray]:
+        """When the momentum of the nodes was advanced: let them move as one. Nodes count the work and impulses of that."""
+        nodes, strip, axis = self._actions.field.grid.nodes, self._nodes, self._face.axis
+        free = self._free()
+        mass, velocity = np.where(free[:, axis], nodes.mass[strip], 0.0), nodes.velocity[strip]
+        parts = np.stack([mass * self._share * velocity[:, axis], mass * self._share**2], axis=1)
+        momentum, inertia = domain.of_nodes(parts, strip).sum(axis=0).tolist()
+        along = momentum / inertia if inertia > 0.0 else 0.0
+        self.speed = self._direction * along
+        goal = np.zeros_like(velocity)
+        goal[:, axis] = along * self._share
+        self._impulse[strip] = np.where(free, nodes.mass[strip, None] * (goal - velocity), 0.0)
+        self._actions.field.add_impulses(self._impulse, self._column)
+        return 0.0, np.zeros(3)
