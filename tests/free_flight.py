@@ -57,7 +57,7 @@ class FakeBody:
 
     def __init__(self, name: str, fluid: bool, lower: tuple[float, float], points: int, speed: float) -> None:
         generator = np.random.default_rng(len(name))
-        self.name, self.fluid, self.n_points = name, fluid, points
+        self.name, self.fluid, self.n_points, self.n_told = name, fluid, points, points
         self.position = np.column_stack([generator.random((points, 2)) + lower, np.full(points, 0.25)])
         self.velocity = np.zeros((points, 3))
         self.velocity[:, 0] = speed * (1.0 + 0.1 * generator.random(points))
@@ -92,6 +92,7 @@ class FakeSimulation:
 
     breaks_at: int | None = None
     is_balanced = True
+    inflow: ClassVar[dict[str, float]] = {}
     outflow: ClassVar[dict[str, float]] = {}
     condition_states: ClassVar[dict[str, float]] = {}
     place: ClassVar[dict[str, object]] = {}

@@ -21,7 +21,7 @@ WATER = {"kind": "fluid", "density": 1000.0, "pressure": 500.0, "eos": {"kind": 
 def plug(material=GAS, speed=2.0, inflow=(), outflow=(), rows=3, support=TUBE, **more):
     """A fluid that fills a tube of ten cells and flows through it evenly."""
     fluid = box((0, 0, 0), (10, rows, 1), material, (2, 2, 1), name="fluid", velocity=(speed, 0, 0))
-    tables = case(fluid, counts=(10, rows, 1), support=support, **({"end": 5.0} | more)).to_data()
+    tables = case(fluid, counts=(10, rows, 1), support=support, **({"end": 3.0} | more)).to_data()
     tables["inflow"] = [{"where": "x-lower", "body": "fluid", "velocity": speed} | dict(inflow)]
     tables["outflow"] = [{"where": ["x-upper"]} | dict(outflow or {"pressure": material["pressure"]})]
     return Case.model_validate(tables)
@@ -348,6 +348,8 @@ MISTAKES = {
         LAST + PUSH,
         ["load.0.where", "others come into body water"],
     ),
+    "an earlier run": ("[[body]]", '[start]\npath = "runs/x"\n[[body]]', ["inflow.0.body", "cannot go on from an earlier run"]),
+    "a steady state": ("[[body]]", "[steady]\n[[body]]", ["steady", "points come in through an [[inflow]]"]),
     "a probe of a column's name": (
         SUPPORT,
         f'{SUPPORT}[[probe]]\nname = "inflow_mass"\nbody = "water"\nquantity = "mass"\n',
