@@ -410,6 +410,11 @@ def test_mistakes_are_named(old, new, words):
             f'{OUT}body = "water"\nvelocity = 1\n',
             ["outflow.0.where", "no body that may leave reaches"],
         ),
+        (
+            "velocity = 1\n",
+            'velocity = 1\nprofile = "parabolic"\nthrough = { sphere = { centre = [0, 1, 0], radius = 0.8 } }\n',
+            ["inflow.0.profile", "only slits, ducts and tubes", "give a box"],
+        ),
         (SUPPORT, f'{SUPPORT}[[support]]\nwhere = "all-nodes"\n', ["inflow.0", "supports hold all its nodes"]),
     ],
 )

@@ -9,6 +9,7 @@ from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_wa
 from pellucid.energy import Totals
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
+from pellucid.geometry.shapes.solids import Box
 from pellucid.grid.model import GridCase
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.parts.assembly import AssembledBody
@@ -63,6 +64,10 @@ class Strip:
             return np.ones(len(place))
         if is_tube(self._shape, axis):
             return across_tube(self._shape, axis, place)  # type: ignore[arg-type]
+        if not isinstance(self._shape, Box):
+            text = "only slits, ducts and tubes along the normal have this profile, and the opening is that of another shape"
+            remedy = f'give a box, or a cylinder along {self._face.name[0]}, by `through`, or use profile = "uniform"'
+            raise CaseError(Problem(text, f"{self._path}.profile", remedy=remedy))
         return across_walls(self._walls(), place)
 
     def _walls(self) -> list[Wall | None]:
