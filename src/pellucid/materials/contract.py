@@ -52,6 +52,11 @@ class PointMaterial(BodyMaterial):
     def initial_state(self) -> PointState:
         """The state of every point at the start."""
 
+    def implicit_viscosities(self) -> tuple[float, float] | None:
+        """Shear and second viscosity, μ and λ [Pa s], of a fluid whose viscous stress is no part of its law, but solved for on
+        the nodes; None of others."""
+        return None
+
     def stressed(self, stress: Symmetric) -> tuple[float, PointState]:
         """Density [kg/m³] and state of a point under a stress [Pa]. Raises ValueError where there is no such state."""
         raise ValueError(f'a material of kind "{self.kind}" takes no initial stress')

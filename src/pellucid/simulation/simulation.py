@@ -22,6 +22,7 @@ from pellucid.energy import (
     total_work,
 )
 from pellucid.errors import RunStopped, UsageError
+from pellucid.grid.implicit_viscosity import CHANNELS
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
@@ -156,6 +157,7 @@ class Simulation:
         won = -sum(float(work.works[TRANSFER]) for work in lost)
         if won > 0.0:
             lost += return_heat(self.stages.grid_bodies, won)
+        own += [viscosity.work([self._layout.column(heat) for heat in CHANNELS]) for viscosity in self.stages.viscosities]
         done = total_work([*on_nodes, *self.conditions.works(), *lost, *own], self._layout.n_columns)
         done = self._layout.with_surface_contact(done, self.surface_pairs.external_work())
         self.surface_pairs.energy.add_work(float(done.works[CONTACT]))
@@ -207,6 +209,8 @@ class Simulation:
         self.clock.advance(dt)
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
+        for viscosity in self.stages.viscosities:
+            viscosity.check(self.clock.n_steps, self.clock.progress())
         self.conditions.end(dt)
         self.record(dt)
         for body in self._losing_points:
@@ -389,7 +393,9 @@ class Simulation:
 
     def facts(self) -> dict[str, Any]:
         """What the summary tells of the analysis."""
-        return self.clock.facts() | self._settled | ({"outflow": self.outflow} if self.outflow else {})
+        facts = self.clock.facts() | self._settled | ({"outflow": self.outflow} if self.outflow else {})
+        solved = {viscosity.field.name: viscosity.facts() for viscosity in self.stages.viscosities}
+        return facts | ({"implicit_viscosity": solved} if solved else {})
 
     def kinetic_energy(self) -> float:
         """Of all bodies [J]."""
@@ -416,6 +422,7 @@ class Simulation:
             "conditions": self.conditions.state_numbers(),
             "warned": sorted(self._watch.warned),
             "settled": self._settled,
+            "viscosity_rounds": [viscosity.rounds for viscosity in self.stages.viscosities],
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -432,6 +439,8 @@ class Simulation:
         self.conditions.restore(numbers["conditions"])
         for field in self.velocity_fields:
             field.restore(of_owner(NODES + field.name, arrays))
+        for viscosity, rounds in zip(self.stages.viscosities, numbers["viscosity_rounds"], strict=True):
+            viscosity.rounds = list(rounds)
         settles = SETTLING in numbers["clock"]
         if settles and self.case.settle is not None:
             self.clock = self.settling_clock(self.case.settle)

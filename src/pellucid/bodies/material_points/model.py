@@ -1,6 +1,6 @@
 """Bodies of material points as the user describes them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import hypot
 from typing import Literal
 
@@ -15,6 +15,7 @@ from pellucid.bodies.material_points.checks import (
 )
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.placing import COMMON_FIELDS, place_problems
+from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, Channel
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.model import parameter
@@ -50,6 +51,11 @@ class MaterialPointsCase(SeededBody):
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
         return (*COMMON_FIELDS, *self.material.probed_fields, *(("angle",) if self.rigid else ()))
+
+    def channels(self) -> Sequence[Channel]:
+        """The heat of implicit viscosity."""
+        heat = FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT
+        return () if self.material.implicit_viscosities() is None else heat
 
     def why_no_outflow(self) -> Reason | None:
         """A rigid body stays as it is; pressures integrated over cells take faces of the grid for walls."""
