@@ -54,7 +54,7 @@ from pellucid.grid.viscous_points import add_diagonal, add_stress, straining_by_
 from pellucid.jit.bundle import Bundle
 
 CHANNELS: Sequence[Channel] = (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)
-TOLERANCE = 1e-4
+TOLERANCE = 1e-3
 RELATIVE_ROUNDING = 1e-14
 MOST_ROUNDS = 1000
 

@@ -13,6 +13,7 @@ from pellucid.grid.stencil import gather_gradient, node_at, stencil
 from pellucid.jit import point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
+from pellucid.jit.vector import load, row, store
 from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
 
@@ -75,16 +76,15 @@ def add_diagonal(s, mapped, mu, lam, into):
         p = place_of(index, q)
         about, V = stencil(functions, lattice, points.position, p), points.volume[p]
         wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-        by_all, by_own = h * h * V * mu, h * h * V * (mu + lam)
+        by_all, by_own = h * h * V * mu, h * h * V * (2.0 * mu + lam)
+        sx, sy, sz = row(by_own, by_all, by_all, 0.0), row(by_all, by_own, by_all, 0.0), row(by_all, by_all, by_own, 0.0)
         for a in range(len(wx)):
             for b in range(len(wy)):
-                x, y, z = gx[a] * wy[b], wx[a] * gy[b], wx[a] * wy[b]
+                t = (gx[a] * wy[b]) ** 2 * sx + (wx[a] * gy[b]) ** 2 * sy
+                u = (wx[a] * wy[b]) ** 2 * sz
                 for c in range(len(wz)):
-                    xx, yy, zz = (x * wz[c]) ** 2, (y * wz[c]) ** 2, (z * gz[c]) ** 2
-                    I, whole = 4 * node_at(about, lattice, a, b, c), by_all * (xx + yy + zz)
-                    into[I] += whole + by_own * xx
-                    into[I + 1] += whole + by_own * yy
-                    into[I + 2] += whole + by_own * zz
+                    I = 4 * node_at(about, lattice, a, b, c)
+                    store(into, I, load(into, I) + (wz[c] * wz[c] * t + gz[c] * gz[c] * u))
 
 
 @parallel_loop()

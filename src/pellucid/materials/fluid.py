@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -124,6 +124,11 @@ class FluidMaterial(PointMaterial):
     def implicit_viscosities(self) -> tuple[float, float] | None:
         """Where it is to be so."""
         return self.viscosities() if self.implicit_viscosity else None
+
+    def with_implicit_viscosity(self) -> Self | None:
+        """Where its points keep the heat."""
+        possible = self.keeps_heat and not self.implicit_viscosity and max(self.viscosities()) > 0.0
+        return self.model_copy(update={"implicit_viscosity": True}) if possible else None
 
     def viscosities(self) -> tuple[float, float]:
         """Shear and second viscosity, μ and λ [Pa s]."""

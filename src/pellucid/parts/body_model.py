@@ -208,6 +208,10 @@ class BodyModel(Part):
             return Reason(f"body {self.name} has nodes of its own, on which no wall rubs and which none lets go", remedy)
         return None
 
+    def why_not_strained_first(self) -> Reason | None:
+        """Why its points cannot be strained before the momentum equation, as with USF, if so."""
+        return None
+
     def wave_speeds(self) -> tuple[float, float] | None:
         """Speeds of plane pressure and shear waves at the start [m/s], which a face of the grid can absorb; None where no such
         waves cross it."""
