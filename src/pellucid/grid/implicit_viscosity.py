@@ -145,13 +145,13 @@ class ImplicitViscosity:
         if self._wrong is None:
             return
         text = (
-            f"step {n_steps}, time {time:.6g} s: implicit viscosity in the velocity field `{self.field.name}` did not converge: "
-            f"after {MOST_ROUNDS} rounds its forces are wrong by {self._wrong:.2g} of what they change, and {TOLERANCE:g} is asked"
+            f"step {n_steps}, time {time:.6g} s: implicit viscosity in the velocity field `{self.field.name}` did not "
+            f"converge: after {MOST_ROUNDS} rounds its forces are wrong by {self._wrong:.2g}, and {TOLERANCE:g} is asked"
         )
         raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
 
     def work(self, columns: Sequence[int]) -> StepWork:
-        """Of the last step, when the mean velocities are known: dissipation and the loss of implicit Euler, in these columns."""
+        """Of the last step, with its mean velocities: dissipation and the loss of implicit Euler, in these columns."""
         sum_lag(self._n, self._nodes)
         dissipated, lag = self._dt * self._power, self._dt * float(self._summed()[DESCENT])
         done = no_work(max(columns) + 1, 0)
