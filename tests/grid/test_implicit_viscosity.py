@@ -12,12 +12,8 @@ from pellucid.running.forecast.words import foretell_case
 from pellucid.simulation.simulation import Simulation
 
 H = 1.0 / 8
-LIQUID = {
-    "kind": "fluid",
-    "density": 0.01,
-    "viscosity": 1.0,
-    "eos": {"kind": "tait", "sound_speed": 30.0, "carries_tension": True},
-}
+TAIT = {"kind": "tait", "sound_speed": 30.0, "carries_tension": True}
+LIQUID = {"kind": "fluid", "density": 0.01, "viscosity": 1.0, "eos": TAIT}
 IMPLICIT = LIQUID | {"implicit_viscosity": True}
 WALLS = [{"where": "y-lower", "velocity": (0, 0, 0)}, {"where": "y-upper", "velocity": (0, 0, 0)}]
 PUSH = [{"kind": "body-force", "body": "block", "acceleration": (800.0, 0, 0)}]
@@ -220,7 +216,7 @@ def test_it_bounds_no_step_and_the_forecast_hints_at_it():
         ({}, {"scheme": "usf"}, "time.scheme: the implicit viscosity of body block gives its stress"),
         (
             {},
-            {"support": [{"where": "y-lower", "fix": "normal", "friction": 0.2}]},
+            {"support": [SLIP[2] | {"friction": 0.2}]},
             "support.0.friction: .* it must be known what a wall holds",
         ),
     ],

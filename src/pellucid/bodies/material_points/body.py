@@ -73,6 +73,8 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
     def _bind(self) -> None:
         super()._bind()
         self._stressed: bool | None = None
+        # that of an earlier run holds that of implicit viscosity, or not: frames and checkpoints differ in this
+        self.found_anew = ("stress",) if VISCOUS_STRESS in self.arrays else ()
         self._state = in_arrays(self.material.initial_state(), self.arrays)
 
     def _make_bundles(self) -> None:
@@ -90,11 +92,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         if VISCOUS_STRESS in self.arrays:
             state = {VISCOUS_STRESS: np.zeros((len(state["id"]), 6)), **state}
         super().load_state(state)
-
-    @property
-    def found_anew(self) -> tuple[str, ...]:
-        """Frames and checkpoints differ in whether the stress holds that of implicit viscosity."""
-        return ("stress",) if VISCOUS_STRESS in self.arrays else ()
 
     @property
     def _strains(self) -> bool:
