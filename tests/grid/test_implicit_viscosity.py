@@ -144,6 +144,18 @@ def test_threads_and_a_checkpoint_change_no_bit():
     assert one.facts() == resumed.facts()
 
 
+def test_a_run_goes_on_from_another_with_or_without_it():
+    """From frames, whose stress is the whole one, and which lack that of viscosity."""
+    one = advance(slit(), 6)
+    body = one.bodies[0]
+    arrays = {name: body.field(name) for name in ("id", *body.arrays) if name != "viscous_stress"}
+    for material in (IMPLICIT, LIQUID):
+        two = Simulation(slit(material).case, threads=1, start={"block": arrays})
+        assert two.momentum() == pytest.approx(one.momentum())
+        advance(two, 2)
+        assert abs(two.conservation()["energy"]) < 1e-12
+
+
 def test_each_velocity_field_is_solved_for_itself():
     """Two liquids, one upon the other, and a solid in the field of one, whose nodes have its mass."""
     lower = box((0, -0.5, 0), (0.5, 0, H), IMPLICIT, (2, 2, 1), name="one", velocity=(1, 0, 0))

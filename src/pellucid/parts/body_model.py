@@ -139,6 +139,11 @@ class BodyModel(Part):
         return False
 
     @property
+    def solves_viscosity(self) -> bool:
+        """Whether its viscosity is solved for on the nodes of the grid."""
+        return False
+
+    @property
     def is_rigid(self) -> bool:
         """Whether it moves as a rigid body."""
         return False

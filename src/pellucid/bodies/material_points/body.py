@@ -305,6 +305,12 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         energy = self.material.energy_field
         return names if energy in names else [*names, energy]
 
+    def stored_field(self, name: str) -> np.ndarray:
+        """As for every body; the stress has that of implicit viscosity in it."""
+        if name == "stress" and VISCOUS_STRESS in self.arrays:
+            self._complete(VISCOUS_STRESS)
+        return super().stored_field(name)
+
     def _field_there(self, name: str) -> np.ndarray:
         """As for every body; pressure and stored energy are those of the law."""
         if name == "stress" and VISCOUS_STRESS in self.arrays:

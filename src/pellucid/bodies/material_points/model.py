@@ -55,7 +55,7 @@ class MaterialPointsCase(SeededBody):
     def channels(self) -> Sequence[Channel]:
         """The heat of implicit viscosity."""
         heat = FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT
-        return heat if self._is_solved else ()
+        return heat if self.solves_viscosity else ()
 
     def why_no_outflow(self) -> Reason | None:
         """A rigid body stays as it is; pressures integrated over cells take faces of the grid for walls."""
@@ -67,20 +67,20 @@ class MaterialPointsCase(SeededBody):
         return None
 
     @property
-    def _is_solved(self) -> bool:
-        """Whether its viscosity is implicit."""
+    def solves_viscosity(self) -> bool:
+        """Of a fluid where it is implicit."""
         return self.material.implicit_viscosities() is not None
 
     def why_not_strained_first(self) -> Reason | None:
         """Implicit viscosity gives stresses with the momentum equation."""
-        if not self._is_solved:
+        if not self.solves_viscosity:
             return None
         text = f"the implicit viscosity of body {self.name} gives its stress in the momentum equation, and not before"
         return Reason(text, 'use "musl" or "usl", or leave `implicit_viscosity` out')
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
         """Implicit viscosity is solved for before such walls choose what they hold."""
-        if not self._is_solved:
+        if not self.solves_viscosity:
             return super().why_no_yielding_wall(alone)
         text = f"the viscosity of body {self.name} is implicit, for which it must be known what a wall holds and where it rubs"
         return Reason(text, "leave it out, or `implicit_viscosity` of the body")
