@@ -9,6 +9,7 @@ from small_cases import SLIP, SOLID, advance, box, case
 from pellucid.errors import RunStopped
 from pellucid.grid import implicit_viscosity
 from pellucid.running.forecast.words import foretell_case
+from pellucid.set_up.slip import slipped_past
 from pellucid.simulation.simulation import Simulation
 
 H = 1.0 / 8
@@ -161,7 +162,9 @@ def test_each_velocity_field_is_solved_for_itself():
     lower = box((0, -0.5, 0), (0.5, 0, H), IMPLICIT, (2, 2, 1), name="one", velocity=(1, 0, 0))
     upper = box((0, 0, 0), (0.5, 0.25, H), IMPLICIT, (2, 2, 1), name="two", field="other", velocity=(-1, 0, 0))
     solid = box((0, 0.25, 0), (0.5, 0.375, H), SOLID | {"density": 1.0, "young_modulus": 100.0}, (2, 2, 1), field="other")
-    sim = advance(plane(lower, upper, solid), 12)
+    with pytest.warns(UserWarning, match="solved for before"):
+        sim = plane(lower, upper, solid)
+    advance(sim, 12)
     rounds = sim.facts()["implicit_viscosity"]
     assert rounds.keys() == {"common", "other"}
     assert all(0 < told["rounds_mean"] < 30 for told in rounds.values())
@@ -218,6 +221,14 @@ def test_it_bounds_no_step_and_the_forecast_hints_at_it():
     assert slit(step=fixed).clock.case.step == fixed
     with pytest.raises(ValueError, match="kinematic viscosity"):
         slit(LIQUID, step=fixed)
+
+
+def test_bodies_that_act_after_the_solve_are_warned_of():
+    lower = box((0, -0.5, 0), (0.5, 0, H), IMPLICIT, (2, 2, 1), name="liquid")
+    block = box((0.125, 0, 0), (0.375, 0.25, H), SOLID, (2, 2, 1), rigid=True)
+    with pytest.warns(UserWarning, match="viscosity of body liquid is solved for before block act on it: in steps much longer"):
+        plane(lower, block)
+    assert not list(slipped_past(slit().case))
 
 
 @pytest.mark.parametrize(

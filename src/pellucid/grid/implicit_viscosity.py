@@ -31,7 +31,7 @@ from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, INTERNAL,
 from pellucid.errors import RunStopped
 from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.passes.each_point import each_point
-from pellucid.grid.passes.gifts import FIRST
+from pellucid.grid.passes.gifts import FIRST, scatter
 from pellucid.grid.points import POWER
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.viscous_nodes import (
@@ -50,7 +50,7 @@ from pellucid.grid.viscous_nodes import (
     sum_lag,
     turn,
 )
-from pellucid.grid.viscous_points import add_diagonal, add_stress, straining_by_viscosity
+from pellucid.grid.viscous_points import add_stress, diagonal_by_viscosity, straining_by_viscosity
 from pellucid.jit.bundle import Bundle
 
 CHANNELS: Sequence[Channel] = (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)
@@ -92,6 +92,7 @@ class ImplicitViscosity:
         self._wrong: float | None = None
         self._sums = np.zeros((field.momentum.n_chunks, COLUMNS))
         self._nodes = Bundle(ViscousNodes(field.momentum.advanced, self._rows, self._sums))
+        self._diagonals = [diagonal_by_viscosity(body.mapped.content, *body.viscosities, self._rows.inverse) for body in bodies]
         self._of_direction = [self._pass(body, self._rows.direction) for body in bodies]
         self._of_solution = [self._pass(body, self._rows.solution) for body in bodies]
 
@@ -103,14 +104,14 @@ class ImplicitViscosity:
         """Before momentum is advanced by a step dt [s]: find the viscous stress of the points, and its forces on the nodes."""
         self._n = self.field.momentum.near()
         begin(self._n, self._nodes, dt)
-        for body in self._bodies:
-            add_diagonal(body.n_slabs, body.mapped, *body.viscosities, self._rows.inverse)
+        for diagonal in self._diagonals:
+            scatter(diagonal)
         self._map(self._of_solution)
         start(self._n, self._nodes, dt, self._lightest)
         sums = self._summed()
         floor = RELATIVE_ROUNDING**2 * float(sums[ROUNDING])
         rounds, share, descent = 0, 0.0, float(sums[DESCENT])
-        while sums[RESIDUAL] > max(TOLERANCE**2 * float(sums[CHANGE]), floor):
+        while sums[RESIDUAL] > max(TOLERANCE**2 * float(sums[CHANGE]), floor) and descent > 0.0:
             if rounds == MOST_ROUNDS:
                 self._wrong = sqrt(float(sums[RESIDUAL] / sums[CHANGE]))
                 break
