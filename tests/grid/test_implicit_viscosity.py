@@ -8,6 +8,7 @@ from small_cases import SLIP, SOLID, advance, box, case
 
 from pellucid.errors import RunStopped
 from pellucid.grid import implicit_viscosity
+from pellucid.grid.passes.gifts import scatter
 from pellucid.running.forecast.words import foretell_case
 from pellucid.set_up.slip import slipped_past
 from pellucid.simulation.simulation import Simulation
@@ -76,6 +77,21 @@ def test_the_nodes_move_as_the_equation_says():
     left = inertia * (solution - target) - sim.dt * force
     assert np.sqrt(np.sum(left[free] ** 2 / inertia[free])) < 1e-3 * np.sqrt(np.sum(inertia * (solution - target) ** 2))
     assert viscosity.rounds[0] > 5
+
+
+@pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])
+def test_the_preconditioner_is_the_diagonal(functions):
+    """Of the operator, whose column is the force of a unit velocity of one node along an axis."""
+    (viscosity,) = advance(slit(functions=functions), 1).stages.viscosities
+    rows = viscosity._rows
+    rows.inverse[:] = 0.0
+    scatter(viscosity._diagonals[0])
+    for k in (*np.flatnonzero(rows.inertia)[::7], int(np.argmax(rows.inertia))):
+        rows.direction[:] = rows.viscous_force[:] = 0.0
+        rows.direction[k] = 1.0
+        viscosity._map(viscosity._of_direction)
+        assert rows.viscous_force[k] == pytest.approx(-rows.inverse[k], rel=1e-12)
+        assert rows.inverse[k] > 0.0
 
 
 @pytest.mark.parametrize("functions", ["trilinear", "quadratic-bspline"])

@@ -6,15 +6,13 @@ import numpy as np
 
 from pellucid.grid.nodal_fields import with_fields
 from pellucid.grid.particle_to_grid import InternalForce, InternalForceRead
-from pellucid.grid.passes.blocks import about_point
-from pellucid.grid.passes.gifts import by_slope, giving, scatter_block
+from pellucid.grid.passes.gifts import BySquare, by_slope, giving
 from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, pass_points
 from pellucid.grid.points import OK, POWER, MappedPoints, place_of
-from pellucid.grid.stencil import gather_gradient, node_at
+from pellucid.grid.stencil import gather_gradient
 from pellucid.jit import point_function
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
-from pellucid.jit.vector import load, row, store
 from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
 
@@ -67,35 +65,10 @@ def straining_by_viscosity(
     return pass_points(StressByViscosity(mu, lam), declared, mapped._replace(nodes=nodes), read, kept, gives)
 
 
-class BySquare(NamedTuple):
-    """A gift to the diagonal of the viscous operator, Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along each axis d [kg/s]."""
-
-    volume: np.ndarray  # (n,) [m³]
-    mu: float
-    lam: float
-    into: np.ndarray  # (4 nodes,) rows
-
-
-@point_function(scatter_block, BySquare)
-def _give_squares(gives, mapped, start, n, found, first_node, w, which):
-    functions, lattice, into, hh = mapped.functions, mapped.lattice, gives.into, mapped.lattice.inverse_cell**2
-    for q in range(n):
-        about, V = about_point(functions, found, first_node, q), gives.volume[place_of(mapped.index, start + q)]
-        wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
-        across, along = hh * V * gives.mu, hh * V * (2.0 * gives.mu + gives.lam)
-        sx, sy, sz = row(along, across, across, 0.0), row(across, along, across, 0.0), row(across, across, along, 0.0)
-        for a in range(len(wx)):
-            for b in range(len(wy)):
-                t = (gx[a] * wy[b]) ** 2 * sx + (wx[a] * gy[b]) ** 2 * sy
-                u = (wx[a] * wy[b]) ** 2 * sz
-                for c in range(len(wz)):
-                    I = 4 * node_at(about, lattice, a, b, c)
-                    store(into, I, load(into, I) + (wz[c] * wz[c] * t + gz[c] * gz[c] * u))
-
-
 def diagonal_by_viscosity(mapped: MappedPoints, mu: float, lam: float, into: np.ndarray) -> Bundle:
-    """What `scatter` adds to rows of the nodes for the diagonal, of the points of a body."""
-    return giving(mapped, BySquare(mapped.points.volume, mu, lam, into))
+    """What `scatter` adds to rows of the nodes, shape (4 nodes,), for the diagonal of the viscous operator of the points of a
+    body, Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along each axis d [kg/s]."""
+    return giving(mapped, BySquare(mapped.points.volume, mu, 2.0 * mu + lam, into))
 
 
 @parallel_loop()
