@@ -14,6 +14,7 @@ from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, NodalField, decl
 from pellucid.grid.points import FullCells
 from pellucid.grid.supports import YieldingWalls
 from pellucid.grid.velocity_field import FieldNodes
+from pellucid.grid.viscous_nodes import ViscousRows
 
 PAGE = Path(__file__).parent / "physics" / "step.md"
 BEGIN, END = "<!-- Written by docs/nodal_field_table.py. -->\n", "<!-- To here. -->"
@@ -24,6 +25,7 @@ SETS: dict[type[Any], str] = {
     AdvancedNodes: "",
     YieldingWalls: "of walls that rub or open",
     NodeFlags: "by which nodes are listed",
+    ViscousRows: "of implicit viscosity",
     FullCells: "of cells, by their first nodes",
     BodySums: "of a rigid body on the grid",
     SharedNodes: "of two velocity fields in contact",

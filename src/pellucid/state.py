@@ -58,6 +58,7 @@ FIELDS: dict[str, Field] = {
     "failed": Field(1, "1", "1 where a point of a membrane has failed and bears no stress, else 0"),
     "dissipated_energy": Field(1, "J/kg", "part of the work of the stress that damage or viscosity took"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
+    "viscous_stress": Field(6, "Pa", "part of the stress by implicit viscosity, as it acted in the last step"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
 }
 

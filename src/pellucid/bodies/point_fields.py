@@ -6,7 +6,7 @@ from pellucid.grid.shared_points import SpreadPoints, WholePoints
 from pellucid.parts.families import GridBody
 from pellucid.ranks.domain import domain
 
-HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn")  # arrays that results do not show
+HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn", "viscous_stress")  # arrays that results do not show
 
 
 class PointFields(GridBody):

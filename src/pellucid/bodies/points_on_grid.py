@@ -68,6 +68,9 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     contact_surface: GridSurface | None = None
     """By which others touch it, where that is not told by the nodes."""
 
+    found_anew: tuple[str, ...] = ()
+    """Arrays that follow from the others where it goes on from an earlier run."""
+
     def __init__(
         self,
         name: str,
@@ -384,7 +387,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def complete(self) -> None:
         """The totals, which depend on what leads the points."""
-        arrays = [*map(self._there, self.arrays), *self.element_arrays.values()] if self._goes_on else []
+        named = (self._there(name) for name in self.arrays if name not in self.found_anew)
+        arrays = [*named, *self.element_arrays.values()] if self._goes_on else []
         kept = [array.copy() for array in arrays]
         self.renew_totals()
         for array, values in zip(arrays, kept, strict=True):

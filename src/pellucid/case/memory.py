@@ -10,6 +10,7 @@ from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Nodes, layers_of
 from pellucid.grid.listed import NodeFlags
 from pellucid.grid.nodal_fields import bytes_of
+from pellucid.grid.viscous_nodes import ViscousRows
 
 if TYPE_CHECKING:
     from pellucid.case.spec import Case
@@ -63,7 +64,14 @@ def _blame_points(case: "Case", text: str, room: float) -> None:
 
 def memory_estimate(case: "Case") -> float:
     """What the program, nodes, points and tables need together [bytes]; see `validation/memory`."""
-    return PROGRAM_BYTES + NODE_BYTES * n_nodes(case) + POINT_BYTES * n_points(case) + table_bytes(case)
+    arrays = NODE_BYTES * n_nodes(case) + POINT_BYTES * n_points(case) + table_bytes(case)
+    return PROGRAM_BYTES + arrays + viscous_bytes(case)
+
+
+def viscous_bytes(case: "Case") -> float:
+    """What the nodes of fields with implicit viscosity need besides [bytes]."""
+    solved = {body.field for body in case.body if body.solves_viscosity}
+    return bytes_of(ViscousRows) * n_nodes(case) * len(solved) / len({body.field for body in case.body})
 
 
 def table_bytes(case: "Case") -> float:

@@ -132,7 +132,8 @@ def other_columns(parts: Parts) -> list[str]:
     conditions = parts.of(Condition)
     loads = (name for condition in conditions if (name := condition.load_channel()) is not None)
     channels = (channel.name for condition in conditions for channel in condition.channels())
-    return [*COLUMNS, *loads, *channels, *(name for condition in conditions for name in condition.columns())]
+    of_bodies = (channel.name for body in parts.of(BodyModel) for channel in body.channels())
+    return [*COLUMNS, *loads, *channels, *of_bodies, *(name for condition in conditions for name in condition.columns())]
 
 
 class Probe(Part):

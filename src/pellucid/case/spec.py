@@ -85,6 +85,10 @@ class TimeCase(Part):
             text = f"{self.end / self.step:.3g} steps until time.end = {self.end:g} s; a run takes at most {MOST_STEPS:.0e}"
             remedy = f"use {self.end / MOST_STEPS:.3g} s or more, or leave it out and let time.courant choose"
             yield Finding((*path, "step"), text, remedy)
+        reasons = (body.why_not_strained_first() for body in bodies) if self.scheme == "usf" else ()
+        for reason in reasons:
+            if reason is not None:
+                yield Finding((*path, "scheme"), *reason)
         if self.step is None or parts.grid is None:
             return
         for body in parts.of(BodyModel):

@@ -32,6 +32,9 @@ ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT, FRICTIO
 ENCLOSED_WORK = Channel("enclosed_work", 0.0)
 """Of gases and liquids on the membranes that enclose them, as internal forces do: what they lose is another entry, and stands
 with a minus in INTERNAL."""
+FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT = Channel("fluid_viscous_heat", 0.0), Channel("implicit_viscous_heat", 0.0)
+"""What fluids with implicit viscosity take up as part of their internal energy: the dissipation of the velocities that were
+solved for, and what the implicit step takes besides; with a minus in INTERNAL."""
 OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
 """Of points that left through a face of the grid: no step does this work, the balance books it when they are gone."""
 INFLOW_ENERGY = Channel("inflow_energy")

@@ -70,6 +70,25 @@ class NodalMomentum:
         self._near = ChunkedNodes(ALL, edges)
         self._bundle.edges[: len(edges)] = edges
 
+    @property
+    def advanced(self) -> Bundle:
+        """The nodes and what acts on them (`AdvancedNodes`), in chunks."""
+        return self._bundle
+
+    @property
+    def n_chunks(self) -> int:
+        """Of all nodes."""
+        return self._chunks
+
+    def near(self) -> int:
+        """How many chunks of `advanced` have nodes that points of this process reach: the first ones."""
+        self._find_near()
+        return self._n
+
+    def sum_of_near(self, sums: np.ndarray) -> np.ndarray:
+        """The sum of what these have, shape (chunks, ...), of all processes."""
+        return ordered_sum(domain.of_chunks(sums[: self._n], self._all.of_row, self._first))
+
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act."""
         self._gravity_share, self._gravity[:] = share, share * self._full_gravity

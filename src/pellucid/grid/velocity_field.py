@@ -78,6 +78,11 @@ class VelocityField:
     def _act(self, external: ExternalAction) -> None:
         self.external, self._clear_external = external, Clearing(STEP, self.grid.rows, external)
 
+    @property
+    def momentum(self) -> NodalMomentum:
+        """What advances the momentum of the nodes, once all that acts on them is known."""
+        return self._momentum
+
     def share_gravity(self, share: float) -> None:
         """Let a share of gravity act on the nodes."""
         self._momentum.share_gravity(share)

@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 
@@ -51,6 +51,15 @@ class PointMaterial(BodyMaterial):
     @abstractmethod
     def initial_state(self) -> PointState:
         """The state of every point at the start."""
+
+    def implicit_viscosities(self) -> tuple[float, float] | None:
+        """Shear and second viscosity, μ and λ [Pa s], of a fluid whose viscous stress is no part of its law, but solved for on
+        the nodes; None of others."""
+        return None
+
+    def with_implicit_viscosity(self) -> Self | None:
+        """The same material with implicit viscosity; None where it has none, or has it already."""
+        return None
 
     def stressed(self, stress: Symmetric) -> tuple[float, PointState]:
         """Density [kg/m³] and state of a point under a stress [Pa]. Raises ValueError where there is no such state."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -64,6 +64,9 @@ class FluidMaterial(PointMaterial):
     eos: EquationOfState = parameter("", "equation of state")
     viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
     second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; Stokes' -2μ/3 where not given", None)
+    implicit_viscosity: bool = parameter(
+        "", "whether viscosity is solved for on the nodes in each step: then it bounds no step", False
+    )
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
     energy_update: Literal["conservative", "closed", "iterated", "explicit", "midpoint"] = parameter(
         "", "how the energy equation is solved", "conservative"
@@ -91,21 +94,45 @@ class FluidMaterial(PointMaterial):
             text = f"second_viscosity = {self.second_viscosity:g} Pa*s is below -2/3 viscosity = {least:g} Pa*s"
             raise ValueError(f"{text}: expansion would give energy; leave it out for Stokes' value")
 
+    @check
+    def _implicit_viscosity_is_heat(self) -> None:
+        if not self.implicit_viscosity:
+            return
+        mu, lam = self.viscosities()
+        if mu == 0.0 and lam == 0.0:
+            raise ValueError("implicit_viscosity = true, but the fluid has none; give its viscosity, or leave this out")
+        if not self.keeps_heat:
+            text = f'energy_update = "{self.energy_update}" integrates the work of a viscous stress that only the nodes know'
+            raise ValueError(f'{text}; use "conservative" with implicit_viscosity, or leave implicit_viscosity out')
+
     @property
     def keeps_heat(self) -> bool:
         """With the conservative update."""
         return self.energy_update == "conservative"
 
     def law(self) -> NewtonianFluid:
-        """The law as kernels take it."""
-        lam = -2.0 / 3.0 * self.viscosity if self.second_viscosity is None else self.second_viscosity
+        """The law as kernels take it; implicit viscosity is no part of it."""
+        mu, lam = (0.0, 0.0) if self.implicit_viscosity else self.viscosities()
         return NewtonianFluid(
             self.eos.law(self.density, self.pressure),
             ENERGY_UPDATES[self.energy_update],
             self.artificial_viscosity.law(),
-            self.viscosity,
+            mu,
             lam,
         )
+
+    def implicit_viscosities(self) -> tuple[float, float] | None:
+        """Where it is to be so."""
+        return self.viscosities() if self.implicit_viscosity else None
+
+    def with_implicit_viscosity(self) -> Self | None:
+        """Where its points keep the heat."""
+        possible = self.keeps_heat and not self.implicit_viscosity and max(self.viscosities()) > 0.0
+        return self.model_copy(update={"implicit_viscosity": True}) if possible else None
+
+    def viscosities(self) -> tuple[float, float]:
+        """Shear and second viscosity, μ and λ [Pa s]."""
+        return self.viscosity, -2.0 / 3.0 * self.viscosity if self.second_viscosity is None else self.second_viscosity
 
     def initial_state(self) -> FluidState:
         """Stress and energy at the initial density and pressure."""

@@ -139,6 +139,11 @@ class BodyModel(Part):
         return False
 
     @property
+    def solves_viscosity(self) -> bool:
+        """Whether its viscosity is solved for on the nodes of the grid."""
+        return False
+
+    @property
     def is_rigid(self) -> bool:
         """Whether it moves as a rigid body."""
         return False
@@ -210,6 +215,10 @@ class BodyModel(Part):
             return Reason(f"body {self.name} is rigid: walls do not rub on it, and push alone", remedy)
         if self.moves and self.owns_nodes(alone):
             return Reason(f"body {self.name} has nodes of its own, on which no wall rubs and which none lets go", remedy)
+        return None
+
+    def why_not_strained_first(self) -> Reason | None:
+        """Why its points cannot be strained before the momentum equation, as with USF, if so."""
         return None
 
     def wave_speeds(self) -> tuple[float, float] | None:

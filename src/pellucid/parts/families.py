@@ -15,6 +15,7 @@ from pellucid.parts.body import Body
 
 if TYPE_CHECKING:
     from pellucid.grid.full_cells import Filling
+    from pellucid.grid.implicit_viscosity import Viscous
 
 
 class TransferLoss(NamedTuple):
@@ -38,6 +39,11 @@ class GridBody(Body):
     @property
     def filling(self) -> "Filling | None":
         """Itself, where it is a fluid whose pressure acts in full cells as a whole; see `pellucid.grid.full_cells`."""
+        return None
+
+    @property
+    def viscous(self) -> "Viscous | None":
+        """Itself, where it is a fluid whose viscosity is solved for on the nodes; see `pellucid.grid.implicit_viscosity`."""
         return None
 
     def fluid_volume(self) -> float:

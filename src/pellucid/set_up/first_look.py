@@ -10,6 +10,7 @@ from pellucid.set_up.gaps import narrow_gaps
 from pellucid.set_up.indenters import coarse_indenters
 from pellucid.set_up.left_free import free_turns, passed_walls
 from pellucid.set_up.overlap import overlaps_within_fields, refuse_overlaps
+from pellucid.set_up.slip import slipped_past
 
 
 def stand(case: Case) -> dict[str, Standing]:
@@ -46,6 +47,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
     yield from free_turns(case)
     yield from passed_walls(case)
     yield from late_pictures(case)
+    yield from slipped_past(case)
     if case.grid_or_none is not None and len({body.field for body in case.body}) > 1:
         yield from coarse_indenters(case)
     if case.grid_or_none is not None:

@@ -7,6 +7,7 @@ from pellucid.approximants import GridFunctions
 from pellucid.conditions.active import layout_of
 from pellucid.energy import CONTACT_WORK, DAMPING_HEAT, TRANSFER_HEAT, WorkLayout
 from pellucid.grid.full_cells import CellPressure, Filling
+from pellucid.grid.implicit_viscosity import ImplicitViscosity
 from pellucid.grid.lattice import Grid
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
@@ -73,6 +74,12 @@ def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[C
             if fluid is not None:
                 groups.setdefault((field, fluid.functions, fluid.nodal_forces.ctypes.data), []).append(fluid)
     return [CellPressure(field.grid, fluids) for (field, *_), fluids in groups.items()]
+
+
+def implicit_viscosities(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[ImplicitViscosity]:
+    """Those of the velocity fields with fluids whose viscosity is solved for."""
+    solved = {field: [body.viscous for body in bodies if body.viscous is not None] for field, bodies in fields.items()}
+    return [ImplicitViscosity(field, fluids) for field, fluids in solved.items() if fluids]
 
 
 def worthwhile_threads(bodies: Sequence[Body]) -> int:

@@ -18,6 +18,7 @@ def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
     stages.particle_to_grid(inertia=True, force=True)  # m_I, p_I, f_I
     stages.predict_own_nodes(dt)
     stages.detect_contact(dt)
+    stages.solve_viscosity(dt)
     stages.advance_momentum(dt)  # p_I + dt f_I, supports
     stages.apply_contact_impulses()
     stages.sum_works(dt)

@@ -23,6 +23,7 @@ from pellucid.energy import (
     total_work,
 )
 from pellucid.errors import RunStopped, UsageError
+from pellucid.grid.implicit_viscosity import CHANNELS
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import TRANSFERS, Flip, VelocityTransfer
@@ -157,6 +158,7 @@ class Simulation:
         won = -sum(float(work.works[TRANSFER]) for work in lost)
         if won > 0.0:
             lost += return_heat(self.stages.grid_bodies, won)
+        own += [viscosity.work([self._layout.column(heat) for heat in CHANNELS]) for viscosity in self.stages.viscosities]
         done = total_work([*on_nodes, *self.conditions.works(), *lost, *own], self._layout.n_columns)
         done = self._layout.with_surface_contact(done, self.surface_pairs.external_work())
         self.surface_pairs.energy.add_work(float(done.works[CONTACT]))
@@ -208,6 +210,8 @@ class Simulation:
         self.clock.advance(dt)
         for body in self.bodies:
             body.check(self.clock.n_steps, self.clock.progress())
+        for viscosity in self.stages.viscosities:
+            viscosity.check(self.clock.n_steps, self.clock.progress())
         self.conditions.end(dt)
         self.record(dt)
         for body in self._losing_points:
@@ -405,7 +409,9 @@ class Simulation:
             for name, counts in (("inflow", self.inflow), ("outflow", self.outflow))
             if counts
         }
-        return self.clock.facts() | self._settled | passed
+        solved = {viscosity.field.name: viscosity.facts() for viscosity in self.stages.viscosities}
+        facts = self.clock.facts() | self._settled | passed
+        return facts | ({"implicit_viscosity": solved} if solved else {})
 
     def kinetic_energy(self) -> float:
         """Of all bodies [J]."""
@@ -432,6 +438,7 @@ class Simulation:
             "conditions": self.conditions.state_numbers(),
             "warned": sorted(self._watch.warned),
             "settled": self._settled,
+            "viscosity_rounds": [viscosity.rounds for viscosity in self.stages.viscosities],
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -448,6 +455,8 @@ class Simulation:
         self.conditions.restore(numbers["conditions"])
         for field in self.velocity_fields:
             field.restore(of_owner(NODES + field.name, arrays))
+        for viscosity, rounds in zip(self.stages.viscosities, numbers["viscosity_rounds"], strict=True):
+            viscosity.rounds = list(rounds)
         settles = SETTLING in numbers["clock"]
         if settles and self.case.settle is not None:
             self.clock = self.settling_clock(self.case.settle)

@@ -9,7 +9,7 @@ from pellucid.grid.velocity_field import VelocityField
 from pellucid.jit.joint import joint_region
 from pellucid.parts.body import Body
 from pellucid.parts.families import GridBody, NodalBody
-from pellucid.simulation.assembly import cell_pressures
+from pellucid.simulation.assembly import cell_pressures, implicit_viscosities
 
 
 class Stages:
@@ -31,6 +31,7 @@ class Stages:
         self.grid_bodies = [body for body in bodies if isinstance(body, GridBody)]
         self.nodal_bodies = [body for body in bodies if isinstance(body, NodalBody)]
         self.cell_pressures = cell_pressures(on_grid)
+        self.viscosities = implicit_viscosities(on_grid)
         heat = {field: [body.keeps_heat for body in together] for field, together in on_grid.items()}
         self._strained_again = [field for field, keep in heat.items() if remaps and not any(keep)]
         self._without_heat = {field for field, keep in heat.items() if not all(keep)}
@@ -66,6 +67,11 @@ class Stages:
     def detect_contact(self, dt: float) -> None:
         """Find where velocity fields touch in this step."""
         self.contact_pairs.detect(dt)
+
+    def solve_viscosity(self, dt: float) -> None:
+        """Find the stresses of implicit viscosity, and their forces on the nodes."""
+        for viscosity in self.viscosities:
+            viscosity.solve(dt)
 
     def advance_momentum(self, dt: float) -> None:
         """Advance the momentum of the nodes, and apply the impulses of conditions."""

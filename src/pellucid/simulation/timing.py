@@ -10,6 +10,7 @@ OF_A_STEP = {
     "find_cell_pressures": "grid",
     "find_volume_corrections": "grid",
     "detect_contact": "contact",
+    "solve_viscosity": "viscosity",
     "advance_momentum": "grid",
     "apply_contact_impulses": "contact",
     "sum_works": "grid",

@@ -20,6 +20,7 @@ from pellucid.contact.wall import WallPlane
 from pellucid.energy import FIRST_LOAD, Entered, Left
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.grid.full_cells import Filling
+from pellucid.grid.implicit_viscosity import Viscous
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
@@ -38,6 +39,7 @@ from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_seen, 
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
 
+VISCOUS_STRESS = "viscous_stress"
 NOBODY = np.zeros(0, dtype=bool)
 
 
@@ -71,6 +73,8 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
     def _bind(self) -> None:
         super()._bind()
         self._stressed: bool | None = None
+        # that of an earlier run holds that of implicit viscosity, or not: frames and checkpoints differ in this
+        self.found_anew = ("stress",) if VISCOUS_STRESS in self.arrays else ()
         self._state = in_arrays(self.material.initial_state(), self.arrays)
 
     def _make_bundles(self) -> None:
@@ -82,6 +86,12 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """Go on from such arrays."""
         super().restore(arrays)
         self._stressed = None
+
+    def load_state(self, state: Mapping[str, np.ndarray]) -> None:
+        """Begin with the arrays of an earlier run, whose viscosity need not have been implicit."""
+        if VISCOUS_STRESS in self.arrays:
+            state = {VISCOUS_STRESS: np.zeros((len(state["id"]), 6)), **state}
+        super().load_state(state)
 
     @property
     def _strains(self) -> bool:
@@ -144,6 +154,21 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
     def filling(self) -> Filling | None:
         """Itself where its pressure acts so, and nothing leads it."""
         return self if self._by_cells and self.constraint is None else None
+
+    @property
+    def viscous(self) -> Viscous | None:
+        """Itself where its viscosity is implicit and the grid strains it."""
+        return self if VISCOUS_STRESS in self.arrays and self._strains else None
+
+    @property
+    def viscosities(self) -> tuple[float, float]:
+        """μ and λ of implicit viscosity [Pa s]."""
+        return self.material.implicit_viscosities() or (0.0, 0.0)
+
+    @property
+    def viscous_stress(self) -> np.ndarray:
+        """That of implicit viscosity in the last step, which `stress` has no part of but within a step [Pa], shape (n, 6)."""
+        return self.arrays[VISCOUS_STRESS]
 
     def fluid_volume(self) -> float:
         """That of its points where they flow."""
@@ -334,8 +359,16 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         energy = self.material.energy_field
         return names if energy in names else [*names, energy]
 
+    def stored_field(self, name: str) -> np.ndarray:
+        """As for every body; the stress has that of implicit viscosity in it."""
+        if name == "stress" and VISCOUS_STRESS in self.arrays:
+            self._complete(VISCOUS_STRESS)
+        return super().stored_field(name)
+
     def _field_there(self, name: str) -> np.ndarray:
         """As for every body; pressure and stored energy are those of the law."""
+        if name == "stress" and VISCOUS_STRESS in self.arrays:
+            return self._there("stress") + self._there(VISCOUS_STRESS)
         if name == "pressure":
             return point_pressures(self.law, self._state, self._field_there("density"))
         if name == "stored_energy":
@@ -360,6 +393,8 @@ def _arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravi
     density, state = _initial_state(case, position, gravity)
     velocity = case.initial_velocity(position)
     arrays = {"position": position, "velocity": velocity, "mass": density * volume, "volume": volume, **state}
+    if case.material.implicit_viscosities() is not None:
+        arrays[VISCOUS_STRESS] = np.zeros((len(position), 6))
     case.add_initial_state(arrays)
     return arrays
 

@@ -132,6 +132,9 @@ def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterat
     if not body.material.flows:
         text = f"a material of kind {body.material.kind!r} bears shear: its pressure is not all of its stress"
         yield Finding(here, text, remedy)
+    elif (found := body.material.implicit_viscosities()) is not None and 3.0 * found[1] + 2.0 * found[0] > 1e-12 * found[0]:
+        text = "the second viscosity, which is implicit, resists a change of volume that the pressure of cells does not know"
+        yield Finding(here, text, "leave cell_pressure out, or material.second_viscosity")
     elif body.is_rigid or is_driven(body.name, parts):
         yield Finding(here, "the body is rigid or follows a prescribed motion: its pressure moves nothing", remedy)
 

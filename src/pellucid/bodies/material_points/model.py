@@ -1,6 +1,6 @@
 """Bodies of material points as the user describes them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import hypot
 from typing import Literal
 
@@ -15,6 +15,7 @@ from pellucid.bodies.material_points.checks import (
 )
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.placing import COMMON_FIELDS, place_problems
+from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, Channel
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.model import parameter
@@ -51,6 +52,11 @@ class MaterialPointsCase(SeededBody):
         """The fields that probes can read."""
         return (*COMMON_FIELDS, *self.material.probed_fields, *(("angle",) if self.rigid else ()))
 
+    def channels(self) -> Sequence[Channel]:
+        """The heat of implicit viscosity."""
+        heat = FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT
+        return heat if self.solves_viscosity else ()
+
     def why_no_outflow(self) -> Reason | None:
         """A rigid body stays as it is; pressures integrated over cells take faces of the grid for walls."""
         if self.rigid:
@@ -65,6 +71,25 @@ class MaterialPointsCase(SeededBody):
         if not self.material.flows:
             return Reason(f"body {self.name} is a solid: what comes in would not hold together with it", "name a fluid")
         return self.why_no_outflow()
+
+    @property
+    def solves_viscosity(self) -> bool:
+        """Of a fluid where it is implicit."""
+        return self.material.implicit_viscosities() is not None
+
+    def why_not_strained_first(self) -> Reason | None:
+        """Implicit viscosity gives stresses with the momentum equation."""
+        if not self.solves_viscosity:
+            return None
+        text = f"the implicit viscosity of body {self.name} gives its stress in the momentum equation, and not before"
+        return Reason(text, 'use "musl" or "usl", or leave `implicit_viscosity` out')
+
+    def why_no_yielding_wall(self, alone: bool) -> Reason | None:
+        """Implicit viscosity is solved for before such walls choose what they hold."""
+        if not self.solves_viscosity:
+            return super().why_no_yielding_wall(alone)
+        text = f"the viscosity of body {self.name} is implicit, for which it must be known what a wall holds and where it rubs"
+        return Reason(text, "leave it out, or `implicit_viscosity` of the body")
 
     def why_no_wall(self) -> Reason | None:
         """Solids touch walls by their surface, fluids by their points."""

@@ -22,7 +22,7 @@ from pellucid.jit.joint import joint_region
 from pellucid.jit.local import indices, numbers
 from pellucid.jit.parallel import joint_by_colour
 from pellucid.jit.products import no_sums, outer, plus
-from pellucid.jit.vector import LANES, load, store
+from pellucid.jit.vector import LANES, load, row, store
 from pellucid.tensors import ZERO_VECTOR
 
 LINES, WEIGHTS = 8, 20
@@ -50,6 +50,16 @@ class BySlope(NamedTuple):
     rule: Any
     read: Any
     read_like: Any
+    into: np.ndarray
+
+
+class BySquare(NamedTuple):
+    """Volumes times squares of the slopes of N: along an axis d a row has Σ_e k (∂N/∂x_e)², with k = `along` where e is d and
+    `across` else."""
+
+    volume: np.ndarray  # (n,) [m³]
+    across: float
+    along: float
     into: np.ndarray
 
 
@@ -141,6 +151,23 @@ def _give_values(gives, mapped, start, n, found, first_node, w, which):
 def _give_slopes(gives, mapped, start, n, found, first_node, w, which):
     if which & FIRST:
         add_slopes(mapped.functions, gives, mapped, start, n, found, first_node, w)
+
+
+@point_function(scatter_block, BySquare)
+def _give_squares(gives, mapped, start, n, found, first_node, w, which):
+    functions, lattice, into, hh = mapped.functions, mapped.lattice, gives.into, mapped.lattice.inverse_cell**2
+    for q in range(n):
+        about, V = about_point(functions, found, first_node, q), gives.volume[place_of(mapped.index, start + q)]
+        wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
+        across, along = hh * V * gives.across, hh * V * gives.along
+        sx, sy, sz = row(along, across, across, 0.0), row(across, along, across, 0.0), row(across, across, along, 0.0)
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                t = (gx[a] * wy[b]) ** 2 * sx + (wx[a] * gy[b]) ** 2 * sy
+                u = (wx[a] * wy[b]) ** 2 * sz
+                for c in range(len(wz)):
+                    I = 4 * node_at(about, lattice, a, b, c)
+                    store(into, I, load(into, I) + (wz[c] * wz[c] * t + gz[c] * gz[c] * u))
 
 
 @point_function(scatter_block, Both)

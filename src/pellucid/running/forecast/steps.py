@@ -57,6 +57,11 @@ def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
     return _foretold(case, limit, name, simulation.time, until)
 
 
+def limit_of_model(case: "Case") -> StepLimit:
+    """The tightest limit of the step at the start of a case, of those that are known before it is set up."""
+    return _tightest(_limits(case))[0]
+
+
 def _tightest(limits: "Limits") -> tuple[StepLimit, str]:
     known = {key: limit for key, limit in limits.items() if limit is not None}
     first = min(known, key=lambda key: known[key].step, default=None)

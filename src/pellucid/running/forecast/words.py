@@ -6,6 +6,7 @@ from math import isnan, sqrt
 from pellucid.case import Case
 from pellucid.errors import UsageError
 from pellucid.progress import clock
+from pellucid.running.forecast.hints import implicit_viscosity
 from pellucid.running.forecast.pace import Pace, Paces
 from pellucid.running.forecast.steps import Foretold, of_case
 
@@ -27,7 +28,13 @@ def pace_of(case: "Case") -> Pace | None:
 
 
 def lines(case: "Case", foretold: Foretold, each: Pace | None, runs: bool = False) -> list[str]:
-    """Two lines; each: the time of a step, if runs tell it; runs: whether these are of a run that begins."""
+    """Two lines, and a third where the steps could be much longer; each: the time of a step, if runs tell it; runs: whether
+    these are of a run that begins."""
+    hint = implicit_viscosity(case)
+    return [*_two_lines(case, foretold, each, runs), *([] if hint is None else [hint])]
+
+
+def _two_lines(case: "Case", foretold: Foretold, each: Pace | None, runs: bool) -> list[str]:
     settling = "some to settle, then " if case.settle is not None else ""
     if isnan(foretold.number):
         steps = f"steps: {settling}{foretold.why}"

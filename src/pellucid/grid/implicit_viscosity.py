@@ -1,0 +1,166 @@
+"""Implicit viscosity: the velocities of the nodes that viscous stresses of these same velocities leave.
+
+With the lumped masses m_I, the velocities v*_I that all other forces and the conditions would leave, and the viscous operator
+(K v)_I = Σ_p V_p σ(D_p)·∇N_I, σ = 2μD + λ tr(D) I,
+
+    m_I (v_I - v*_I) + Δt (K v)_I = 0
+
+is solved by conjugate gradients, preconditioned by the diagonal of the matrix, from the velocities at the start of the step
+on. K is never stored: each round passes over the points. Where supports or driven points lead a node wholly its velocity is
+given; where it follows these, or an absorbing face, in part, it moves as if it had more mass.
+
+The stress of the points is that of the solution. Its forces are added to the others on the nodes before their momentum is
+advanced: so momentum is kept to rounding, however well the equation is solved, and works, reactions and heat are found as those
+of all forces. What the nodes then move differently from the solution is r_I/m_I, by its residual r. The solution is good enough
+when the energy Σ r_I²/2m_I of that is TOLERANCE² of the energy of Δv = v - v*, what viscosity changes in the step: forces are
+wrong by this share, and velocities by a share of a step's change. A node with less mass than a point counts with that of a
+point, as the points feel it. Below ROUNDING of the operator on v nothing can be solved better.
+
+Implicit Euler takes Σ Δt f_I·(v_I - v̄_I) more from the motion than the dissipation Δt Σ_p V_p σ_p:D_p of the solution, with the
+viscous forces f and the mean velocities v̄ of the step. Points take up both as heat; the balance tells them apart.
+(Conjugate gradients: Hestenes & Stiefel 1952, J. Res. Natl. Bur. Stand. 49, 409.)
+"""
+
+from collections.abc import Sequence
+from math import inf, sqrt
+from typing import Any, Protocol
+
+import numpy as np
+
+from pellucid.energy import FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT, INTERNAL, Channel, StepWork, no_work
+from pellucid.errors import RunStopped
+from pellucid.grid.nodal_fields import allocate
+from pellucid.grid.passes.each_point import each_point
+from pellucid.grid.passes.gifts import FIRST, scatter
+from pellucid.grid.points import POWER
+from pellucid.grid.velocity_field import VelocityField
+from pellucid.grid.viscous_nodes import (
+    CHANGE,
+    COLUMNS,
+    DESCENT,
+    RESIDUAL,
+    ROUNDING,
+    ViscousNodes,
+    ViscousRows,
+    add_forces,
+    begin,
+    find_curvature,
+    move,
+    start,
+    sum_lag,
+    turn,
+)
+from pellucid.grid.viscous_points import add_stress, diagonal_by_viscosity, straining_by_viscosity
+from pellucid.jit.bundle import Bundle
+
+CHANNELS: Sequence[Channel] = (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)
+TOLERANCE = 1e-3
+RELATIVE_ROUNDING = 1e-14
+MOST_ROUNDS = 1000
+
+
+class Viscous(Protocol):
+    """A body of points whose viscosity is solved for."""
+
+    n_slabs: int
+    mapped: Bundle
+
+    @property
+    def viscosities(self) -> tuple[float, float]:
+        """μ and λ [Pa s]."""
+
+    @property
+    def viscous_stress(self) -> np.ndarray:
+        """Where its viscous stress is kept [Pa], shape (points, 6)."""
+
+    @property
+    def nodal_forces(self) -> np.ndarray: ...
+    def stored_array(self, name: str) -> np.ndarray: ...
+    def sums(self) -> np.ndarray: ...
+
+
+class ImplicitViscosity:
+    """Solves for the velocities of a velocity field, of all its fluids whose viscosity is implicit."""
+
+    def __init__(self, field: VelocityField, bodies: Sequence[Viscous]) -> None:
+        self.field, self._bodies = field, bodies
+        self._rows = allocate(ViscousRows, field.grid.n_nodes)
+        masses = (body.stored_array("mass") for body in bodies)
+        self._lightest = min(float(np.min(mass, where=mass > 0.0, initial=inf)) for mass in masses)
+        self.rounds = [0, 0, 0]
+        """Rounds so far, steps, and the most rounds of a step."""
+        self._wrong: float | None = None
+        self._sums = np.zeros((field.momentum.n_chunks, COLUMNS))
+        self._nodes = Bundle(ViscousNodes(field.momentum.advanced, self._rows, self._sums))
+        self._diagonals = [diagonal_by_viscosity(body.mapped.content, *body.viscosities, self._rows.inverse) for body in bodies]
+        self._of_direction = [self._pass(body, self._rows.direction) for body in bodies]
+        self._of_solution = [self._pass(body, self._rows.solution) for body in bodies]
+
+    def _pass(self, body: Viscous, velocity: np.ndarray) -> Bundle:
+        how = *body.viscosities, body.viscous_stress, velocity, self._rows.viscous_force
+        return straining_by_viscosity(body.mapped.content, *how)
+
+    def solve(self, dt: float) -> None:
+        """Before momentum is advanced by a step dt [s]: find the viscous stress of the points, and its forces on the nodes."""
+        self._n = self.field.momentum.near()
+        begin(self._n, self._nodes, dt)
+        for diagonal in self._diagonals:
+            scatter(diagonal)
+        self._map(self._of_solution)
+        start(self._n, self._nodes, dt, self._lightest)
+        sums = self._summed()
+        floor = RELATIVE_ROUNDING**2 * float(sums[ROUNDING])
+        rounds, share, descent = 0, 0.0, float(sums[DESCENT])
+        while sums[RESIDUAL] > max(TOLERANCE**2 * float(sums[CHANGE]), floor) and descent > 0.0:
+            if rounds == MOST_ROUNDS:
+                self._wrong = sqrt(float(sums[RESIDUAL] / sums[CHANGE]))
+                break
+            turn(self._n, self._nodes, share)
+            self._map(self._of_direction)
+            find_curvature(self._n, self._nodes, dt)
+            step = descent / float(self._summed()[DESCENT])
+            move(self._n, self._nodes, dt, step)
+            sums = self._summed()
+            last, descent = descent, float(sums[DESCENT])
+            share = descent / last
+            rounds += 1
+        if rounds:
+            self._map(self._of_solution)
+        self._dt = dt
+        self._power = sum(float(body.sums()[POWER]) for body in self._bodies)
+        add_forces(self._n, self._nodes, self._bodies[0].nodal_forces)
+        for body in self._bodies:
+            add_stress(body.n_slabs, body.mapped, body.viscous_stress)
+        self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
+
+    def _map(self, passes: Sequence[Bundle]) -> None:
+        """Viscous stresses, and their forces on the nodes."""
+        for one in passes:
+            each_point(one, 0.0, FIRST)
+
+    def _summed(self) -> np.ndarray:
+        return self.field.momentum.sum_of_near(self._sums)
+
+    def check(self, n_steps: int, time: float) -> None:
+        """Raise RunStopped, naming the step and the time [s] of its end, where its rounds did not converge."""
+        if self._wrong is None:
+            return
+        text = (
+            f"step {n_steps}, time {time:.6g} s: implicit viscosity in the velocity field `{self.field.name}` did not "
+            f"converge: after {MOST_ROUNDS} rounds its forces are wrong by {self._wrong:.2g}, and {TOLERANCE:g} is asked"
+        )
+        raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
+
+    def work(self, columns: Sequence[int]) -> StepWork:
+        """Of the last step, with its mean velocities: dissipation and the loss of implicit Euler, in these columns."""
+        sum_lag(self._n, self._nodes)
+        dissipated, lag = self._dt * self._power, self._dt * float(self._summed()[DESCENT])
+        done = no_work(max(columns) + 1, 0)
+        done.works[list(columns)] = dissipated, lag
+        done.works[INTERNAL] = -dissipated - lag
+        return done
+
+    def facts(self) -> dict[str, Any]:
+        """What the summary tells of the rounds."""
+        rounds, steps, most = self.rounds
+        return {"rounds_mean": rounds / steps if steps else 0.0, "rounds_largest": most, "tolerance": TOLERANCE}

@@ -1,0 +1,179 @@
+"""The nodes in the conjugate gradients of `pellucid.grid.implicit_viscosity`: passes over chunks of them, with their sums."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from pellucid.grid.momentum import (
+    MASS_EPS,
+    apply_absorption,
+    driven_fraction,
+    driven_velocity,
+    is_driven,
+    sum_loads_chunk,
+)
+from pellucid.grid.nodal_fields import FOUND, RUN, SUM, rows
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.loops import parallel_loop
+from pellucid.jit.parallel import parallel_for
+from pellucid.jit.vector import LANES, load, nothing, row, store, total
+
+DESCENT, RESIDUAL, CHANGE, ROUNDING, COLUMNS = range(5)
+"""Sums of a chunk: r·z or p·Ap [J]; twice the energies of the residual, of the change by viscosity, and of the rounding of the
+operator on the velocities [J]."""
+
+
+class ViscousRows(NamedTuple):
+    """What the nodes have in the solve."""
+
+    inertia: Annotated[np.ndarray, rows(FOUND, RUN, "kg", "mass that a force along each axis moves; 0 where it is led")]
+    target: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity that it would have without viscosity")]
+    solution: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity with it")]
+    residual: Annotated[np.ndarray, rows(FOUND, RUN, "N s", "of the solution")]
+    direction: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "in which it is changed next")]
+    inverse: Annotated[np.ndarray, rows(SUM, RUN, "1/kg", "of the operator's diagonal; 0 where it is led")]
+    weight: Annotated[np.ndarray, rows(FOUND, RUN, "1/kg", "of the square of the residual")]
+    viscous_force: Annotated[np.ndarray, rows(SUM, RUN, "N", "of the direction, at last of the solution")]
+
+
+class ViscousNodes(NamedTuple):
+    """The nodes of a velocity field with these."""
+
+    field: Bundle  # of `AdvancedNodes`
+    own: ViscousRows
+    sums: np.ndarray  # (chunks, COLUMNS)
+
+
+@kernel(inner=True)
+def _begin_chunk(chunk, viscous, dt):
+    field, own = viscous.field, viscous.own
+    nodes, external, gravity, walls = field.nodes, field.external, field.gravity, field.supports.velocity
+    loaded, absorbing, apart = len(field.load) > 0, len(external.absorption) > 0, len(field.separate_forces) > 0
+    zero = row(0.0, 0.0, 0.0, 0.0)
+    for I in range(field.edges[chunk], field.edges[chunk + 1]):
+        m = nodes.mass[I]
+        store(own.viscous_force, 4 * I, zero)
+        store(own.inverse, 4 * I, zero)
+        store(own.inertia, 4 * I, zero)
+        store(own.target, 4 * I, zero)
+        store(own.solution, 4 * I, zero)
+        if m < MASS_EPS:
+            continue
+        for d in range(3):
+            k, s, old = 4 * I + d, nodes.constrained[I, d], nodes.momentum[I, d] / m
+            if s > 0:
+                own.target[k] = own.solution[k] = walls[s - 1, d]
+                continue
+            force = nodes.force[I, d]
+            if apart:
+                force += field.separate_forces[k]
+            if loaded:
+                force += field.load[I, d]
+            new, inertia = old + dt * (gravity[d] + force / m), m
+            if absorbing:
+                new = apply_absorption(external, I, d, dt, old, new)
+                inertia = m * (1.0 + 0.5 * dt * external.absorption[I, d])
+            if is_driven(external, I, d):
+                follow = driven_fraction(external, I, d, m)
+                new += follow * (driven_velocity(external, I, d) - new)
+                inertia = inertia / (1.0 - follow) if follow < 1.0 else 0.0
+            own.target[k], own.inertia[k] = new, inertia
+            own.solution[k] = old if inertia > 0.0 else new
+
+
+@kernel()
+def begin(n, viscous, dt):
+    """Velocities without viscosity over a step dt [s] and at its start, and what of the nodes can be changed."""
+    if len(viscous.field.load) > 0:
+        parallel_for(sum_loads_chunk, n, viscous.field)
+    parallel_for(_begin_chunk, n, viscous, dt)
+
+
+@parallel_loop()
+def start(chunk, viscous, dt, lightest):
+    """The residual of the velocities at the start, of which the viscous forces are known; `inverse`
+    holds the operator's diagonal, without the masses. lightest: mass of a point [kg], see `ImplicitViscosity`."""
+    own = viscous.own
+    descent = residual = change = rounding = 0.0
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        for k in range(4 * I, 4 * I + 3):
+            m, v = own.inertia[k], own.solution[k]
+            off = v - own.target[k]
+            if m > 0.0:
+                diagonal, weight = m + dt * own.inverse[k], 1.0 / max(m, lightest)
+                r = dt * own.viscous_force[k] - m * off
+                own.inverse[k], own.weight[k] = 1.0 / diagonal, weight
+                descent += r * r / diagonal
+                residual += weight * r * r
+                change += m * off * off
+                rounding += weight * (diagonal * v) ** 2
+                own.residual[k], own.direction[k] = r, 0.0
+            else:
+                own.inverse[k] = own.weight[k] = own.residual[k] = own.direction[k] = 0.0
+    sums = viscous.sums
+    sums[chunk, DESCENT], sums[chunk, RESIDUAL], sums[chunk, CHANGE] = descent, residual, change
+    sums[chunk, ROUNDING] = rounding
+
+
+@parallel_loop()
+def find_curvature(chunk, viscous, dt):
+    """p·Ap of the direction p, of which the viscous forces are known."""
+    own = viscous.own
+    along = row(0.0, 0.0, 0.0, 0.0)
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        p = load(own.direction, 4 * I)
+        along += p * (load(own.inertia, 4 * I) * p - dt * load(own.viscous_force, 4 * I))
+    viscous.sums[chunk, DESCENT] = total(along)
+
+
+@parallel_loop()
+def move(chunk, viscous, dt, step):
+    """Move the solution by so many times the direction; the viscous forces are zero then."""
+    own = viscous.own
+    zero = row(0.0, 0.0, 0.0, 0.0)
+    descent, residual, change = nothing(zero), nothing(zero), nothing(zero)
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        k = 4 * I
+        p, m = load(own.direction, k), load(own.inertia, k)
+        v = load(own.solution, k) + step * p
+        r = load(own.residual, k) - step * (m * p - dt * load(own.viscous_force, k))
+        off = v - load(own.target, k)
+        store(own.solution, k, v)
+        store(own.residual, k, r)
+        store(own.viscous_force, k, zero)
+        descent += load(own.inverse, k) * (r * r)
+        residual += load(own.weight, k) * (r * r)
+        change += m * (off * off)
+    sums = viscous.sums
+    sums[chunk, DESCENT], sums[chunk, RESIDUAL], sums[chunk, CHANGE] = total(descent), total(residual), total(change)
+
+
+@parallel_loop()
+def turn(chunk, viscous, share):
+    """The next direction: that of the residual and a share of the last; the viscous forces are zero then."""
+    own, zero = viscous.own, row(0.0, 0.0, 0.0, 0.0)
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        k = 4 * I
+        p = load(own.inverse, k) * load(own.residual, k) + share * load(own.direction, k)
+        store(own.direction, k, p)
+        store(own.viscous_force, k, zero)
+
+
+@parallel_loop()
+def add_forces(chunk, viscous, forces):
+    """Add the viscous forces to rows of forces of the nodes [N], shape (4 nodes,)."""
+    for k in range(4 * viscous.field.edges[chunk], 4 * viscous.field.edges[chunk + 1], LANES):
+        store(forces, k, load(forces, k) + load(viscous.own.viscous_force, k))
+
+
+@parallel_loop()
+def sum_lag(chunk, viscous):
+    """The power of the viscous forces along what the mean velocities of the step are behind the solution."""
+    nodes, own = viscous.field.nodes, viscous.own
+    power = 0.0
+    for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
+        for d in range(3 if nodes.has_mass[I] else 0):
+            k = 4 * I + d
+            power += own.viscous_force[k] * (own.solution[k] - nodes.mean_velocity[I, d])
+    viscous.sums[chunk, DESCENT] = power

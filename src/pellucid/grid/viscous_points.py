@@ -1,0 +1,81 @@
+"""Viscous stresses and forces of points from nodal velocities, for `pellucid.grid.implicit_viscosity`."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.grid.nodal_fields import with_fields
+from pellucid.grid.particle_to_grid import InternalForce, InternalForceRead
+from pellucid.grid.passes.gifts import BySquare, by_slope, giving
+from pellucid.grid.passes.points_pass import Declaration, Found, at_point, gathered, pass_points
+from pellucid.grid.points import OK, POWER, MappedPoints, place_of
+from pellucid.grid.stencil import gather_gradient
+from pellucid.jit import point_function
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.loops import parallel_loop
+from pellucid.tensors import IDENTITY, double_dot, symmetric_part
+
+
+class Read(NamedTuple):
+    """What the pass reads of a point, or the arrays of it."""
+
+    position: Any  # [m]
+    volume: Any  # [m³]
+
+
+class Kept(NamedTuple):
+    """What it keeps."""
+
+    stress: Any  # viscous [Pa]
+
+
+class StressByViscosity(NamedTuple):
+    """σ = 2μD + λ tr(D) I of the nodal velocity."""
+
+    mu: float
+    lam: float
+
+
+@point_function(gathered, StressByViscosity)
+def _gradient(task, about, lattice, nodes, p, known):
+    return gather_gradient(about, lattice, nodes.velocity)
+
+
+@point_function(at_point, StressByViscosity)
+def _stress(task, lattice, dt, p, known, g):
+    D, two_mu = symmetric_part(g), 2.0 * task.mu
+    bulk = task.lam * (D[0] + D[1] + D[2])
+    stress = (two_mu * D[0] + bulk, two_mu * D[1] + bulk, two_mu * D[2] + bulk, two_mu * D[3], two_mu * D[4], two_mu * D[5])
+    return Found(Kept(stress), (p.volume * double_dot(stress, D),), 0.0, float(OK))
+
+
+def straining_by_viscosity(
+    mapped: MappedPoints, mu: float, lam: float, stress: np.ndarray, velocity: np.ndarray, force: np.ndarray
+) -> Bundle:
+    """The pass for the points of a body with the viscosities μ and λ [Pa s].
+
+    stress: what it finds [Pa], shape (points, 6); velocity, force: rows of the nodes, from which it finds that and to which its
+    gift adds the forces [N]. Fills POWER of the sums: Σ V σ:D [W].
+    """
+    points = mapped.points
+    nodes = with_fields(mapped.nodes, {"velocities": velocity, "forces": force})
+    gives = by_slope(InternalForce(), InternalForceRead(points.volume, stress, ()), force)
+    declared = Declaration(gathers=IDENTITY, sums=(POWER,))
+    read, kept = Read(points.position, points.volume), Kept(stress)
+    return pass_points(StressByViscosity(mu, lam), declared, mapped._replace(nodes=nodes), read, kept, gives)
+
+
+def diagonal_by_viscosity(mapped: MappedPoints, mu: float, lam: float, into: np.ndarray) -> Bundle:
+    """What `scatter` adds to rows of the nodes, shape (4 nodes,), for the diagonal of the viscous operator of the points of a
+    body, Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along each axis d [kg/s]."""
+    return giving(mapped, BySquare(mapped.points.volume, mu, 2.0 * mu + lam, into))
+
+
+@parallel_loop()
+def add_stress(s, mapped, viscous):
+    """Add viscous stresses [Pa], shape (points, 6), to the stresses of the points of n slabs."""
+    stress, slabs, index = mapped.points.stress, mapped.slabs, mapped.index
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        for k in range(6):
+            stress[p, k] += viscous[p, k]

@@ -1,0 +1,31 @@
+"""What would make the steps of a case longer, where that is much."""
+
+from math import isfinite
+
+from pellucid.case import Case
+from pellucid.materials.contract import PointMaterial
+from pellucid.parts.step_limit import NO_LIMIT
+from pellucid.running.forecast.steps import limit_of_model
+
+WORTHWHILE = 5.0
+"""Times as long steps: implicit viscosity makes them two to four times as dear."""
+
+
+def implicit_viscosity(case: "Case") -> str | None:
+    """Where viscosity bounds the steps and nothing else would, that it can be implicit."""
+    if case.grid_or_none is None or case.steady is not None or case.time.scheme == "usf":
+        return None
+    changed, names = [], []
+    for body in case.body:
+        material = getattr(body, "material", None)
+        other = material.with_implicit_viscosity() if isinstance(material, PointMaterial) else None
+        names += [] if other is None else [body.name]
+        changed.append(body if other is None else body.model_copy(update={"material": other}))
+    limit = limit_of_model(case) if names else NO_LIMIT
+    if limit.cause != "viscous":
+        return None
+    without = limit_of_model(case.model_copy(update={"body": tuple(changed)}))
+    if not isfinite(without.step) or without.step < WORTHWHILE * limit.step:
+        return None
+    keys = " and ".join(f"body.{name}.material.implicit_viscosity" for name in names)
+    return f"hint: {keys} = true would allow steps {without.step / limit.step:.2g} times as long, two to four times as dear"

@@ -1,0 +1,28 @@
+"""Bodies past which fluids of implicit viscosity slip, since they act after it is solved for."""
+
+from collections.abc import Iterator
+
+from pellucid.case import Case
+from pellucid.findings import listed
+from pellucid.materials.contract import PointMaterial
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.step_limit import spread_in_cells
+
+
+def slipped_past(case: Case) -> Iterator[str]:
+    """Rigid bodies in the velocity field of such a fluid, and bodies of other fields that move."""
+    for fluid in case.body:
+        material = getattr(fluid, "material", None)
+        if not fluid.solves_viscosity or not isinstance(material, PointMaterial):
+            continue
+        mu, lam = material.implicit_viscosities() or (0.0, 0.0)
+        step = spread_in_cells(case.grid.cell, (2.0 * mu + lam) / material.density).step
+        after = [other.name for other in case.body if _acts_after(other, fluid)]
+        if after:
+            text = f"the implicit viscosity of body {fluid.name} is solved for before {listed(after)} act on it"
+            remedy = "use shorter ones, or let a [[motion]] lead them in its velocity field"
+            yield f"{text}: in steps much longer than {step:.2g} s it slips past them; {remedy}"
+
+
+def _acts_after(other: BodyModel, fluid: BodyModel) -> bool:
+    return other is not fluid and other.moves and (other.is_rigid or other.field != fluid.field)
