@@ -13,6 +13,15 @@ settings.register_profile("without a clock", deadline=None)  # how long an examp
 settings.load_profile("without a clock")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def nothing_registered_stays():
+    """What extensions of gallery cases register is unknown to the files that follow."""
+    from registries import forgotten_afterwards
+
+    with forgotten_afterwards():
+        yield
+
+
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
 def pytest_xdist_make_scheduler(config, log):
     """A file goes to one worker, whose tests share kernels; of the gallery a case does, or one worker would run all of them."""

@@ -17,7 +17,9 @@ def forgotten_afterwards() -> Iterator[None]:
         yield
     finally:
         kept = [(entries, registry.entries) for registry, entries in registries]
-        for before, now in (*kept, (loaded, extensions._loaded), (fields, FIELDS)):
-            now.clear()
-            now.update(before)
-        Registry.changes += 1
+        every = [*kept, (loaded, extensions._loaded), (fields, FIELDS)]
+        if changed := [(before, now) for before, now in every if before != now]:
+            for before, now in changed:
+                now.clear()
+                now.update(before)
+            Registry.changes += 1

@@ -249,6 +249,24 @@ def test_a_run_that_is_done_takes_others_from_a_file(folder):
         ("times = [0]", "window = { lower = [1, 0], upper = [0, 1] }", "picture.fall.window", "must be below `upper`"),
         ("times = [0]", "instants = 3", "picture.fall", "leave it out beside"),
         ("times = [0]", "slice = { across = 'x', at = 0 }", "picture.fall.slice", "the case is flat itself"),
+        (
+            'reference = "100 cm"',
+            'when = { column = "heigth", reaches = 1 }\nreference = "100 cm"',
+            "check.fallen.when.column",
+            "height",
+        ),
+        (
+            'reference = "100 cm"',
+            'when = { column = "height", reaches = "1 s" }\nreference = "100 cm"',
+            "when.reaches",
+            "dimension",
+        ),
+        (
+            'reference = "100 cm"',
+            'at = 0.1\nwhen = { column = "height", reaches = 1 }\nreference = "100 cm"',
+            "check.fallen",
+            "one of the two",
+        ),
         ('reference = "100 cm"', 'at = 1\nreference = "100 cm"', "check.fallen.at", "give a time that the run reaches"),
         ('smallest = "height"', 'smallest = "width"', "picture.fall.smallest", "no column of the history"),
         ('reference = "100 cm"', 'reference = "100 Pa"', "check.fallen.reference", "dimension"),
@@ -331,3 +349,15 @@ def test_a_column_becomes_one_number(take, found):
     metric = metric_of(asked, columns, {"time": "s", "x": "1"})
     assert metric.value == found
     assert metric.passed == (abs(found) <= 1.0)
+
+
+@pytest.mark.parametrize(("reaches", "found"), [("5 cm", 1.5), (0.3, 9.0), (0.0, 0.0), ("9 m", np.nan)])
+def test_a_check_reads_a_column_when_another_passes(reaches, found):
+    history = {"time": np.array([0.0, 1.0, 2.0, 3.0]), "way": np.array([0.0, 0.1, 0.0, 0.3])}
+    history["count"] = 3.0 * history["time"]
+    asked = Check(
+        name="a", column="count", when={"column": "way", "reaches": reaches}, reference=1.5, tolerance=1e-9, source="by hand"
+    )
+    metric = metric_of(asked, history, {"way": "m", "count": "1"})
+    assert metric.value == pytest.approx(found, nan_ok=True)
+    assert metric.passed is (found == 1.5)

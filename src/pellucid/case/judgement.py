@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 from pellucid.case.columns import beyond_end, unit_of, unknown_column
 from pellucid.case.measured import CurveError, MeasuredCurve
 from pellucid.findings import Finding, Path
-from pellucid.model import check, name_parameter, parameter
+from pellucid.model import Model, check, name_parameter, parameter
 from pellucid.parts.part import Part, Parts
 from pellucid.units import UnitError, to_si
 
@@ -17,6 +17,13 @@ Quantity = float | str
 def in_si(value: Quantity, unit: str) -> float:
     """The number in an SI unit. Raises UnitError."""
     return to_si(value, unit) if isinstance(value, str) else value
+
+
+class Passing(Model):
+    """The instant at which a column first comes to a value, from either side: for curves along another quantity than time."""
+
+    column: str = parameter("", "probe, or another column of the history")
+    reaches: Quantity = parameter("", "the value, in SI units or a text with its unit")
 
 
 class Check(Part):
@@ -30,6 +37,9 @@ class Check(Part):
         "", "how the column becomes one number; the largest size is that of either sign", "last"
     )
     at: float | None = parameter("s", "time at which the column is read, instead of `take`", None, ge=0)
+    when: Passing | None = parameter(
+        "", "instead of `at` or `take`: the column is read when another one comes to a value", None
+    )
     reference: Quantity | None = parameter("", "the right value, in SI units or a text with its unit", None)
     curve: MeasuredCurve | None = parameter(
         "", "the right values against time: the error is the root mean square of the differences at its points", None
@@ -47,10 +57,12 @@ class Check(Part):
             raise ValueError("a check needs a `reference` or a `curve`, and not both")
         if (self.tolerance is None) == (self.relative_tolerance is None):
             raise ValueError("a check needs a `tolerance` or a `relative_tolerance`, and not both")
-        if self.at is not None and self.take != "last":
-            raise ValueError("`at` reads the column at one time: leave `take` out")
-        if self.curve is not None and (self.at is not None or self.take != "last"):
-            raise ValueError("a `curve` is compared at all its points: leave `at` and `take` out")
+        if self.at is not None and self.when is not None:
+            raise ValueError("`at` and `when` both say at which time the column is read: give one of the two")
+        if (self.at is not None or self.when is not None) and self.take != "last":
+            raise ValueError(f"`{'at' if self.when is None else 'when'}` reads the column at one time: leave `take` out")
+        if self.curve is not None and (self.at is not None or self.when is not None or self.take != "last"):
+            raise ValueError("a `curve` is compared at all its points: leave `at`, `when` and `take` out")
         if self.reference == 0 and self.relative_tolerance is not None:
             raise ValueError("no part of a `reference` of 0 is an error: give a `tolerance`")
 
@@ -59,6 +71,8 @@ class Check(Part):
         yield from unknown_column(self.column, (*path, "column"), parts)
         if self.at is not None:
             yield from beyond_end(self.at, (*path, "at"), parts)
+        if self.when is not None:
+            yield from self._of_passing(self.when, (*path, "when"), parts)
         unit = unit_of(self.column, parts)
         if unit is None:
             return
@@ -77,3 +91,12 @@ class Check(Part):
                 yield Finding((*path, "curve"), str(error))
                 return
             yield from beyond_end(float(times[0]), (*path, "curve"), parts)
+
+    @staticmethod
+    def _of_passing(passing: Passing, path: Path, parts: Parts) -> Iterator[Finding]:
+        yield from unknown_column(passing.column, (*path, "column"), parts)
+        if (unit := unit_of(passing.column, parts)) is not None:
+            try:
+                in_si(passing.reaches, unit)
+            except UnitError as error:
+                yield Finding((*path, "reaches"), str(error))

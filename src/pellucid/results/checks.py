@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.case.judgement import Check, in_si
+from pellucid.case.judgement import Check, Passing, in_si
 from pellucid.case.measured import CurveError
 from pellucid.results.metrics import Metric
 
@@ -22,9 +22,10 @@ TAKE: dict[str, Callable[[np.ndarray], Any]] = {
 def metric_of(asked: Check, history: Mapping[str, np.ndarray], units: Mapping[str, str]) -> Metric:
     """What a check finds in the columns of a history, each of shape (rows,)."""
     values, times = history[asked.column], history["time"]
-    unit = "" if (named := units[asked.column]) == "1" else named
+    unit = _unit(units, asked.column)
     try:
-        found, wanted, error, size, words = _compared(asked, times, values, unit)
+        instant = asked.at if asked.when is None else _passed(asked.when, history, units)
+        found, wanted, error, size, words = _compared(asked, times, values, instant, unit)
     except CurveError as gone:  # the run is done and its results are whole, whatever became of a file beside
         return Metric(nan, nan, inf, 0.0, unit, f"cannot be judged: {gone}")
     tolerance = size * asked.relative_tolerance if asked.relative_tolerance else in_si(asked.tolerance or nan, unit)
@@ -32,14 +33,33 @@ def metric_of(asked: Check, history: Mapping[str, np.ndarray], units: Mapping[st
     return Metric(found, wanted, error, tolerance, unit, meaning)
 
 
-def _compared(asked: Check, times: np.ndarray, values: np.ndarray, unit: str) -> tuple[float, float, float, float, str]:
+def _unit(units: Mapping[str, str], column: str) -> str:
+    return "" if units[column] == "1" else units[column]
+
+
+def _passed(passing: Passing, history: Mapping[str, np.ndarray], units: Mapping[str, str]) -> float:
+    """The first time at which a column comes to a value, between two rows by a straight line; nan where it never does."""
+    above = history[passing.column] - in_si(passing.reaches, _unit(units, passing.column))
+    rows = np.flatnonzero(above[:-1] * above[1:] <= 0.0)
+    if not len(rows):
+        return nan
+    before, after = above[rows[0]], above[rows[0] + 1]
+    part = before / (before - after) if before != after else 0.0
+    return float(history["time"][rows[0]] + part * np.diff(history["time"][rows[0] : rows[0] + 2])[0])
+
+
+def _compared(
+    asked: Check, times: np.ndarray, values: np.ndarray, instant: float | None, unit: str
+) -> tuple[float, float, float, float, str]:
     """What was found, what should have been, how far apart they are, how large the reference is, and how it was taken."""
     if asked.curve is None:
         wanted = in_si(asked.reference if asked.reference is not None else nan, unit)
-        if asked.at is None:
+        if instant is None:
             found, words = float(TAKE[asked.take](values)), f"{asked.take.replace('-', ' ')} value of {asked.column}"
         else:
-            found, words = float(np.interp(asked.at, times, values, nan, nan)), f"{asked.column} at {asked.at:g} s"
+            found = float(np.interp(instant, times, values, nan, nan)) if instant == instant else nan
+            at = f"at {asked.at:g} s" if asked.when is None else f"when {asked.when.column} comes to {asked.when.reaches}"
+            words = f"{asked.column} {at}"
         return found, wanted, abs(found - wanted), abs(wanted), words.replace("_", " ")
     when, right, _ = asked.curve.read("s", unit)
     reached = (when >= times[0]) & (when <= times[-1])
