@@ -361,3 +361,11 @@ def test_a_check_reads_a_column_when_another_passes(reaches, found):
     metric = metric_of(asked, history, {"way": "m", "count": "1"})
     assert metric.value == pytest.approx(found, nan_ok=True)
     assert metric.passed is (found == 1.5)
+
+
+@pytest.mark.parametrize(("take", "found"), [("time-of-largest", 2.0), ("time-of-smallest", 1.0)])
+def test_a_check_takes_the_time_of_an_extreme(take, found):
+    history = {"time": np.array([0.0, 1.0, 2.0, 3.0]), "way": np.array([0.0, -0.1, 0.3, 0.3])}
+    asked = Check(name="a", column="way", take=take, reference="2 s", tolerance="1e-9 s", source="by hand")
+    metric = metric_of(asked, history, {"way": "m"})
+    assert (metric.value, metric.unit, metric.passed) == (found, "s", found == 2.0)

@@ -33,8 +33,11 @@ class Check(Part):
 
     name: str = name_parameter("name of the metric")
     column: str = parameter("", "probe, or another column of the history")
-    take: Literal["last", "largest", "smallest", "mean", "largest-size"] = parameter(
-        "", "how the column becomes one number; the largest size is that of either sign", "last"
+    take: Literal["last", "largest", "smallest", "mean", "largest-size", "time-of-largest", "time-of-smallest"] = parameter(
+        "",
+        "how the column becomes one number; the largest size is that of either sign, a time the first at which the column "
+        "is so large or small",
+        "last",
     )
     at: float | None = parameter("s", "time at which the column is read, instead of `take`", None, ge=0)
     when: Passing | None = parameter(
@@ -66,6 +69,11 @@ class Check(Part):
         if self.reference == 0 and self.relative_tolerance is not None:
             raise ValueError("no part of a `reference` of 0 is an error: give a `tolerance`")
 
+    @property
+    def takes_time(self) -> bool:
+        """Whether it is a time that is compared."""
+        return self.take.startswith("time-of")
+
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A column that the history will not have, quantities of another dimension, a file without such a curve."""
         yield from unknown_column(self.column, (*path, "column"), parts)
@@ -73,7 +81,7 @@ class Check(Part):
             yield from beyond_end(self.at, (*path, "at"), parts)
         if self.when is not None:
             yield from self._of_passing(self.when, (*path, "when"), parts)
-        unit = unit_of(self.column, parts)
+        unit = "s" if self.takes_time else unit_of(self.column, parts)
         if unit is None:
             return
         for key in ("reference", "tolerance"):

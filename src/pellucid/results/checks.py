@@ -17,12 +17,13 @@ TAKE: dict[str, Callable[[np.ndarray], Any]] = {
     "mean": np.nanmean,
     "largest-size": lambda values: np.nanmax(np.abs(values)),
 }
+ROW = {"time-of-largest": np.nanargmax, "time-of-smallest": np.nanargmin}
 
 
 def metric_of(asked: Check, history: Mapping[str, np.ndarray], units: Mapping[str, str]) -> Metric:
     """What a check finds in the columns of a history, each of shape (rows,)."""
     values, times = history[asked.column], history["time"]
-    unit = _unit(units, asked.column)
+    unit = "s" if asked.takes_time else _unit(units, asked.column)
     try:
         instant = asked.at if asked.when is None else _passed(asked.when, history, units)
         found, wanted, error, size, words = _compared(asked, times, values, instant, unit)
@@ -54,7 +55,9 @@ def _compared(
     """What was found, what should have been, how far apart they are, how large the reference is, and how it was taken."""
     if asked.curve is None:
         wanted = in_si(asked.reference if asked.reference is not None else nan, unit)
-        if instant is None:
+        if asked.takes_time:
+            found, words = float(times[ROW[asked.take](values)]), f"{asked.take.replace('-', ' ')} value of {asked.column}"
+        elif instant is None:
             found, words = float(TAKE[asked.take](values)), f"{asked.take.replace('-', ' ')} value of {asked.column}"
         else:
             found = float(np.interp(instant, times, values, nan, nan)) if instant == instant else nan
