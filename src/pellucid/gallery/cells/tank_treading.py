@@ -1,0 +1,80 @@
+"""How fast the surface of a capsule goes round, and how it is inclined, beside Keller and Skalak's ellipsoid.
+
+Its surface moves as (L cos φ, B sin φ) along its axes, with one rate of φ for all of it (Keller & Skalak 1982, J. Fluid Mech.
+120, 27). With equal viscosities tan θ = B/L and φ' = -γ̇ L B/(L² + B²), of whatever width the ellipsoid is.
+"""
+
+import numpy as np
+
+from pellucid.gallery.exact_curves import compared
+from pellucid.geometry.algorithms.enclosure_shape import ellipsoid_of
+from pellucid.references.annotations import Array
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
+from pellucid.results.pictures.style import COLOURS, label, new_panels
+
+NAME, SHEAR_RATE = "capsule", 1.0
+DRAWN, STEADY = 1.0, 3.0  # from when on it has an inclination, and keeps its shape [s]
+CAPTIONS = {"tread": "How far the surface went round, in the mean, and how it is inclined, beside an ellipsoid of its axes."}
+METRICS = ("inclination", "tread_rate")
+
+
+def metrics(run: Run) -> dict[str, Metric]:
+    """Inclination at the end, and rate of the tread while the shape is steady."""
+    times, phases, axes = _course(run)
+    late = times >= STEADY
+    if np.count_nonzero(late) < 2:
+        return {}
+    long, short, inclination = axes[-1]
+    expected = float(np.degrees(np.arctan(short / long)))
+    turned = float(np.degrees(inclination))
+    rate = float(np.polyfit(times[late], phases[late], 1)[0])
+    longs, shorts = axes[late, 0], axes[late, 1]
+    ideal = -SHEAR_RATE * float(np.mean(longs * shorts / (longs**2 + shorts**2)))
+    what = "angle of the longest axis with the flow at the end; reference: an ellipsoid of its axes; error in degrees"
+    return {
+        "inclination": Metric(turned, expected, abs(turned - expected), 2.0, "degree", what),
+        "tread_rate": compared(rate, ideal, 0.05, "1/s", "mean rate at which the surface goes round, from 3 on"),
+    }
+
+
+def figures(run: Run) -> dict[str, Figure]:
+    """Phase and inclination against time."""
+    times, phases, axes = _course(run)
+    figure, (left, right) = new_panels(1, 2, height=3.4)
+    ideal = -SHEAR_RATE * axes[:, 0] * axes[:, 1] / (axes[:, 0] ** 2 + axes[:, 1] ** 2)
+    steps = np.concatenate([[0.0], 0.5 * (ideal[1:] + ideal[:-1]) * np.diff(times)])
+    left.plot(times, -np.degrees(phases), "o-", color=COLOURS[0], markersize=3, label="capsule")
+    left.plot(times, -np.degrees(np.cumsum(steps)), "--", color=COLOURS[1], label="Keller & Skalak")
+    right.plot(times, np.degrees(axes[:, 2]), "o-", color=COLOURS[0], markersize=3, label="capsule")
+    right.plot(times, np.degrees(np.arctan(axes[:, 1] / axes[:, 0])), "--", color=COLOURS[1], label="Keller & Skalak")
+    label(left, "time", "way of the surface", "s", "degree", legend=True)
+    label(right, "time", "inclination", "s", "degree", legend=True)
+    return {"tread": figure}
+
+
+def _course(run: Run) -> tuple[Array, Array, Array]:
+    """Times; mean phase of nodes about the plane of the shear [rad]; half axes in it and inclination [rad], shape (n, 3)."""
+    times, triangles = np.array([time for time in run.times(NAME) if time >= DRAWN]), run.triangles(NAME)
+    rows: list[tuple[float, float, float]] = []
+    phases: list[Array] = []
+    for time in times:
+        position = run.fields(NAME, float(time))["position"]
+        if not phases:
+            middle = np.abs(position[:, 2]) < 0.25 * np.abs(position[:, 2]).max()
+        long, short, inclination, phase = _ellipse(position, triangles)
+        rows.append((long, short, inclination))
+        phases.append(phase[middle])
+    return times, np.unwrap(np.array(phases), axis=0).mean(axis=1) - phases[0].mean(), np.array(rows)
+
+
+def _ellipse(position: Array, triangles: Array) -> tuple[float, float, float, Array]:
+    """Half axes in the plane of the shear, inclination of the longer one in [0, π), and the nodes' φ."""
+    ellipsoid = ellipsoid_of(position, triangles)
+    first, second = (k for k in range(3) if abs(ellipsoid.directions[k, 2]) < 0.5)
+    long, short = ellipsoid.axes[first], ellipsoid.axes[second]
+    along = ellipsoid.directions[first, :2]
+    along = along if along[1] >= 0.0 else -along
+    x, y = (position[:, :2] - position[:, :2].mean(axis=0)).T
+    phase = np.arctan2((y * along[0] - x * along[1]) / short, (x * along[0] + y * along[1]) / long)
+    return float(long), float(short), float(np.arctan2(along[1], along[0])), phase
