@@ -32,6 +32,10 @@ ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT, FRICTIO
 ENCLOSED_WORK = Channel("enclosed_work", 0.0)
 """Of gases and liquids on the membranes that enclose them, as internal forces do: what they lose is another entry, and stands
 with a minus in INTERNAL."""
+SURFACE_TENSION_WORK = Channel("surface_tension_work", 0.0)
+"""Of surface tension on fluids, in the same way."""
+SURFACE_ENERGY = Channel("surface_energy", -1.0)
+"""What surfaces of fluids hold more than at the start."""
 OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
 """Of points that left through a face of the grid: no step does this work, the balance books it when they are gone."""
 INFLOW_ENERGY = Channel("inflow_energy")
@@ -60,7 +64,8 @@ ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
 
 def channel_of_load(name: str) -> Channel:
     """The channel of external forces that has a name."""
-    return ENCLOSED_WORK if name == ENCLOSED_WORK.name else Channel(name)
+    passing = {channel.name: channel for channel in (ENCLOSED_WORK, SURFACE_TENSION_WORK)}
+    return passing.get(name, Channel(name))
 
 
 class WorkLayout:
