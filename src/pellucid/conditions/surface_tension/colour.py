@@ -1,8 +1,8 @@
 """The surface energy of a fluid from the volumes of its points on the nodes, and its derivative by these.
 
 The share of the volume about a node that the fluid fills is smoothed once by (1, 2, 1)/4 along each axis. The colour c is 0
-where that is 0, grows with it and is 1 where the node is full, that is nearly: where points lie unevenly within the fluid c has
-no slope, and there is no force. The area of the surface is ∫|∇c| dV, whatever the width over which c falls (the mean of the
+where next to nothing is filled, grows with it and is 1 where nearly all is: where points lie unevenly within the fluid c has no
+slope, and there is no force. The area of the surface is ∫|∇c| dV, whatever the width over which c falls (the mean of the
 areas of its level sets, by the coarea formula), summed over the cells by the slopes in their middle:
 
     E = σ Σ_c V_c (√(|∇c|² + ε²/h²) - ε/h)  -  σ cos θ Σ_I A_I c_I over the nodes of walls.
@@ -19,9 +19,9 @@ from pellucid.approximants import GridFunctions
 from pellucid.grid.cell_integrals import axis_integrals
 from pellucid.grid.lattice import Grid, layers_of
 
-BENDS, FULL = 0.6, 0.95
-"""The colour is in proportion to the share that is filled up to BENDS of it, and the same from FULL on. Evenly spread points
-fill a node to 1 ± 0.03."""
+BENDS, FULL = 0.75, 0.96
+"""The colour grows in proportion to the share that is filled up to BENDS of it and does not grow from FULL on, since points
+fill a node within the fluid to 1 ± 0.03; below a half it is the same turned round, so that the surface keeps its place."""
 SOFTNESS = 1e-3
 """ε: where the slope of the colour is less than this over a cell, the energy is rounded off, as it must be for it to have a
 derivative everywhere. It takes some tenths of a per cent of the tension."""
@@ -154,10 +154,11 @@ def _widths(function: object, count: int) -> np.ndarray:
 
 def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The colour where a share of the volume is filled, and its derivative by this."""
-    size = 2.0 / (BENDS + FULL)
-    t = np.clip((filled - BENDS) / (FULL - BENDS), 0.0, 1.0)
-    colour = size * (np.minimum(filled, BENDS) + (FULL - BENDS) * (t - t * t * t * (1.0 - 0.5 * t)))
-    return colour, size * (1.0 - t * t * (3.0 - 2.0 * t))
+    off, bend = np.abs(filled - 0.5), FULL - BENDS  # from where half is filled
+    t = np.clip((off + 0.5 - BENDS) / bend, 0.0, 1.0)
+    size = 1.0 / (BENDS + FULL - 1.0)
+    half = np.minimum(off, BENDS - 0.5) + bend * (t - t * t * t * (1.0 - 0.5 * t))
+    return 0.5 + size * np.copysign(half, filled - 0.5), size * (1.0 - t * t * (3.0 - 2.0 * t))
 
 
 def _spread(values: np.ndarray, axis: int) -> np.ndarray:
