@@ -52,15 +52,26 @@ class TenseSurface(ActiveCondition):
         """Supports are known by now; it bounds the first step too."""
         body, model = self._body, self._model
         self._surface = SurfaceEnergy(body.grid, body.functions, model.tension, _faces(body.grid, model.contact_angle))
+        self._find()
         self._bound()
 
-    def begin(self, time: float, dt: float) -> None:
-        """Push the nodes by the potential of the volumes as they are."""
+    def at_stake(self) -> float:
+        """All of its energy."""
+        return abs(self._found)
+
+    def _find(self) -> None:
+        """The energy of the volumes as they are, and its potential."""
         body, surface = self._body, self._surface
         surface.volume.fill(0.0)
         scatter_volumes(body.n_slabs, body.mapped, surface.volume)
         domain.spread(surface.volume)  # smoothing reaches further than points
-        energy = surface.find()
+        self._found = surface.find()
+
+    def begin(self, time: float, dt: float) -> None:
+        """Push the nodes by the potential of the volumes as they are."""
+        body, surface = self._body, self._surface
+        self._find()
+        energy = self._found
         self._changed = 0.0 if self._energy is None else energy - self._energy + self._work
         self._energy = energy
         gather_potential(body.n_slabs, body.mapped, surface.potential, self._values, self._sums)
@@ -111,12 +122,12 @@ class TenseSurface(ActiveCondition):
 
 
 def _faces(grid: Grid, angle: float) -> tuple[Faces, Faces, Faces]:
-    """How a fluid meets the faces of the grid: with an angle [°] those that supports hold."""
+    """How a fluid meets the faces of the grid: with an angle [°] those that supports hold, others not at all."""
     cosine = 0.0 if angle == 90.0 else cos(radians(angle))
     index, position = grid.where()
     cells = np.rint((position - np.array(grid.lattice.lower)) * grid.lattice.inverse_cell)
     found = []
     for axis, count in enumerate(grid.lattice.counts):
         held = [bool(np.all(grid.nodes.constrained[index[cells[:, axis] == layer], axis] > 0)) for layer in (0, count)]
-        found.append(Faces(*(cosine if is_held and not grid.thin[axis] else 0.0 for is_held in held)))
+        found.append(Faces(*(cosine if is_held else -1.0 for is_held in held)))
     return found[0], found[1], found[2]

@@ -29,7 +29,7 @@ MARGIN = 3  # nodes about those that points reach: smoothing reaches one further
 
 
 class Faces(NamedTuple):
-    """How a fluid meets the faces of the grid across an axis."""
+    """How a fluid meets the faces of the grid across an axis: -1 where it is free there, its surface before the face."""
 
     lower: float  # cosine of the angle
     upper: float
@@ -58,7 +58,7 @@ class SurfaceEnergy:
             np.full(1, grid.slice_thickness) if grid.thin[axis] else lattice.cell * widths[axis] for axis in range(3)
         ]
         self.at_wall = np.zeros(3, bool)
-        """Along which axes the fluid has reached a face of the grid."""
+        """Along which axes the fluid has reached a wall that it wets."""
 
     def _nodes(self, stored: np.ndarray) -> np.ndarray:
         """A view of what nodes within the walls have, by their indices along the axes."""
@@ -91,7 +91,8 @@ class SurfaceEnergy:
             n = volume.shape[axis]
             reached = np.flatnonzero(filled.any(axis=tuple(other for other in range(3) if other != axis)))
             first, last = (int(reached[0]), int(reached[-1])) if len(reached) else (0, 0)
-            self.at_wall[axis] = n > 1 and (first == 0 or last == n - 1)
+            lower, upper = self._faces[axis]
+            self.at_wall[axis] = n > 1 and ((first == 0 and lower > -1.0) or (last == n - 1 and upper > -1.0))
             box.append(slice(max(first - MARGIN, 0), min(last + MARGIN + 1, n)))
             walls.append((box[-1].start == 0, box[-1].stop == n))
         return (box[0], box[1], box[2]), walls
