@@ -24,7 +24,7 @@ class Swing(NamedTuple):
 class Condition(Part):
     """An external action on bodies or nodes, or between bodies. A new one is a subclass, and a key of the case."""
 
-    swing: ClassVar[Swing] = Swing()  # where `swing_of` bounds the step
+    swings_as: ClassVar[Swing] = Swing()  # where `swing_of` bounds the step
     losses: ClassVar[Sequence[Channel]] = ()  # the channels of its other work and losses, where its keys do not change these
 
     def load_channel(self) -> str | None:

@@ -99,7 +99,7 @@ class TenseSurface(ActiveCondition):
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._body.totals.rate
-        return StepLimit(step, "capillary", f"{self._model.swing.reason} within {step:.3g} s")
+        return StepLimit(step, "capillary", f"{self._model.swings_as.reason} within {step:.3g} s")
 
     def work(self) -> StepWork:
         """What the surface holds more."""

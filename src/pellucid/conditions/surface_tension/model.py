@@ -24,7 +24,7 @@ FACES = tuple(f"{axis}-{end}" for axis in "xyz" for end in ("lower", "upper"))
 class SurfaceTension(Condition):
     """Tension of the surface of a fluid of material points, and the angle at which it meets walls."""
 
-    swing: ClassVar[Swing] = Swing("capillary", "the shortest waves of its surface tension pass a cell")
+    swings_as: ClassVar[Swing] = Swing("capillary", "the shortest waves of its surface tension pass a cell")
     losses: ClassVar[Sequence[Channel]] = (SURFACE_ENERGY,)
 
     body: str = parameter("", "name of a fluid of material points")
