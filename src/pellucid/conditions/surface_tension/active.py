@@ -110,7 +110,7 @@ class TenseSurface(ActiveCondition):
 
     def columns(self) -> Mapping[str, float]:
         """The energy of the surface."""
-        return {f"{self._model.body}_surface_energy": 0.0 if self._energy is None else self._energy}
+        return {f"{self._model.body}_surface_energy": self._found}
 
     def state_numbers(self) -> dict[str, Any]:
         """The energy before, and the work since."""
