@@ -31,6 +31,7 @@ from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.pressure import Pressure
 from pellucid.conditions.rigid.model import Rigid
 from pellucid.conditions.support import Support
+from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.conditions.wall import Wall
 from pellucid.errors import UsageError
 from pellucid.findings import Disagreement, Finding, Path
@@ -174,6 +175,7 @@ class Case(Model):
     outflow: tuple[Outflow, ...] = parameter("", "faces of the grid through which material points leave", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes and faces of solids", ())
     enclosed: tuple[Enclosed, ...] = parameter("", "gases and liquids in membranes", ())
+    surface_tension: tuple[SurfaceTension, ...] = parameter("", "tension of the surfaces of fluids of material points", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
     contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
     wall: tuple[Wall, ...] = parameter("", "planes without a body that bodies cannot pass", ())

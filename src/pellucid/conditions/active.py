@@ -94,6 +94,10 @@ class ActiveConditions:
         """The tightest bound on the step that is more a condition's than a body's."""
         return tightest(condition.step_limit() for condition in self._active)
 
+    def at_stake(self) -> float:
+        """What they store at the start and could set free [J]."""
+        return sum(condition.at_stake() for condition in self._active)
+
     def columns(self) -> dict[str, float]:
         """What the history shows of their states, by name."""
         return {name: value for condition in self._active for name, value in condition.columns().items()}

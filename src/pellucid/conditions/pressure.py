@@ -118,7 +118,7 @@ class Pressure(ChangesInTime, Condition):
         """Those of a given volume."""
         return {} if self.volume is None else {f"{self.body}_pressure": "Pa", f"{self.body}_volume": "m^3"}
 
-    def swing_of(self, body: BodyModel, rate: float) -> float:
+    def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
         """Of a membrane on its given volume."""
         start = membrane_at_start(body) if self.volume is not None and body.name == self.body else None
         if start is None or self.volume is None:

@@ -29,6 +29,8 @@ from pellucid.energy.works import (
     OUTFLOW_ENERGY,
     OUTFLOW_WORK,
     SUPPORT,
+    SURFACE_ENERGY,
+    SURFACE_TENSION_WORK,
     TRANSFER,
     TRANSFER_HEAT,
     VISCOUS,

@@ -32,6 +32,10 @@ ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT, FRICTIO
 ENCLOSED_WORK = Channel("enclosed_work", 0.0)
 """Of gases and liquids on the membranes that enclose them, as internal forces do: what they lose is another entry, and stands
 with a minus in INTERNAL."""
+SURFACE_TENSION_WORK = Channel("surface_tension_work", 0.0)
+"""Of surface tension on fluids, in the same way."""
+SURFACE_ENERGY = Channel("surface_energy", -1.0)
+"""What surfaces of fluids hold more than at the start."""
 FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT = Channel("fluid_viscous_heat", 0.0), Channel("implicit_viscous_heat", 0.0)
 """What fluids with implicit viscosity take up as part of their internal energy: the dissipation of the velocities that were
 solved for, and what the implicit step takes besides; with a minus in INTERNAL."""
@@ -63,7 +67,8 @@ ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
 
 def channel_of_load(name: str) -> Channel:
     """The channel of external forces that has a name."""
-    return ENCLOSED_WORK if name == ENCLOSED_WORK.name else Channel(name)
+    passing = {channel.name: channel for channel in (ENCLOSED_WORK, SURFACE_TENSION_WORK)}
+    return passing.get(name, Channel(name))
 
 
 class WorkLayout:

@@ -49,6 +49,10 @@ class ActiveCondition:
         """What bounds the step, where it is the condition more than the body on which it acts."""
         return NO_LIMIT
 
+    def at_stake(self) -> float:
+        """The energy that it stores at the start and could set free [J]."""
+        return 0.0
+
     def columns(self) -> Mapping[str, float]:
         """What the history shows of it as it is now, by the names of `Condition.columns`, in SI units."""
         return {}

@@ -1,21 +1,30 @@
 """The interface of the model of a condition."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 from pellucid.energy import Channel
 from pellucid.findings import Reason
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.part import Part, Parts
+from pellucid.parts.step_limit import Cause
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
     from pellucid.parts.body_model import BodyModel
 
 
+class Swing(NamedTuple):
+    """How bodies swing on a condition, in a word and in a clause."""
+
+    cause: Cause = "spring"
+    reason: str = "it swings on what it encloses, or on its given volume,"
+
+
 class Condition(Part):
     """An external action on bodies or nodes, or between bodies. A new one is a subclass, and a key of the case."""
 
+    swings_as: ClassVar[Swing] = Swing()  # where `swing_of` bounds the step
     losses: ClassVar[Sequence[Channel]] = ()  # the channels of its other work and losses, where its keys do not change these
 
     def load_channel(self) -> str | None:
@@ -30,9 +39,9 @@ class Condition(Part):
         """The columns of the history that show its state, with their SI units."""
         return {}
 
-    def swing_of(self, body: "BodyModel", rate: float) -> float:
+    def swing_of(self, body: "BodyModel", rate: float, cell: float | None) -> float:
         """How fast a body at the start, whose own steps are 1/rate [s] at most, swings on it besides, as far as their models
-        tell: a rate that is added to the own one as squares are [1/s]."""
+        tell, in cells of this edge [m] if there are any: a rate that is added to the own one as squares are [1/s]."""
         return 0.0
 
     def why_not_steady(self) -> Reason | None:

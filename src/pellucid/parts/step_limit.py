@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from math import inf, sqrt
 from typing import Literal, NamedTuple
 
-Cause = Literal["wave", "membrane", "viscous", "bending", "motion", "contact", "spring", "gravity", "none"]
+Cause = Literal["wave", "membrane", "viscous", "bending", "motion", "contact", "spring", "capillary", "gravity", "none"]
 
 
 class StepLimit(NamedTuple):

@@ -169,7 +169,7 @@ class Simulation:
     def begin_balance(self) -> None:
         """Count mass, momentum and energy from the state as it is."""
         speeds = [0.0 if model.is_rigid else model.waves_at_start()[0] for model in self.case.body]
-        at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds)
+        at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds) + self.conditions.at_stake()
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._layout.channels, at_stake)
         self.surface_pairs.energy = ContactEnergy()
         self._balanced_step = self.n_steps

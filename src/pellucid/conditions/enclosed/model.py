@@ -148,7 +148,7 @@ class Enclosed(Condition):
         units |= {"leak_flow": "kg/s"} if self.leak > 0.0 else {}
         return {f"{self.name}_{what}": unit for what, unit in units.items()}
 
-    def swing_of(self, body: BodyModel, rate: float) -> float:
+    def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
         """Of its membrane at the start."""
         start = membrane_at_start(body) if body.name == self.body else None
         if start is None:

@@ -113,7 +113,7 @@ def _limits(case: "Case") -> Limits:
     for condition in parts.of(Condition):
         for body in case.body:
             if (own := found[body.name, ""]) is not None:
-                found[body.name, ""] = _beside(own, condition.swing_of(body, 1.0 / own.step))
+                found[body.name, ""] = _beside(own, condition, condition.swing_of(body, 1.0 / own.step, cell))
     if cell is None:
         return found
     for motion in case.motion:
@@ -126,12 +126,12 @@ def _limits(case: "Case") -> Limits:
     return found
 
 
-def _beside(own: StepLimit, swing: float) -> StepLimit:
+def _beside(own: StepLimit, condition: Condition, swing: float) -> StepLimit:
     """A limit of a body that swings at a rate [1/s] on a condition besides."""
     step = 1.0 / hypot(1.0 / own.step, swing) if swing > 0.0 else own.step
     if swing * own.step <= 1.0:
         return own._replace(step=step)
-    return StepLimit(step, "spring", f"it swings on what it encloses, or on its given volume, within {step:.3g} s")
+    return StepLimit(step, condition.swings_as.cause, f"{condition.swings_as.reason} within {step:.3g} s")
 
 
 def _top_speed(motion: Motion) -> float:

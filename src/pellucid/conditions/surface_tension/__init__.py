@@ -1,0 +1,1 @@
+"""Surface tension of fluids of material points, and their contact angle at walls."""

@@ -1,0 +1,133 @@
+"""Surface tension in a run."""
+
+from collections.abc import Mapping
+from math import cos, radians
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.conditions.surface_tension.colour import Faces, SurfaceEnergy
+from pellucid.conditions.surface_tension.kernels import gather_potential, scatter_forces, scatter_volumes
+from pellucid.energy import FIRST_LOAD, INTERNAL, SURFACE_ENERGY, StepWork
+from pellucid.grid.lattice import Grid
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
+from pellucid.ranks.domain import domain
+from pellucid.reductions import ordered_sum
+
+if TYPE_CHECKING:
+    from pellucid.conditions.surface_tension.model import SurfaceTension
+
+
+class TenseSurface(ActiveCondition):
+    """The surface of a fluid that is built.
+
+    Forces are the exact derivative of the energy by places and volumes of the points, f = -V (N ∇φ + φ ∇N) with φ = ∂E/∂V, so
+    that they neither make nor take energy but for the step's length. As the energy is summed over cells, it changes a little
+    as the fluid passes these; that would be a force on it as a whole, which an acceleration of all its points takes away,
+    except across faces of the grid that it has reached: these hold it.
+
+    The energy belongs to the state at the beginning of a step. So a step is booked with its work, and in the next one what the
+    energy has changed otherwise.
+    """
+
+    def __init__(self, model: "SurfaceTension", assembly: Assembly) -> None:
+        body = assembly.bodies[model.body].body
+        if not isinstance(body, PointsOnGrid):
+            raise ValueError(f"body {model.body} has no points on the grid, and the model lets such a case pass")
+        self._body, self._model, self._layout = body, model, assembly.layout
+        column = assembly.load_column(model.body, model.load_channel())
+        self._row = column - FIRST_LOAD
+        self._rate = model.rate(assembly.bodies[model.body].model.material.density, body.grid.lattice.cell)
+        self._values = np.zeros((body.n_points, 4))
+        self._sums = np.zeros((body.n_slabs, 3))
+        self._mass = body.mass
+        self._energy: float | None = None
+        self._changed = self._work = 0.0
+        self._governs = False
+
+    def try_out(self) -> None:
+        """Supports are known by now; it bounds the first step too."""
+        body, model = self._body, self._model
+        self._surface = SurfaceEnergy(body.grid, body.functions, model.tension, _faces(body.grid, model.contact_angle))
+        self._find()
+        self._bound()
+
+    def at_stake(self) -> float:
+        """All of its energy."""
+        return abs(self._found)
+
+    def _find(self) -> None:
+        """The energy of the volumes as they are, and its potential."""
+        body, surface = self._body, self._surface
+        surface.volume.fill(0.0)
+        scatter_volumes(body.n_slabs, body.mapped, surface.volume)
+        domain.spread(surface.volume)  # smoothing reaches further than points
+        self._found = surface.find()
+
+    def begin(self, time: float, dt: float) -> None:
+        """Push the nodes by the potential of the volumes as they are."""
+        body, surface = self._body, self._surface
+        self._find()
+        energy = self._found
+        self._changed = 0.0 if self._energy is None else energy - self._energy + self._work
+        self._energy = energy
+        gather_potential(body.n_slabs, body.mapped, surface.potential, self._values, self._sums)
+        slope = ordered_sum(domain.complete(self._sums))
+        acceleration = np.where(surface.at_wall, 0.0, slope / self._mass)
+        self._force = np.zeros_like(body.velocity_field.load_row(self._row))
+        scatter_forces(body.n_slabs, body.mapped, self._values, acceleration, self._force)
+        body.velocity_field.load_row(self._row)[...] += self._force
+
+    def end(self, dt: float) -> None:
+        """Count its work."""
+        power = domain.of_nodes(self._force * self._body.grid.nodes.mean_velocity)
+        self._work = dt * float(np.sum(power))
+        if dt > 0.0:
+            self._body.totals.half_power += 0.5 * self._work / dt
+        self._bound()
+
+    def _bound(self) -> None:
+        totals = self._body.totals
+        self._governs = self._rate > totals.rate
+        totals.rate = float(np.hypot(totals.rate, self._rate))
+
+    def step_limit(self) -> StepLimit:
+        """Where capillary waves are faster than sound in a cell."""
+        if not self._governs:
+            return NO_LIMIT
+        step = 1.0 / self._body.totals.rate
+        return StepLimit(step, "capillary", f"{self._model.swings_as.reason} within {step:.3g} s")
+
+    def work(self) -> StepWork:
+        """What the surface holds more."""
+        done, more = self._layout.no_work(), self._changed - self._work
+        done.works[self._layout.column(SURFACE_ENERGY)] = more
+        done.works[INTERNAL] += more
+        return done
+
+    def columns(self) -> Mapping[str, float]:
+        """The energy of the surface."""
+        return {f"{self._model.body}_surface_energy": self._found}
+
+    def state_numbers(self) -> dict[str, Any]:
+        """The energy before, and the work since."""
+        return {"energy": self._energy, "work": self._work}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on."""
+        self._energy, self._work = numbers["energy"], numbers["work"]
+
+
+def _faces(grid: Grid, angle: float) -> tuple[Faces, Faces, Faces]:
+    """How a fluid meets the faces of the grid: with an angle [°] those that supports hold, others not at all."""
+    cosine = 0.0 if angle == 90.0 else cos(radians(angle))
+    index, position = grid.where()
+    cells = np.rint((position - np.array(grid.lattice.lower)) * grid.lattice.inverse_cell)
+    found = []
+    for axis, count in enumerate(grid.lattice.counts):
+        held = [bool(np.all(grid.nodes.constrained[index[cells[:, axis] == layer], axis] > 0)) for layer in (0, count)]
+        found.append(Faces(*(cosine if is_held else -1.0 for is_held in held)))
+    return found[0], found[1], found[2]

@@ -1,0 +1,196 @@
+"""The surface energy of a fluid from the volumes of its points on the nodes, and its derivative by these.
+
+The share of the volume about a node that the fluid fills is smoothed once by (1, 2, 1)/4 along each axis. The colour c is 0
+where next to nothing is filled, grows with it and is 1 where nearly all is: where points lie unevenly within the fluid c has no
+slope, and there is no force. The area of the surface is ∫|∇c| dV, whatever the width over which c falls (the mean of the
+areas of its level sets, by the coarea formula), summed over the cells by the slopes in their middle:
+
+    E = σ Σ_c V_c (√(|∇c|² + ε²/h²) - ε/h)  -  σ cos θ Σ_I A_I c_I over the nodes of walls.
+
+Across walls c goes on as in a mirror: without the second part, the fluid meets them at a right angle. With it, a wall that is
+wet has the energy -σ cos θ per area (Young).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.approximants import GridFunctions
+from pellucid.grid.cell_integrals import axis_integrals
+from pellucid.grid.lattice import Grid, layers_of
+
+BENDS, FULL = 0.75, 0.96
+"""The colour grows in proportion to the share that is filled up to BENDS of it and does not grow from FULL on, since points
+fill a node within the fluid to 1 ± 0.03; below a half it is the same turned round, so that the surface keeps its place."""
+SOFTNESS = 1e-3
+"""ε: where the slope of the colour is less than this over a cell, the energy is rounded off, as it must be for it to have a
+derivative everywhere. It takes some tenths of a per cent of the tension."""
+MARGIN = 3  # nodes about those that points reach: smoothing reaches one further, and so do the cells about it
+
+
+class Faces(NamedTuple):
+    """How a fluid meets the faces of the grid across an axis: -1 where it is free there, its surface before the face."""
+
+    lower: float  # cosine of the angle
+    upper: float
+
+
+def _along(axis: int, part: slice) -> tuple[slice, ...]:
+    return tuple(part if other == axis else slice(None) for other in range(3))
+
+
+FIRST, LAST, BUT_FIRST, BUT_LAST = slice(0, 1), slice(-1, None), slice(1, None), slice(None, -1)
+
+
+class SurfaceEnergy:
+    """The energy of the surface of a fluid with a tension [N/m]; faces: how it meets those of the grid, along each axis."""
+
+    def __init__(self, grid: Grid, functions: GridFunctions, tension: float, faces: tuple[Faces, Faces, Faces]) -> None:
+        lattice = grid.lattice
+        self._grid, self._tension, self._faces, self._cell = grid, tension, faces, lattice.cell
+        self._axes = [axis for axis in range(3) if not grid.thin[axis]]
+        self._order = sorted(range(3), key=lambda axis: -lattice.strides[axis])
+        self._layers = [layers_of(*axis) for axis in zip(lattice.counts, grid.thin, grid.periodic, strict=True)]
+        self.volume, self.potential = np.zeros(grid.n_nodes), np.zeros(grid.n_nodes)
+        """Volumes of the points on the nodes [m³]; the derivative of the energy by them [J/m³], which `find` finds."""
+        widths = [_widths(function, count) for function, count in zip(functions, lattice.counts, strict=True)]
+        self._widths = [
+            np.full(1, grid.slice_thickness) if grid.thin[axis] else lattice.cell * widths[axis] for axis in range(3)
+        ]
+        self.at_wall = np.zeros(3, bool)
+        """Along which axes the fluid has reached a wall that it wets."""
+
+    def _nodes(self, stored: np.ndarray) -> np.ndarray:
+        """A view of what nodes within the walls have, by their indices along the axes."""
+        view = stored.reshape([self._layers[axis] for axis in self._order]).transpose(np.argsort(self._order))
+        nx, ny, nz = (len(width) for width in self._widths)
+        return view[:nx, :ny, :nz]
+
+    def find(self) -> float:
+        """Find the potential of the volumes, where there are any: the energy [J]."""
+        volume, potential = self._nodes(self.volume), self._nodes(self.potential)
+        box, walls = self._box(volume)
+        x, y, z = (width[part] for width, part in zip(self._widths, box, strict=True))
+        about = x[:, None, None] * y[None, :, None] * z[None, None, :]
+        filled = volume[box] / about
+        for axis in self._axes:
+            filled = _smooth(filled, axis, walls[axis])
+        colour, grows = _colour(filled)
+        energy, slope = self._of_slopes(colour)
+        energy += self._of_walls(colour, slope, box, walls)
+        slope *= grows
+        for axis in self._axes:
+            slope = _smooth_transposed(slope, axis, walls[axis])
+        potential[box] = slope / about
+        return energy
+
+    def _box(self, volume: np.ndarray) -> tuple[tuple[slice, slice, slice], list[tuple[bool, bool]]]:
+        """The nodes about the fluid, and whether they end at walls along each axis."""
+        filled, box, walls = volume != 0.0, [], []
+        for axis in range(3):
+            n = volume.shape[axis]
+            reached = np.flatnonzero(filled.any(axis=tuple(other for other in range(3) if other != axis)))
+            first, last = (int(reached[0]), int(reached[-1])) if len(reached) else (0, 0)
+            lower, upper = self._faces[axis]
+            self.at_wall[axis] = n > 1 and ((first == 0 and lower > -1.0) or (last == n - 1 and upper > -1.0))
+            box.append(slice(max(first - MARGIN, 0), min(last + MARGIN + 1, n)))
+            walls.append((box[-1].start == 0, box[-1].stop == n))
+        return (box[0], box[1], box[2]), walls
+
+    def _of_slopes(self, colour: np.ndarray) -> tuple[float, np.ndarray]:
+        """Of the surface [J], and its derivative by the colour of the nodes [J]."""
+        slopes = []
+        for axis in self._axes:
+            along = np.diff(colour, axis=axis) / self._cell
+            for other in self._axes:
+                if other != axis:
+                    along = 0.5 * (along[_along(other, BUT_LAST)] + along[_along(other, BUT_FIRST)])
+            slopes.append(along)
+        soft = SOFTNESS / self._cell
+        size = np.sqrt(sum(slope * slope for slope in slopes) + soft * soft)
+        scale = self._tension * self._grid.cell_volume
+        energy = scale * float(np.sum(size - soft))
+        derivative = np.zeros_like(colour)
+        for axis, slope in zip(self._axes, slopes, strict=True):
+            back = (scale / self._cell) * slope / size
+            for other in self._axes:
+                if other != axis:
+                    back = _spread(back, other)
+            derivative[_along(axis, BUT_FIRST)] += back
+            derivative[_along(axis, BUT_LAST)] -= back
+        return energy, derivative
+
+    def _of_walls(
+        self,
+        colour: np.ndarray,
+        slope: np.ndarray,
+        box: tuple[slice, slice, slice],
+        walls: list[tuple[bool, bool]],
+    ) -> float:
+        """Of wet walls [J], whose derivative is added to that of the surface."""
+        energy = 0.0
+        for axis in self._axes:
+            others = [self._grid.slice_thickness if self._grid.thin[o] else self._cell for o in range(3) if o != axis]
+            for end, is_wall, cosine in zip((FIRST, LAST), walls[axis], self._faces[axis], strict=True):
+                if not is_wall or cosine == 0.0:
+                    continue
+                layer = colour[_along(axis, end)]
+                area = np.full(layer.shape, others[0] * others[1])
+                for other in self._axes:  # at edges of the grid
+                    for edge, ends in zip((FIRST, LAST), walls[other], strict=True):
+                        if other != axis and ends:
+                            area[_along(other, edge)] *= 0.5
+                energy -= self._tension * cosine * float(np.sum(area * layer))
+                slope[_along(axis, end)] -= self._tension * cosine * area
+        return energy
+
+
+def _widths(function: object, count: int) -> np.ndarray:
+    """∫N of each node along an axis, in cells."""
+    of, widths = axis_integrals(function, count), np.zeros(count + 1)
+    for column in range(of.value.shape[1]):
+        np.add.at(widths, np.minimum(of.first + column, count), of.value[:, column])
+    return widths
+
+
+def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The colour where a share of the volume is filled, and its derivative by this."""
+    off, bend = np.abs(filled - 0.5), FULL - BENDS  # from where half is filled
+    t = np.clip((off + 0.5 - BENDS) / bend, 0.0, 1.0)
+    size = 1.0 / (BENDS + FULL - 1.0)
+    half = np.minimum(off, BENDS - 0.5) + bend * (t - t * t * t * (1.0 - 0.5 * t))
+    return 0.5 + size * np.copysign(half, filled - 0.5), size * (1.0 - t * t * (3.0 - 2.0 * t))
+
+
+def _spread(values: np.ndarray, axis: int) -> np.ndarray:
+    """Half to either end of what lies between two nodes of an axis."""
+    shape = list(values.shape)
+    shape[axis] += 1
+    out = np.zeros(shape)
+    out[_along(axis, BUT_FIRST)] += 0.5 * values
+    out[_along(axis, BUT_LAST)] += 0.5 * values
+    return out
+
+
+def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
+    """(1, 2, 1)/4 along an axis, mirrored at the nodes of walls."""
+    out = 0.5 * values
+    out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
+    out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]
+    if walls[0]:
+        out[_along(axis, FIRST)] += 0.25 * values[_along(axis, slice(1, 2))]
+    if walls[1]:
+        out[_along(axis, LAST)] += 0.25 * values[_along(axis, slice(-2, -1))]
+    return out
+
+
+def _smooth_transposed(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
+    """What derivatives by smoothed numbers make of those by numbers."""
+    out = 0.5 * values
+    out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
+    out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]
+    if walls[0]:
+        out[_along(axis, slice(1, 2))] += 0.25 * values[_along(axis, FIRST)]
+    if walls[1]:
+        out[_along(axis, slice(-2, -1))] += 0.25 * values[_along(axis, LAST)]
+    return out

@@ -1,0 +1,118 @@
+"""Surface tension of a fluid of material points, as the user describes it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import pi, sqrt
+from typing import ClassVar
+
+from pydantic import field_validator
+
+from pellucid.energy import SURFACE_ENERGY, SURFACE_TENSION_WORK, Channel
+from pellucid.findings import Finding, Path, Reason
+from pellucid.grid.model import GridCase
+from pellucid.model import parameter
+from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.annotations import Assembly
+from pellucid.parts.body_model import BodyModel, is_alone
+from pellucid.parts.condition import Condition, Swing
+from pellucid.parts.part import Parts
+from pellucid.units import in_degrees
+
+FUNCTIONS = "quadratic-bspline"
+FACES = tuple(f"{axis}-{end}" for axis in "xyz" for end in ("lower", "upper"))
+
+
+class SurfaceTension(Condition):
+    """Tension of the surface of a fluid of material points, and the angle at which it meets walls."""
+
+    swings_as: ClassVar[Swing] = Swing("capillary", "the shortest waves of its surface tension pass a cell")
+    losses: ClassVar[Sequence[Channel]] = (SURFACE_ENERGY,)
+
+    body: str = parameter("", "name of a fluid of material points")
+    tension: float = parameter("N/m", "surface tension σ", gt=0)
+    contact_angle: float = parameter(
+        "",
+        "angle at which it meets faces of the grid that supports hold, measured within the fluid, in degrees, or a text with a "
+        'unit such as "1 rad"',
+        90.0,
+        ge=0,
+        le=180,
+    )
+
+    _in_degrees = field_validator("contact_angle", mode="before")(in_degrees)
+
+    def rate(self, density: float, cell: float) -> float:
+        """Of the shortest capillary waves that the grid has [1/s], whose step is its reciprocal (Brackbill, Kothe & Zemach
+        1992, J. Comput. Phys. 100, 335, eq. 61, for a fluid of this density [kg/m³] alone)."""
+        return sqrt(4.0 * pi * self.tension / (density * cell**3))
+
+    def load_channel(self) -> str:
+        """Of the work of its forces, which passes between entries of the balance."""
+        return SURFACE_TENSION_WORK.name
+
+    def columns(self) -> Mapping[str, str]:
+        """The energy of the surface, and of walls that are wet."""
+        return {f"{self.body}_surface_energy": "J"}
+
+    def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
+        """Of the shortest capillary waves."""
+        if body.name != self.body or cell is None:
+            return 0.0
+        return self.rate(body.material.density, cell)
+
+    def why_not_steady(self) -> Reason | None:
+        """Its waves are no springs that the relaxation knows."""
+        return Reason("[steady] brings no fluid with surface tension to rest", "let it come to rest by its viscosity")
+
+    @classmethod
+    def activate(cls, conditions: Sequence["SurfaceTension"], assembly: Assembly) -> Sequence[ActiveCondition]:
+        """One for each."""
+        from pellucid.conditions.surface_tension.active import TenseSurface
+
+        return [TenseSurface(condition, assembly) for condition in conditions]
+
+    def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """What has no surface of this kind, twice the same, a grid or scheme that it is not for, an angle without a wall."""
+        yield from parts.no_grid((*path, "body"), "the surface is told by the nodes of a grid")
+        yield from parts.unknown(BodyModel, (*path, "body"), self.body)
+        yield from self._body_problems((*path, "body"), parts)
+        if parts.grid is not None:
+            yield from self._grid_problems(path, parts.grid)
+        for key, section in parts.sections.items():
+            for item in section.items if key in ("inflow", "outflow") else ():
+                if item is not None:
+                    text = f"the case has an [[{key}]]: the energy of a surface that passes a face is not known"
+                    yield Finding(path, text, f"leave the {key} or the surface tension out")
+        time = next(iter(parts.sections["time"].items), None)
+        if getattr(time, "scheme", None) == "usf":
+            text = 'the scheme "usf" changes volumes before the step that moves the points, on which its energy depends'
+            yield Finding(path, text, 'use time.scheme = "musl" or "usl"')
+        held = any(condition.constrains_face(face) for condition in parts.of(Condition) for face in FACES)
+        if self.contact_angle != 90.0 and not held:
+            text = "no support holds a face of the grid, which it could meet at this angle"
+            yield Finding((*path, "contact_angle"), text, "add a [[support]] with a face as `where`, or leave it out")
+
+    def _body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        body = parts.named(BodyModel, self.body)
+        if body is None:
+            return
+        if body.is_surface or body.owns_nodes(is_alone(body, parts)) or not getattr(body.material, "flows", False):
+            text = f"body {self.body} is no fluid of material points"
+            yield Finding(path, text, "name one; the tension of a membrane is that of its material")
+        elif getattr(getattr(body.material, "eos", None), "carries_tension", True) is False:
+            text = f"the fluid of body {self.body} carries no tension: its volume, by which a surface is told, grows at no cost"
+            yield Finding(path, text, f"add `carries_tension = true` to the eos of body {self.body}")
+        for place, other in parts.placed(SurfaceTension):
+            if place < (*path[:-1],) and other.body == self.body:
+                text = f"surface_tension number {int(place[1]) + 1} is that of body {self.body} already"
+                yield Finding(path, text, "leave one of the two out")
+
+    def _grid_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
+        if grid.functions != FUNCTIONS:
+            text = f'the grid has the functions "{grid.functions}"; a surface is told by smooth ones of three nodes an axis'
+            yield Finding(path, text, f'use grid.functions = "{FUNCTIONS}"')
+        if grid.periodic:
+            text = f"the grid is periodic along {grid.periodic[0]}; surfaces are not followed across a seam"
+            yield Finding(path, text, "use walls, or leave the surface tension out")
+        if sum(grid.thin()) > 1:
+            text = "the grid is one cell thick along two axes: a surface that cannot curve only has ends"
+            yield Finding(path, text, "leave it out, or enlarge the grid")

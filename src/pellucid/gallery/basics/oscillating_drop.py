@@ -1,0 +1,84 @@
+"""An oscillating drop against Rayleigh's frequency and the pressure of Laplace."""
+
+import numpy as np
+
+from pellucid.gallery.exact_curves import compared
+from pellucid.references.annotations import Array
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
+from pellucid.results.pictures.style import COLOURS, label, new_panels
+
+CAPTIONS = {"oscillating_drop": "How far the drop is stretched, against time, beside a swing of Rayleigh's frequency."}
+
+METRICS = ("period", "pressure", "surface", "balance")
+
+
+def metrics(run: Run) -> dict[str, Metric]:
+    """The period, the mean pressure of the drop, the area at the start by its energy, what the balance misses."""
+    rate, fading, radius, tension = _exact(run)
+    time, stretch = _stretch(run)
+    share = run.case.grid.cell / radius
+    still = np.flatnonzero(stretch[:-1] * stretch[1:] < 0.0)
+    instants = time[still] - stretch[still] * (time[still + 1] - time[still]) / (stretch[still + 1] - stretch[still])
+    # a whole swing from the start: where it swings about is not known to the last
+    period = float(instants[1]) if len(instants) > 1 else float("nan")
+    name = run.case.body[0].name
+    pressures = [_mean_pressure(run.fields(name, float(at))) for at in run.times(name)]
+    missed = float(np.abs(run.history["time_integration_error"]).max() / np.asarray(run.history["kinetic_energy"])[0])
+    octant = 0.5 * np.pi * radius**2 * tension
+    surface = float(np.asarray(run.history[f"{name}_surface_energy"])[0])
+    exact = float(2.0 * np.pi / np.sqrt(rate**2 - fading**2))
+    return {
+        "period": compared(period, exact, 0.5 * share, "s", "Rayleigh's with Lamb's damping"),
+        "pressure": compared(float(np.mean(pressures)), 2.0 * tension / radius, 0.03, "Pa", "2 σ/R, mean over the run"),
+        "surface": compared(surface, octant, 0.5 * share, "J", "σ times the area at the start"),
+        "balance": Metric(
+            missed, 0.0, missed, 0.02, "", "what the balance misses over the run, of the kinetic energy at the start"
+        ),
+    }
+
+
+def _exact(run: Run) -> tuple[float, float, float, float]:
+    """Rayleigh's rate and Lamb's [1/s], radius [m], tension [N/m]."""
+    body, tension = run.case.body[0], run.case.surface_tension[0].tension
+    lower, upper = body.bounds()
+    radius, law = float(upper[2] - lower[2]) / 2.0, body.material
+    rate, viscosity = float(np.sqrt(8.0 * tension / (law.density * radius**3))), law.model_dump()["viscosity"]
+    return rate, 5.0 * viscosity / (law.density * radius**2), radius, tension
+
+
+def _stretch(run: Run) -> tuple[Array, Array]:
+    """Times [s], and how far the drop is stretched along z, as a share of its radius."""
+    name = run.case.body[0].name
+    times, radius = np.asarray(run.times(name), float), _exact(run)[2]
+    found = []
+    for time in times:
+        points = run.fields(name, float(time))
+        x, y, z = (np.asarray(points["position"]) ** 2).T
+        mass = np.asarray(points["mass"])
+        found.append(float(np.sum(mass * (z - 0.5 * (x + y))) / np.sum(mass)))
+    stretch = np.array(found) * 5.0 / (3.0 * radius**2)  # z = (1 + a) Z and x = (1 - a/2) X: 3 a R²/5 for small a
+    return times, stretch - stretch[0]
+
+
+def _mean_pressure(points: dict[str, Array]) -> float:
+    """By volume, within half the radius [Pa]."""
+    place = np.linalg.norm(np.asarray(points["position"]), axis=1)
+    within = place < 0.5 * place.max()
+    volume = np.asarray(points["mass"])[within] / np.asarray(points["density"])[within]
+    return float(np.sum(volume * np.asarray(points["pressure"])[within]) / volume.sum())
+
+
+def figures(run: Run) -> dict[str, Figure]:
+    """The stretch against time."""
+    rate, fading, _, _ = _exact(run)
+    time, stretch = _stretch(run)
+    swing = float(np.sqrt(rate**2 - fading**2))
+    speed = float(run.case.body[0].initial_velocity(np.array([[0.0, 0.0, 1.0]]))[0, 2])  # of the stretch at the start
+    figure, axes = new_panels(1, 1, width=6.0, height=3.5)
+    shown = np.linspace(0.0, time[-1], 400)
+    exact = speed / swing * np.exp(-fading * shown) * np.sin(swing * shown)
+    axes.plot(1e3 * shown, exact, color="black", linewidth=1, label="exact")
+    axes.plot(1e3 * time, stretch, "o", color=COLOURS[0], markersize=3, label="points")
+    label(axes, "time", "stretch", "ms", "1", legend=True)
+    return {"oscillating_drop": figure}

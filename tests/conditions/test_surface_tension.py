@@ -1,0 +1,161 @@
+"""Surface tension: pressure of Laplace, exact forces, momentum, contact angle, step, resuming, and what is refused."""
+
+import numpy as np
+import pytest
+
+from pellucid.case import Case
+from pellucid.conditions.surface_tension.active import TenseSurface
+from pellucid.errors import CaseError
+from pellucid.results.storage import history
+from pellucid.running.forecast.steps import of_case
+from pellucid.running.launch import resume_case, run_case
+from pellucid.simulation.simulation import Simulation
+
+LIQUID = {
+    "kind": "fluid",
+    "density": 1.0,
+    "pressure": 1.0,
+    "viscosity": 0.05,
+    "eos": {"kind": "tait", "sound_speed": 20.0, "carries_tension": True},
+}
+FLOOR = [{"where": "y-lower", "fix": "normal"}]
+
+
+def case(radius=1.0, cell=0.2, centre=(0.03, 0.07, 0.0), end=0.4, grid=None, tension=None, body=None, **more):
+    """A drop in a plane."""
+    drop = {"name": "drop", "shape": {"cylinder": {"centre": centre, "radius": radius}}, "points_per_cell": [3, 3, 1]}
+    table = {
+        "schema": 1,
+        "title": "a drop",
+        "grid": {"lower": [-1.6, -1.6, 0], "upper": [1.6, 1.6, 0], "cell": cell, "functions": "quadratic-bspline"}
+        | (grid or {}),
+        "time": {"end": end, "transfer": "apic"} | more.pop("time", {}),
+        "body": [drop | {"material": LIQUID} | (body or {})],
+        "surface_tension": [{"body": "drop", "tension": 1.0} | (tension or {})],
+    }
+    return Case.model_validate(table | more)
+
+
+def simulation(threads=1, **more):
+    return Simulation(case(**more), threads=threads)
+
+
+def surface_of(sim):
+    return next(active for active in sim.conditions._active if isinstance(active, TenseSurface))
+
+
+@pytest.mark.parametrize("angle", [90.0, 60.0])
+def test_forces_are_the_derivative_of_the_energy(angle):
+    block = {"shape": {"box": {"lower": [-1.6, -1.6, 0], "upper": [0.05, 0.13, 0]}}}
+    sim = simulation(body=block, tension={"contact_angle": angle}, support=[*FLOOR, {"where": "x-lower", "fix": "normal"}])
+    body, surface, chance = sim.bodies[0], surface_of(sim), np.random.default_rng(1)
+    position, volume = body.arrays["position"], body.arrays["volume"]
+    position[:, :2] += chance.uniform(0.0, 0.01, (len(position), 2))
+    body.sort()
+    place, size = position.copy(), volume.copy()
+    moves, grows = chance.normal(size=place.shape) * (1.0, 1.0, 0.0), size * chance.normal(size=size.shape)
+
+    def energy(step):
+        position[:], volume[:] = place + step * moves, size + step * grows
+        surface.begin(0.0, 0.0)
+        return surface.columns()["drop_surface_energy"]
+
+    slope = (energy(1e-6) - energy(-1e-6)) / 2e-6
+    energy(0.0)
+    at_points = surface._values
+    assert np.sum(size[:, None] * at_points[:, 1:] * moves) + np.sum(at_points[:, 0] * grows) == pytest.approx(slope, rel=1e-6)
+
+
+def test_a_drop_has_the_energy_of_its_surface_and_keeps_momentum():
+    sim = simulation(cell=0.1, end=0.2)
+    for _ in sim:
+        pass
+    assert surface_of(sim).columns()["drop_surface_energy"] == pytest.approx(2.0 * np.pi, rel=0.01)
+    assert sim.conservation()["momentum"] < 1e-12
+    body = sim.bodies[0]
+    assert np.abs(body.totals.momentum).max() < 1e-14
+
+
+def test_a_face_that_nothing_holds_draws_no_drop():
+    sim = simulation(centre=(-0.5, 0.0, 0.0), end=0.3)
+    for _ in sim:
+        pass
+    assert np.abs(sim.bodies[0].totals.momentum).max() < 1e-14
+
+
+def test_a_drop_rests_at_the_pressure_of_laplace():
+    sim = simulation(cell=0.2, end=6.0, body={"material": LIQUID | {"viscosity": 0.3}})
+    pressures = []
+    for _ in sim:
+        if sim.time > 2.0:
+            stress, place = sim.bodies[0].field("stress"), sim.bodies[0].field("position")
+            pressures.append(-stress[np.linalg.norm(place[:, :2], axis=1) < 0.6, :3].mean())
+    assert np.mean(pressures) == pytest.approx(1.0, rel=0.03)
+    assert 0.3 * sim.bodies[0].fastest() < 0.01  # the capillary number of what still moves
+
+
+@pytest.mark.parametrize(("angle", "height"), [(60.0, 0.807), (120.0, 1.193)])
+def test_a_drop_on_a_floor_has_the_height_of_its_contact_angle(angle, height):
+    wide = 1.0 if angle < 90.0 else 0.8
+    block = {
+        "shape": {"box": {"lower": [-wide, 0, 0], "upper": [wide, 0.8 / wide, 0]}},
+        "material": LIQUID | {"viscosity": 0.5, "pressure": 0.0, "eos": LIQUID["eos"] | {"sound_speed": 10.0}},
+    }
+    grid = {"lower": [-2.2, 0, 0], "upper": [2.2, 1.6, 0]}
+    sim = simulation(cell=0.1, end=5.0, grid=grid, body=block, tension={"contact_angle": angle}, support=FLOOR)
+    for _ in sim:
+        pass
+    assert sim.bodies[0].field("position")[:, 1].max() + 0.1 / 6.0 == pytest.approx(height, rel=0.03)
+
+
+def test_threads_and_going_on_change_no_bit(tmp_path):
+    more = {"time": {"step": 3e-3}, "end": 0.15, "tension": {"contact_angle": 70.0}, "support": FLOOR}
+    more["output"] = {"history": 0.03}
+    run_case(case(**more), tmp_path / "whole", threads=2)
+    run_case(case(**more), tmp_path / "part", until=0.06, threads=1)
+    resume_case(tmp_path / "part", threads=1)
+    whole, part = (history.read(tmp_path / name / "history.csv") for name in ("whole", "part"))
+    for name, values in whole.items():
+        assert np.array_equal(values, part[name]), name
+
+
+def test_capillary_waves_bound_the_step_where_they_are_faster_than_sound():
+    slow = {"material": LIQUID | {"pressure": 0.0, "eos": LIQUID["eos"] | {"sound_speed": 3.0}}}
+    small = case(cell=0.1, body=slow)
+    found = of_case(small)
+    assert "capillary" in found.why
+    sim = Simulation(small, threads=1)
+    capillary = np.sqrt(0.1**3 / (4.0 * np.pi))
+    assert sim.step_limit()[0].cause == "capillary"
+    assert sim.step_limit()[0].step == pytest.approx(1.0 / np.hypot(1.0 / capillary, 30.0), rel=0.01)
+    assert found.step == pytest.approx(0.4 * sim.step_limit()[0].step, rel=0.01)
+
+
+SOLID = {"kind": "neo-hookean", "density": 1.0, "young_modulus": 10.0, "poisson_ratio": 0.3}
+TORN = LIQUID | {"pressure": 0.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
+
+
+@pytest.mark.parametrize(
+    ("more", "text"),
+    [
+        ({"body": {"material": SOLID}}, "is no fluid of material points"),
+        ({"body": {"material": TORN}}, "carries no tension"),
+        ({"tension": {"body": "drip"}}, "no body has this name"),
+        ({"tension": {"tension": -1.0}}, "tension"),
+        ({"tension": {"contact_angle": 200.0}}, "contact_angle"),
+        ({"tension": {"contact_angle": 60.0}}, "no support holds a face"),
+        ({"grid": {"functions": "trilinear"}}, "smooth ones of three nodes"),
+        ({"grid": {"periodic": ["x"]}}, "periodic"),
+        ({"time": {"scheme": "usf"}}, "usf"),
+        ({"outflow": [{"where": "x-upper"}]}, "passes a face"),
+    ],
+)
+def test_what_has_no_such_surface_is_refused(more, text):
+    with pytest.raises((CaseError, ValueError), match=text):
+        case(**more)
+
+
+def test_two_tensions_of_one_fluid_are_refused():
+    twice = [{"body": "drop", "tension": 1.0}, {"body": "drop", "tension": 2.0}]
+    with pytest.raises((CaseError, ValueError), match="already"):
+        case(surface_tension=twice)
