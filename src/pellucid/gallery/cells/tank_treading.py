@@ -15,6 +15,9 @@ from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 NAME, SHEAR_RATE = "capsule", 1.0
 DRAWN, STEADY = 1.0, 3.0  # from when on it has an inclination, and keeps its shape [s]
+SLOWER, SPREAD = 0.02, 0.24
+"""By boundary integrals it goes round 2 % slower than an ellipsoid. The grid spreads forces and velocities over a cell, at
+first order: with 4 cells a radius 8 % are allowed, with 8 cells 5 %."""
 CAPTIONS = {"tread": "How far the surface went round, in the mean, and how it is inclined, beside an ellipsoid of its axes."}
 METRICS = ("inclination", "tread_rate")
 
@@ -31,10 +34,13 @@ def metrics(run: Run) -> dict[str, Metric]:
     rate = float(np.polyfit(times[late], phases[late], 1)[0])
     longs, shorts = axes[late, 0], axes[late, 1]
     ideal = -SHEAR_RATE * float(np.mean(longs * shorts / (longs**2 + shorts**2)))
+    cell = run.case.grid.cell if run.case.grid is not None else 0.0
     what = "angle of the longest axis with the flow at the end; reference: an ellipsoid of its axes; error in degrees"
     return {
         "inclination": Metric(turned, expected, abs(turned - expected), 2.0, "degree", what),
-        "tread_rate": compared(rate, ideal, 0.05, "1/s", "mean rate at which the surface goes round, from 3 on"),
+        "tread_rate": compared(
+            rate, ideal, SLOWER + SPREAD * cell, "1/s", "mean rate at which the surface goes round, from 3 on"
+        ),
     }
 
 
