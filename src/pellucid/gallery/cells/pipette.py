@@ -15,10 +15,11 @@ class Pipette(Load):
     radius: float = parameter("m", "radius of the hole", gt=0)
     edge: float = parameter("m", "radius of its rounded edge", gt=0)
     face: float = parameter("m", "height of the plate's lower face", 0.0)
+    slit: bool = parameter("", "whether the face holds what lies on it from both sides", False)
     stiffness: float = parameter("Pa/m", "pressure over the depth of an overlap", gt=0)
 
     def forces(self, points: PointsView, time: float) -> np.ndarray:
-        """Forces of the face, which holds what lies on it as a slit does, of the rounded edge, and of the wall of the hole."""
+        """Forces of the face, of the rounded edge, and of the wall of the hole."""
         x, y, z = points.position.T
         r = np.hypot(x, y)
         out, up = r - (self.radius + self.edge), z - (self.face + self.edge)  # from the middle of the edge's arc
@@ -26,9 +27,8 @@ class Pipette(Load):
         on_face = (out >= 0.0) & (up < out)
         on_wall = ~on_edge & ~on_face
         away = np.maximum(np.hypot(out, up), 1e-300)
-        depth = np.select(
-            [on_edge, on_face], [np.maximum(self.edge - away, 0.0), up + self.edge], np.maximum(out + self.edge, 0.0)
-        )
+        within = up + self.edge if self.slit else np.maximum(up + self.edge, 0.0)
+        depth = np.select([on_edge, on_face], [np.maximum(self.edge - away, 0.0), within], np.maximum(out + self.edge, 0.0))
         across = np.select([on_edge, on_wall], [out / away, -1.0], 0.0)
         along = np.select([on_edge, on_face], [up / away, -1.0], 0.0)
         push = self.stiffness * points.area * depth
