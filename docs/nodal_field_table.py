@@ -3,7 +3,10 @@
 from pathlib import Path
 from typing import Any
 
+from pellucid.conditions.open_faces.outlet_pressure import EndNodes
+from pellucid.conditions.open_faces.pushed_strip import StripNodes
 from pellucid.conditions.rigid.nodes import BodySums
+from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.normals import NumberedNodes
 from pellucid.contact.shared import SharedNodes
 from pellucid.contact.subcell_damping import SubcellMotion
@@ -14,7 +17,7 @@ from pellucid.grid.nodal_fields import FOUND, REMAP, RUN, STEP, NodalField, decl
 from pellucid.grid.points import FullCells
 from pellucid.grid.supports import YieldingWalls
 from pellucid.grid.velocity_field import FieldNodes
-from pellucid.grid.viscous_nodes import ViscousRows
+from pellucid.grid.viscous_rows import ViscousRows
 
 PAGE = Path(__file__).parent / "physics" / "step.md"
 BEGIN, END = "<!-- Written by docs/nodal_field_table.py. -->\n", "<!-- To here. -->"
@@ -26,6 +29,9 @@ SETS: dict[type[Any], str] = {
     YieldingWalls: "of walls that rub or open",
     NodeFlags: "by which nodes are listed",
     ViscousRows: "of implicit viscosity",
+    SurfaceFields: "of a fluid with surface tension",
+    EndNodes: "of a fluid that leaves or comes in under a pressure",
+    StripNodes: "",
     FullCells: "of cells, by their first nodes",
     BodySums: "of a rigid body on the grid",
     SharedNodes: "of two velocity fields in contact",

@@ -10,7 +10,7 @@ from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Nodes, layers_of
 from pellucid.grid.listed import NodeFlags
 from pellucid.grid.nodal_fields import bytes_of
-from pellucid.grid.viscous_nodes import ViscousRows
+from pellucid.grid.viscous_rows import ViscousRows
 
 if TYPE_CHECKING:
     from pellucid.case.spec import Case

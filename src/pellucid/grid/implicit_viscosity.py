@@ -41,7 +41,6 @@ from pellucid.grid.viscous_nodes import (
     RESIDUAL,
     ROUNDING,
     ViscousNodes,
-    ViscousRows,
     add_forces,
     begin,
     find_curvature,
@@ -51,6 +50,7 @@ from pellucid.grid.viscous_nodes import (
     turn,
 )
 from pellucid.grid.viscous_points import add_stress, diagonal_by_viscosity, straining_by_viscosity
+from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
 
 CHANNELS: Sequence[Channel] = (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)

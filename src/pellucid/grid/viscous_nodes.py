@@ -1,6 +1,6 @@
 """The nodes in the conjugate gradients of `pellucid.grid.implicit_viscosity`: passes over chunks of them, with their sums."""
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from pellucid.grid.momentum import (
     is_driven,
     sum_loads_chunk,
 )
-from pellucid.grid.nodal_fields import FOUND, RUN, SUM, rows
+from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -22,19 +22,6 @@ from pellucid.jit.vector import LANES, load, nothing, row, store, total
 DESCENT, RESIDUAL, CHANGE, ROUNDING, COLUMNS = range(5)
 """Sums of a chunk: r·z or p·Ap [J]; twice the energies of the residual, of the change by viscosity, and of the rounding of the
 operator on the velocities [J]."""
-
-
-class ViscousRows(NamedTuple):
-    """What the nodes have in the solve."""
-
-    inertia: Annotated[np.ndarray, rows(FOUND, RUN, "kg", "mass that a force along each axis moves; 0 where it is led")]
-    target: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity that it would have without viscosity")]
-    solution: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity with it")]
-    residual: Annotated[np.ndarray, rows(FOUND, RUN, "N s", "of the solution")]
-    direction: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "in which it is changed next")]
-    inverse: Annotated[np.ndarray, rows(SUM, RUN, "1/kg", "of the operator's diagonal; 0 where it is led")]
-    weight: Annotated[np.ndarray, rows(FOUND, RUN, "1/kg", "of the square of the residual")]
-    viscous_force: Annotated[np.ndarray, rows(SUM, RUN, "N", "of the direction, at last of the solution")]
 
 
 class ViscousNodes(NamedTuple):

@@ -21,6 +21,7 @@ BY_COLOUR = {
     "bodies/membrane_points/pressure.py",
     "conditions/driven_points.py",
     "conditions/open_walls.py",
+    "conditions/surface_tension/kernels.py",
     "contact/extents.py",
     "contact/faces.py",
     "contact/normals.py",

@@ -10,7 +10,7 @@ feels nothing, to rounding.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from pellucid.conditions.open_faces.opening import OpenFace
 from pellucid.energy import FIRST_LOAD, OUTFLOW_WORK, Entered
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import listed
-from pellucid.grid.nodal_fields import aligned_rows
+from pellucid.grid.nodal_fields import ROW, STEP, SUM, allocate, rows
 from pellucid.grid.passes.gifts import by_slope, given, giving, scatter
 from pellucid.jit import point_function
 from pellucid.jit.bundle import Bundle
@@ -61,6 +61,12 @@ def _pressure_of_point(rule, lattice, points, p):
     )
 
 
+class EndNodes(NamedTuple):
+    """What the nodes have of a fluid on whose end a pressure acts."""
+
+    end_force: Annotated[np.ndarray, rows(SUM, STEP, "N", "of the pressure on the end")]
+
+
 class EndOfFluid:
     """The points of a body at a face, on whose end a pressure acts."""
 
@@ -69,7 +75,8 @@ class EndOfFluid:
         if not isinstance(body, PointsOnGrid) or member.velocity_field is None:
             raise ValueError(f"body {body.name} has no points on the grid")
         self.body, self._face, self._field, self._row = body, face, member.velocity_field, column - FIRST_LOAD
-        self._pressure, self._rows = np.zeros(1), aligned_rows(body.grid.n_nodes)
+        self._pressure = np.zeros(1)
+        self._rows = allocate(EndNodes, body.grid.n_nodes).end_force.reshape(-1, ROW)
         self._gives: Bundle | None = None
         self._deep = body.functions[face.axis].stencil
         index, place = body.grid.where()

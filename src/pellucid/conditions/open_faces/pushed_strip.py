@@ -7,15 +7,22 @@ Its nodes move as one along the normal, with the profile w across, at the mean v
 So columns of points know how far they have come in, as where the velocity is given.
 """
 
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from pellucid.conditions.open_faces.given_flow import GivenFlow
 from pellucid.conditions.open_faces.outlet_pressure import EndOfFluid
 from pellucid.conditions.open_faces.strip import Strip
+from pellucid.grid.nodal_fields import FOUND, RUN, NodalField, allocate
 from pellucid.parts.assembly import AssembledBody
 from pellucid.ranks.domain import domain
+
+
+class StripNodes(NamedTuple):
+    """What the nodes have of a strip that a pressure pushes."""
+
+    impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "that lets the strip move as one")]
 
 
 class PushedStrip(Strip):
@@ -27,7 +34,7 @@ class PushedStrip(Strip):
         """As `Strip`; pressure [Pa]; column: of its work and of that of the strip."""
         super().__init__(flow, *where, member=member, direction=direction, path=path)
         self._end, self._pressure, self._column = EndOfFluid(member, self._face, column), pressure, column
-        self._impulse = np.zeros((self._actions.field.grid.n_nodes, 3))
+        self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
 
     def mean_at(self, time: float) -> float:
         """That of this step [m/s]: none tells a later one."""

@@ -11,13 +11,14 @@ Across walls c goes on as in a mirror: without the second part, the fluid meets 
 wet has the energy -σ cos θ per area (Young).
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from pellucid.approximants import GridFunctions
 from pellucid.grid.cell_integrals import axis_integrals
 from pellucid.grid.lattice import Grid, layers_of
+from pellucid.grid.nodal_fields import FOUND, STEP, SUM, NodalField, allocate
 
 BENDS, FULL = 0.75, 0.96
 """The colour grows in proportion to the share that is filled up to BENDS of it and does not grow from FULL on, since points
@@ -26,6 +27,13 @@ SOFTNESS = 1e-3
 """ε: where the slope of the colour is less than this over a cell, the energy is rounded off, as it must be for it to have a
 derivative everywhere. It takes some tenths of a per cent of the tension."""
 MARGIN = 3  # nodes about those that points reach: smoothing reaches one further, and so do the cells about it
+
+
+class SurfaceFields(NamedTuple):
+    """What the nodes have of a fluid with surface tension."""
+
+    volume: Annotated[np.ndarray, NodalField(1, SUM, STEP, "m3", "volume of its points")]
+    potential: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "J/m3", "derivative of the surface energy by this volume")]
 
 
 class Faces(NamedTuple):
@@ -51,8 +59,8 @@ class SurfaceEnergy:
         self._axes = [axis for axis in range(3) if not grid.thin[axis]]
         self._order = sorted(range(3), key=lambda axis: -lattice.strides[axis])
         self._layers = [layers_of(*axis) for axis in zip(lattice.counts, grid.thin, grid.periodic, strict=True)]
-        self.volume, self.potential = np.zeros(grid.n_nodes), np.zeros(grid.n_nodes)
-        """Volumes of the points on the nodes [m³]; the derivative of the energy by them [J/m³], which `find` finds."""
+        self.volume, self.potential = allocate(SurfaceFields, grid.n_nodes)
+        """Of these, `find` finds the potential."""
         widths = [_widths(function, count) for function, count in zip(functions, lattice.counts, strict=True)]
         self._widths = [
             np.full(1, grid.slice_thickness) if grid.thin[axis] else lattice.cell * widths[axis] for axis in range(3)
