@@ -72,3 +72,11 @@ def advance(sim, steps):
     for _ in range(steps):
         sim.step()
     return sim
+
+
+def to_the_end(case, threads=1):
+    """The simulation of a case at its end."""
+    sim = Simulation(case, threads=threads)
+    while not sim.clock.finished(None):
+        sim.step()
+    return sim

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from small_cases import GAS, SLIP, advance, box, case
+from small_cases import GAS, SLIP, advance, box, case, to_the_end
 
 import pellucid
 from pellucid.case import Case
@@ -25,13 +25,6 @@ def plug(material=GAS, speed=2.0, inflow=(), outflow=(), rows=3, support=TUBE, *
     tables["inflow"] = [{"where": "x-lower", "body": "fluid", "velocity": speed} | dict(inflow)]
     tables["outflow"] = [{"where": ["x-upper"]} | dict(outflow or {"pressure": material["pressure"]})]
     return Case.model_validate(tables)
-
-
-def to_the_end(tables, threads=1):
-    sim = Simulation(tables, threads=threads)
-    while not sim.clock.finished(None):
-        sim.step()
-    return sim
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from small_cases import GAS, RATE_SOLID, SLIP, SOLID, advance, box, case
+from small_cases import GAS, RATE_SOLID, SLIP, SOLID, advance, box, case, to_the_end
 from typer.testing import CliRunner
 
 import pellucid
@@ -35,21 +35,14 @@ def jet(material=GAS, faces=("x-upper",), body=(), counts=(10, 2, 1), per_cell=(
     return Case.model_validate(tables)
 
 
-def finished(tables, threads=1):
-    sim = Simulation(tables, threads=threads)
-    while not sim.clock.finished(None):
-        sim.step()
-    return sim
-
-
 def test_without_an_outflow_a_point_that_leaves_ends_the_run():
     with pytest.raises(RunStopped, match=r"of body `jet` at .*: it left the grid; .* let it leave through an \[\[outflow\]\]"):
-        finished(jet(faces=()))
+        to_the_end(jet(faces=()))
 
 
 def test_through_a_closed_face_none_leaves():
     with pytest.raises(RunStopped, match=r"of body `jet` at .*: it left the grid") as caught:
-        finished(jet(faces=("x-lower",)))
+        to_the_end(jet(faces=("x-lower",)))
     assert caught.value.place["state"]["position"][0] > 10.0
 
 
@@ -150,15 +143,15 @@ def test_several_bodies_and_faces():
     ]
     tables = case(*blocks, counts=(10, 2, 1), support=TUBE, end=0.6).to_data()
     both = tables | {"outflow": [{"where": ["x-lower", "x-upper"]}]}
-    sim = finished(Case.model_validate(both))
+    sim = to_the_end(Case.model_validate(both))
     assert all(body.n_there < body.n_points for body in sim.bodies)
     assert sim.conservation()["momentum"] < 1e-14
     with pytest.raises(RunStopped, match=r"of body `left` at .*: it left the grid"):
-        finished(Case.model_validate(tables | {"outflow": [{"where": ["x-lower", "x-upper"], "body": ["right"]}]}))
+        to_the_end(Case.model_validate(tables | {"outflow": [{"where": ["x-lower", "x-upper"], "body": ["right"]}]}))
 
 
 def test_when_all_have_left_the_run_goes_to_its_end():
-    sim = finished(jet(end=40.0))
+    sim = to_the_end(jet(end=40.0))
     assert sim.bodies[0].n_there == 0
     assert sim.time == 40.0
     assert sim.bodies[0].mass == 0.0
@@ -350,3 +343,11 @@ def test_without_mistakes_it_is_valid(tmp_path):
     file = tmp_path / "my.toml"
     file.write_text(TEXT, encoding="utf-8")
     assert CliRunner().invoke(app, ["validate", str(file)]).exit_code == 0
+
+
+def test_points_that_left_bear_no_viscous_stress():
+    """Where viscosity is solved for, its stress is an array of its own."""
+    body = to_the_end(jet(GAS | {"viscosity": 0.1, "implicit_viscosity": True})).bodies[0]
+    assert 0 < body.n_there < body.n_points
+    assert body.arrays["viscous_stress"][: body.n_there].any()
+    assert not body.arrays["viscous_stress"][body.n_there :].any()

@@ -49,7 +49,9 @@ def shoot(pole, p, K):
         first_grows = ((T2 - T1) * first * cos / r - (K * first - second**-3) * second_grows) / (K * second + first**-3)
         return first * cos, first * (p - T2 * sin / r) / T1, first_grows, first * sin
 
-    upright = lambda s, y: y[1] - np.pi / 2  # noqa: E731
+    def upright(s, y):
+        return y[1] - np.pi / 2
+
     upright.terminal = True
     start = 1e-4
     begin = (pole * start, p * pole * start / (2 * tensions(pole, pole, K)[0]), pole, 0.0)
@@ -68,7 +70,9 @@ def state(strain, K, rim):
     T = tensions(first, 1 / s, K)[0]
 
     def at_the_rim(wall):
-        along = lambda z, y: [1 / stretch_of(T, 1 / y[0], K)]  # noqa: E731
+        def along(z, y):
+            return [1 / stretch_of(T, 1 / y[0], K)]
+
         mouth = solve_ivp(along, (0, wall), [s], **EXACT).y[0, -1] if wall > 0 else s
 
         def plane(s, y):

@@ -70,7 +70,10 @@ def shoot(law, pole, p):
 
 def disc(law, pole):
     """Pressure, height, volume, and the error of the balance of forces at the rim."""
-    rim = lambda p: shoot(law, pole, p)[0] - 1.0  # noqa: E731
+
+    def rim(p):
+        return shoot(law, pole, p)[0] - 1.0
+
     low = high = law.T(pole, pole) * 1e-3
     while rim(high) > 0.0:
         low, high = high, 1.3 * high

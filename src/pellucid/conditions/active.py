@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pellucid.energy import Channel, Entered, StepWork, WorkLayout, channel_of_load
+from pellucid.energy import Channel, Passed, StepWork, WorkLayout, channel_of_load
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.active_condition import ActiveCondition
@@ -81,7 +81,7 @@ class ActiveConditions:
         for condition in self._active:
             condition.end(dt)
 
-    def enter(self, n_steps: int, time: float) -> Iterator[Entered]:
+    def enter(self, n_steps: int, time: float) -> Iterator[Passed]:
         """What points bring along that come in after the step, one condition after the other."""
         for condition in self._active:
             yield from condition.enter(n_steps, time)

@@ -14,8 +14,7 @@ from pellucid.energy.works import (
     ONLY_TAKE,
     OUTFLOW_ENERGY,
     Channel,
-    Entered,
-    Left,
+    Passed,
     StepWork,
 )
 
@@ -40,13 +39,13 @@ class Totals:
         self.momentum = np.zeros(3)
         self.parts: dict[str, float] = {}
 
-    def give(self, left: Left, affine: float) -> None:
+    def give(self, left: Passed, affine: float) -> None:
         """Without what points take along that leave; affine: of their kinetic energy that of affine fields [J]."""
         self.kinetic, self.affine = self.kinetic - left.kinetic, self.affine - affine
         self.stored, self.half_power = self.stored - left.stored, self.half_power - left.half_power
         self.momentum = self.momentum - left.momentum
 
-    def take(self, entered: Entered, size: float) -> None:
+    def take(self, entered: Passed, size: float) -> None:
         """With what points bring along that came in; size: their Σ m|v| [kg m/s]."""
         self.kinetic, self.stored = self.kinetic + entered.kinetic, self.stored + entered.stored
         self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
@@ -148,7 +147,7 @@ class EnergyBudget:
         self.moved = max(self.moved, kinetic + exchanged)
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
 
-    def let_go(self, bodies: Sequence[Balanced], left: Left, dt: float) -> None:
+    def let_go(self, bodies: Sequence[Balanced], left: Passed, dt: float) -> None:
         """Points have left after a step dt [s] that was recorded; bodies: without them.
 
         They take what their velocities were ahead of their stresses along, too: no error changes.
@@ -165,7 +164,7 @@ class EnergyBudget:
         self.left_mass += left.mass
         self.left_stored += left.stored
 
-    def let_in(self, bodies: Sequence[Balanced], entered: Entered) -> None:
+    def let_in(self, bodies: Sequence[Balanced], entered: Passed) -> None:
         """Points have come in after a step that was recorded; bodies: with them."""
         self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
         self.stored_by_kind = self._stored_by_kind(bodies)

@@ -160,25 +160,15 @@ def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
     return StepWork(works, gravity_mass, reactions, impulse, motions, turning)
 
 
-class Left(NamedTuple):
-    """Points that left a body in a step, and what they had at its end."""
+class Passed(NamedTuple):
+    """Points that left a body in a step, or came in after it, and what they have then."""
 
     points: int
     mass: float  # [kg]
     momentum: np.ndarray  # (3,) [kg m/s]
     kinetic: float  # [J]
     stored: float  # internal or strain energy [J]
-    half_power: float  # half the power of their internal forces, as in `Totals` [W]
-
-
-class Entered(NamedTuple):
-    """Points that came into a body after a step, and what they have."""
-
-    points: int
-    mass: float  # [kg]
-    momentum: np.ndarray  # (3,) [kg m/s]
-    kinetic: float  # [J]
-    stored: float  # internal or strain energy [J]
+    half_power: float = 0.0  # half the power of their internal forces, as in `Totals` [W]
 
 
 def kinetic_energies(mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -54,6 +54,8 @@ from pellucid.grid.viscous_rows import ViscousRows
 from pellucid.jit.bundle import Bundle
 
 CHANNELS: Sequence[Channel] = (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)
+VISCOUS_STRESS = "viscous_stress"
+"""The array of points that holds what was solved for."""
 TOLERANCE = 1e-3
 RELATIVE_ROUNDING = 1e-14
 MOST_ROUNDS = 1000

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pellucid.energy import Entered, StepWork
+from pellucid.energy import Passed, StepWork
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 
@@ -32,7 +32,7 @@ class ActiveCondition:
         """The bodies have done the step dt [s], and have their totals: renew its own state, and count in the totals what the
         bodies do not know of, half the power of a force that stores energy and what bounds their step."""
 
-    def enter(self, n_steps: int, time: float) -> Sequence[Entered]:
+    def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
         """The step is in the balance: let points into bodies, which have them in their totals then; what these bring."""
         return ()
 

@@ -13,7 +13,7 @@ import numpy as np
 if TYPE_CHECKING:  # light, for the models of conditions
     from pellucid.contact.contact_surface import ContactSurface
     from pellucid.contact.wall import WallPlane
-    from pellucid.energy import Entered, Left
+    from pellucid.energy import Passed
     from pellucid.geometry.meshes.face_shares import FaceShares
     from pellucid.parts.surface_load import Traction
 
@@ -192,7 +192,7 @@ class LosesPoints(Protocol):
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
         """Let points leave through faces of the grid, each an axis and an end, 0 lower and 1 upper."""
 
-    def let_leave(self) -> "Left | None":
+    def let_leave(self) -> "Passed | None":
         """After a step: remove the points that left through these faces; None where there are none."""
 
 
@@ -206,7 +206,7 @@ class GainsPoints(Protocol):
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
         """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
 
-    def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> "Entered":
+    def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> "Passed":
         """Take in points with such arrays after a step: what they bring along."""
 
 

@@ -17,10 +17,10 @@ from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, s
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall import WallPlane
-from pellucid.energy import FIRST_LOAD, Entered, Left
+from pellucid.energy import FIRST_LOAD, Passed
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.grid.full_cells import Filling
-from pellucid.grid.implicit_viscosity import Viscous
+from pellucid.grid.implicit_viscosity import VISCOUS_STRESS, Viscous
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
@@ -39,7 +39,6 @@ from pellucid.parts.step_limit import StepLimit, motion_in_cells, signals_seen, 
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
 
-VISCOUS_STRESS = "viscous_stress"
 NOBODY = np.zeros(0, dtype=bool)
 
 
@@ -275,7 +274,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
                 return
         super().check(n_steps, time)
 
-    def let_leave(self) -> Left | None:
+    def let_leave(self) -> Passed | None:
         """Remove the points that left through open faces in this step."""
         gone, self._leaving = self._leaving, NOBODY
         if not gone.any():
@@ -321,7 +320,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
         return _arrays_at(self._model, position, volume, self._gravity)
 
-    def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Entered:
+    def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Passed:
         """Take in points with such arrays after a step, in which they lie in the grid; what they bring along.
 
         They take the rows of points that left, or that have not come yet. Raises RunStopped where there are no more.

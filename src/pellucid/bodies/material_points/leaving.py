@@ -8,8 +8,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from pellucid.energy import Entered, Left, kinetic_energies
+from pellucid.energy import Passed, kinetic_energies
 from pellucid.grid.folding import cells_beyond
+from pellucid.grid.implicit_viscosity import VISCOUS_STRESS
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.points import FIELD_ENERGY
 
@@ -35,8 +36,8 @@ class OpenFaces:
 
 
 def taken_along(
-    arrays: Mapping[str, np.ndarray], stored: np.ndarray, which: np.ndarray, half_power: float
-) -> tuple[Left, float]:
+    arrays: Mapping[str, np.ndarray], stored: np.ndarray, which: np.ndarray | slice, half_power: float
+) -> tuple[Passed, float]:
     """What some points take along that leave, and of their kinetic energy that of affine fields [J].
 
     arrays: of the points that are there; stored: their internal or strain energies [J], shape (n,); which, shape (n,): the
@@ -46,13 +47,13 @@ def taken_along(
     affine = float(np.sum(mass * arrays["affine"][which, FIELD_ENERGY])) if "affine" in arrays else 0.0
     kinetic = float(np.sum(kinetic_energies(mass, velocity))) + affine
     momentum = np.sum(mass[:, None] * velocity, axis=0)
-    left = Left(len(mass), float(np.sum(mass)), momentum, kinetic, float(np.sum(stored[which])), half_power)
+    left = Passed(len(mass), float(np.sum(mass)), momentum, kinetic, float(np.sum(stored[which])), half_power)
     return left, affine
 
 
 def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice) -> None:
     """Leave points without mass, volume and velocity, on the face that they crossed."""
-    for name in ("mass", "volume", "velocity", "affine", "stress"):
+    for name in ("mass", "volume", "velocity", "affine", "stress", VISCOUS_STRESS):
         if name in arrays:
             arrays[name][which] = 0.0
     lower = np.array(lattice.lower)
@@ -62,10 +63,8 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
     arrays["position"][which] = np.clip(arrays["position"][which], lower, upper)
 
 
-def brought_in(arrays: Mapping[str, np.ndarray], stored: np.ndarray) -> tuple[Entered, float]:
+def brought_in(arrays: Mapping[str, np.ndarray], stored: np.ndarray) -> tuple[Passed, float]:
     """What points with such arrays bring along that come in, with internal or strain energies [J], shape (n,), and their
     Σ m|v| [kg m/s]."""
-    mass, velocity = arrays["mass"], arrays["velocity"]
-    momentum, kinetic = np.sum(mass[:, None] * velocity, axis=0), float(np.sum(kinetic_energies(mass, velocity)))
-    size = float(np.sum(mass * np.linalg.norm(velocity, axis=1)))
-    return Entered(len(mass), float(np.sum(mass)), momentum, kinetic, float(np.sum(stored))), size
+    entered, _ = taken_along(arrays, stored, slice(None), 0.0)
+    return entered, float(np.sum(arrays["mass"] * np.linalg.norm(arrays["velocity"], axis=1)))

@@ -9,7 +9,8 @@ import numpy as np
 from pellucid.conditions.open_faces.led_strip import LedStrip
 from pellucid.conditions.open_faces.opening import OpenFace, opening_of
 from pellucid.conditions.open_faces.pushed_strip import PushedStrip
-from pellucid.energy import INFLOW_WORK, Entered, StepWork
+from pellucid.conditions.open_faces.strip import work_of_strip
+from pellucid.energy import INFLOW_WORK, Passed, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
@@ -113,7 +114,7 @@ class Entering(ActiveCondition):
         reached = self._furthest * self.strip.at_columns + self.opening.depth - self._margin
         return np.maximum(np.floor(reached / self.opening.spacing), 0.0).astype(np.int64)
 
-    def enter(self, n_steps: int, time: float) -> Sequence[Entered]:
+    def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
         """A point for each spacing that its column has moved on: so far behind the one before it."""
         before = self._layers()
         self._furthest = max(self._furthest, self._travel)
@@ -130,12 +131,7 @@ class Entering(ActiveCondition):
 
     def work(self) -> StepWork:
         """Of leading the strip."""
-        done = self._layout.no_work()
-        done.works[self._layout.column(INFLOW_WORK)] = self._work
-        if self._inflow.name is None:
-            done.impulse[:] = self._impulse
-            return done
-        return done._replace(motions={self._inflow.name: self._impulse})
+        return work_of_strip(self._layout, INFLOW_WORK, self._work, self._impulse, self._inflow.name)
 
     def state_numbers(self) -> dict[str, Any]:
         """How far it has come in."""

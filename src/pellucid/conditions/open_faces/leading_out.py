@@ -7,6 +7,7 @@ import numpy as np
 
 from pellucid.conditions.open_faces.led_strip import LedStrip
 from pellucid.conditions.open_faces.opening import OpenFace, opening_of
+from pellucid.conditions.open_faces.strip import work_of_strip
 from pellucid.energy import OUTFLOW_WORK, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.parts.active_condition import ActiveCondition
@@ -57,9 +58,4 @@ class LeadingOut(ActiveCondition):
 
     def work(self) -> StepWork:
         """Of leading the strip."""
-        done = self._layout.no_work()
-        done.works[self._layout.column(OUTFLOW_WORK)] = self._work
-        if self._name is None:
-            done.impulse[:] = self._impulse
-            return done
-        return done._replace(motions={self._name: self._impulse})
+        return work_of_strip(self._layout, OUTFLOW_WORK, self._work, self._impulse, self._name)

@@ -16,7 +16,7 @@ import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.open_faces.opening import OpenFace
-from pellucid.energy import FIRST_LOAD, OUTFLOW_WORK, Entered
+from pellucid.energy import FIRST_LOAD, OUTFLOW_WORK, Passed
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import listed
 from pellucid.grid.nodal_fields import ROW, STEP, SUM, allocate, rows
@@ -70,18 +70,19 @@ class EndNodes(NamedTuple):
 class EndOfFluid:
     """The points of a body at a face, on whose end a pressure acts."""
 
-    def __init__(self, member: AssembledBody, face: OpenFace, column: int) -> None:
+    def __init__(self, member: AssembledBody, face: str, column: int) -> None:
         body = member.body
         if not isinstance(body, PointsOnGrid) or member.velocity_field is None:
             raise ValueError(f"body {body.name} has no points on the grid")
-        self.body, self._face, self._field, self._row = body, face, member.velocity_field, column - FIRST_LOAD
+        self.face = OpenFace.of(face, body.grid.case)
+        self.body, self._field, self._row = body, member.velocity_field, column - FIRST_LOAD
         self._pressure = np.zeros(1)
         self._rows = allocate(EndNodes, body.grid.n_nodes).end_force.reshape(-1, ROW)
         self._gives: Bundle | None = None
-        self._deep = body.functions[face.axis].stencil
+        self._deep = body.functions[self.face.axis].stencil
         index, place = body.grid.where()
         # nodes that points of the outermost layer of cells reach, and one layer beside
-        self._near = index[face.depth(place) < (self._deep + 0.5) * body.grid.lattice.cell]
+        self._near = index[self.face.depth(place) < (self._deep + 0.5) * body.grid.lattice.cell]
 
     def push(self, pressure: float) -> None:
         """Let a pressure [Pa] act over the step."""
@@ -90,12 +91,12 @@ class EndOfFluid:
             return
         self._rows.fill(0.0)
         scatter(self._gift())
-        self._field.load_row(self._row)[self._near, self._face.axis] += self._rows[self._near, self._face.axis]
+        self._field.load_row(self._row)[self._near, self.face.axis] += self._rows[self._near, self.face.axis]
 
     def _gift(self) -> Bundle:
         """Made when all that depends on conditions is known."""
         if self._gives is None:
-            arrays, face, cell = self.body.arrays, self._face, self.body.grid.lattice.cell
+            arrays, face, cell = self.body.arrays, self.face, self.body.grid.lattice.cell
             rule = EndPressure(self._pressure, face.level / cell, face.inward, face.axis, 2.0 * self._deep)
             points = FluidPoints(arrays["position"], arrays["volume"])
             self._gives = giving(self.body.mapped.content, by_slope(rule, points, self._rows.reshape(-1)))
@@ -103,12 +104,12 @@ class EndOfFluid:
 
     def nearest(self) -> tuple[float, float]:
         """Of the point that is nearest to the face: how far it is, in cells, and how fast it moves into the grid [m/s]."""
-        there, axis = self.body.n_there, self._face.axis
+        there, axis = self.body.n_there, self.face.axis
         if there == 0:
             return np.inf, 0.0
-        depth = self._face.depth(self.body.arrays["position"][:there])
+        depth = self.face.depth(self.body.arrays["position"][:there])
         p = int(np.argmin(depth))
-        inward = self._face.inward * self.body.arrays["velocity"][p, axis]
+        inward = self.face.inward * self.body.arrays["velocity"][p, axis]
         return float(depth[p]) * self.body.grid.lattice.inverse_cell, float(inward)
 
 
@@ -119,12 +120,8 @@ class OutletPressure(ActiveCondition):
         self._outflow, self._path, self._filled = outflow, path, [True] * len(outflow.where)
         self._ends: list[tuple[OpenFace, list[EndOfFluid]]] = []
         for name in outflow.where:
-            members = [assembly.bodies[body] for body in bodies]
-            column = [assembly.load_column(body, OUTFLOW_WORK.name) for body in bodies]
-            grid = members[0].body.on_grid.grid  # type: ignore[union-attr]
-            face = OpenFace.of(name, grid.case)
-            ends = [EndOfFluid(member, face, at) for member, at in zip(members, column, strict=True)]
-            self._ends.append((face, ends))
+            ends = [EndOfFluid(assembly.bodies[body], name, assembly.load_column(body, OUTFLOW_WORK.name)) for body in bodies]
+            self._ends.append((ends[0].face, ends))
 
     def try_out(self) -> None:
         """A pressure needs something that it pushes."""
@@ -141,7 +138,7 @@ class OutletPressure(ActiveCondition):
             for end in ends:
                 end.push(pressure)
 
-    def enter(self, n_steps: int, time: float) -> Sequence[Entered]:
+    def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
         """Nothing comes in: where the layer of cells at a face empties as the fluid flows back, the run stops."""
         for number, (face, ends) in enumerate(self._ends):
             depth, inward = _nearest(ends)

@@ -1,6 +1,7 @@
 """Velocities of slow steady flows across openings, of any size."""
 
 from collections.abc import Sequence
+from typing import TypeGuard
 
 import numpy as np
 
@@ -39,6 +40,6 @@ def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray
     return np.where(inside, np.maximum(share, 0.0), 0.0)
 
 
-def is_tube(geometry: Geometry, axis: int) -> bool:
+def is_tube(geometry: Geometry, axis: int) -> TypeGuard[Cylinder]:
     """Whether an opening in a face across an axis is round."""
     return isinstance(geometry, Cylinder) and "xyz".index(geometry.axis) == axis

@@ -33,7 +33,7 @@ class PushedStrip(Strip):
     ) -> None:
         """As `Strip`; pressure [Pa]; column: of its work and of that of the strip."""
         super().__init__(flow, *where, member=member, direction=direction, path=path)
-        self._end, self._pressure, self._column = EndOfFluid(member, self._face, column), pressure, column
+        self._end, self._pressure, self._column = EndOfFluid(member, self._face.name, column), pressure, column
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
 
     def mean_at(self, time: float) -> float:

@@ -6,7 +6,7 @@ from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.open_faces.given_flow import GivenFlow, walled_axes
 from pellucid.conditions.open_faces.opening import Columns, OpenFace, layers, nodes_across
 from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_walls, is_tube
-from pellucid.energy import Totals
+from pellucid.energy import Channel, StepWork, Totals, WorkLayout
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box
@@ -63,7 +63,7 @@ class Strip:
         if self._flow.profile == "uniform":
             return np.ones(len(place))
         if is_tube(self._shape, axis):
-            return across_tube(self._shape, axis, place)  # type: ignore[arg-type]
+            return across_tube(self._shape, axis, place)
         if not isinstance(self._shape, Box):
             text = "only slits, ducts and tubes along the normal have this profile, and the opening is that of another shape"
             remedy = f'give a box, or a cylinder along {self._face.name[0]}, by `through`, or use profile = "uniform"'
@@ -107,3 +107,13 @@ class Strip:
     def normal(self) -> np.ndarray:
         """The direction of the flow, shape (3,)."""
         return self._direction * np.eye(3)[self._face.axis]
+
+
+def work_of_strip(layout: WorkLayout, channel: Channel, work: float, impulse: np.ndarray, name: str | None) -> StepWork:
+    """What leading a strip takes in a step [J] and its impulse [N s], shape (3,), that of the flow where it has a name."""
+    done = layout.no_work()
+    done.works[layout.column(channel)] = work
+    if name is None:
+        done.impulse[:] = impulse
+        return done
+    return done._replace(motions={name: impulse})
