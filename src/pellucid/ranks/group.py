@@ -4,10 +4,11 @@ import os
 import sys
 import time
 import traceback
+from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import inf
-from typing import Any, TypeVar
+from typing import Any, TextIO, TypeVar
 
 import numpy as np
 
@@ -157,6 +158,7 @@ class Group:
             told = "\n    ".join([f"pellucid: {error}", *getattr(error, "__notes__", ())])
             print(f"{told}\n    (process {self.rank} of {self.size})", file=sys.stderr, flush=True)  # noqa: T201
             status = getattr(error, "exit_status", 1)
+            _wait_until_read(sys.stderr, seconds=2.0)
             self._comm.Abort(status)
             os._exit(status)  # where the launcher takes its time
         self.know(error)
@@ -182,8 +184,24 @@ class Group:
             self._mpi.Request.Waitall([begin[sends](buffer, process) for process, buffer, sends in messages])
 
 
-def _bytes(array: np.ndarray) -> np.ndarray:
-    return array.reshape(-1).view(np.uint8)
+def _wait_until_read(stream: TextIO, seconds: float) -> None:
+    """Wait until a launcher has read all from the pipe that this stream is: an abort ends it with the rest unread."""
+    try:
+        import fcntl
+        import termios
+    except ImportError:  # no such system
+        return
+    end, unread = time.monotonic() + seconds, array("i", [1])
+    while unread[0] and time.monotonic() < end:
+        time.sleep(0.001)
+        try:
+            fcntl.ioctl(stream.fileno(), termios.FIONREAD, unread)
+        except OSError:  # no pipe
+            return
+
+
+def _bytes(rows: np.ndarray) -> np.ndarray:
+    return rows.reshape(-1).view(np.uint8)
 
 
 def _bytes_each(rows: np.ndarray) -> int:
