@@ -48,7 +48,7 @@ FIELDS: dict[str, Field] = {
         9,
         "1",
         "tangent frame of a membrane: rows first tangent, second tangent, normal",
-        tuple(f"{row}{axis}" for row in "12n" for axis in "xyz"),
+        FRAME_NAMES,
     ),
     "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame", ("11", "12", "21", "22")),
     "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12", ("11", "22", "12")),

@@ -5,7 +5,8 @@ import pytest
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.axis import axis_weights
-from pellucid.conditions.open_faces.opening import OpenFace, columns, layers, nodes_across
+from pellucid.conditions.open_faces.columns import OpenFace, columns
+from pellucid.conditions.open_faces.opening import layers, nodes_across
 from pellucid.conditions.open_faces.profiles import across_tube, across_walls
 from pellucid.geometry.shapes.solids import Box, Cylinder
 from pellucid.grid.lattice import Grid
@@ -39,6 +40,14 @@ def test_columns_fill_the_opening(face):
 def test_a_shape_that_does_not_reach_the_face_has_none():
     block = Box(lower=(0.0, 0.0, 0.0), upper=(1.0, 1.0, 1.0))
     assert columns(block, (), None, CASE, OpenFace.of("x-lower", CASE)).n == 0
+
+
+def test_an_opening_ends_where_the_face_does():
+    reaching_over = Box(lower=(-2.0, -0.5, -0.5), upper=(3.0, 1.0, 4.0))
+    found = columns(reaching_over, (), None, CASE, OpenFace.of("x-lower", CASE))
+    assert found.area.sum() == pytest.approx(1.0 * 1.5)
+    assert (found.place[:, 1:] > 0.0).all()
+    assert (found.place[:, 2] < 1.5).all()
 
 
 @pytest.mark.parametrize("periodic", [(), ("y",)], ids=["walls", "periodic"])

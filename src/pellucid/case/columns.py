@@ -44,8 +44,9 @@ def beyond_end(time: float, path: Path, parts: Parts) -> Iterator[Finding]:
 
 
 def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """The finding that the history will have no column of this name."""
-    if unit_of(name, parts) is None and parts.are_sound(Probe) and name not in parts.names(Probe):
+    """The finding that the history will have no column of this name; none while a probe or condition is wrong."""
+    sound = parts.are_sound(Probe) and parts.are_sound(Condition)
+    if sound and unit_of(name, parts) is None:
         names = [*parts.names(Probe), "time", *other_columns(parts)]
         text = f"no column of the history; there are the probes {listed(parts.names(Probe)) or 'none'}, time and energies"
         yield Finding(path, text, hint(name, names) or "add a [[probe]] of this name")

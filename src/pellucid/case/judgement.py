@@ -20,7 +20,7 @@ def in_si(value: Quantity, unit: str) -> float:
 
 
 class Passing(Model):
-    """The instant at which a column first comes to a value, from either side: for curves along another quantity than time."""
+    """The instant at which a column first has a value, coming from either side: for curves along another quantity than time."""
 
     column: str = parameter("", "probe, or another column of the history")
     reaches: Quantity = parameter("", "the value, in SI units or a text with its unit")

@@ -89,7 +89,7 @@ class Outflow(GivenFlow, Condition):
                     ends = [("xyz".index(face[0]), int(face.endswith("upper"))) for face in outflow.where]
                     member.offers(LosesPoints).open_faces(ends)
                     bodies.append(name)
-            active += outflow._acting(bodies, assembly, f"outflow.{number}")
+            active += outflow._acting(bodies, assembly, f"outflow.{outflow.name or number}")
         return active
 
     def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[ActiveCondition]:

@@ -1,7 +1,7 @@
 """Pressure that follows a membrane or the faces of a solid."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -19,13 +19,15 @@ from pellucid.parts.active_condition import ActiveCondition, AtEachStep
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import TakesPressure, TakesTractions
-from pellucid.parts.condition import Condition
+from pellucid.parts.condition import Condition, Swing
 from pellucid.parts.part import Parts
 from pellucid.parts.surface_load import SurfacePoints
 
 
 class Pressure(ChangesInTime, Condition):
     """A pressure difference on a membrane or a pressure on the faces of a solid, along the normal wherever that points."""
+
+    swings_as: ClassVar[Swing] = Swing("spring", "its membrane swings on its given volume")
 
     body: str = parameter("", "name of a membrane, or of a solid with nodes of its own")
     value: float | None = parameter(

@@ -10,6 +10,7 @@ from pydantic import field_validator
 from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
+from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.grid.model import GridCase
 from pellucid.model import Vector, check, name_parameter, parameter
@@ -196,6 +197,13 @@ class Support(Condition):
     def face_velocity(self, face: str) -> Vector | None:
         """Its velocity [m/s], if it constrains this face of the grid along its normal."""
         return self.velocity if self.constrains_face(face) and self.axes()["xyz".index(face[0])] else None
+
+    def holds(self, nodes: np.ndarray, axis: int, active: ActiveAxes) -> np.ndarray:
+        """Which nodes of the grid [m], shape (n, 3), its shape holds along an axis; none where it has no shape."""
+        shape = self.where.shape if isinstance(self.where, Region) else None
+        if self.body is not None or shape is None or not self.axes()[axis]:
+            return np.zeros(len(nodes), bool)
+        return shape.geometry().contains(nodes, active)
 
     def region(self) -> Where | None:
         """The region in which it constrains nodes, if it is neither all nodes nor a face of the grid."""

@@ -57,6 +57,14 @@ class PointMaterial(BodyMaterial):
         the nodes; None of others."""
         return None
 
+    def too_soft(self, density: float) -> str | None:
+        """That points with this mean density [kg/m³] are a liquid squeezed further than liquids are; None of others."""
+        return None
+
+    def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
+        """Arrays of points of a liquid under a pressure larger by `more` [Pa]; those of other materials as they are."""
+        return arrays
+
     def with_implicit_viscosity(self) -> Self | None:
         """The same material with implicit viscosity; None where it has none, or has it already."""
         return None

@@ -33,6 +33,9 @@ from pellucid.materials.trial import Operation
 from pellucid.model import check, parameter
 from pellucid.tensors import Symmetric, double_dot, symmetric_part
 
+SOFT = 0.03  # of its volume that a liquid may lose on the mean before a run warns
+LEAST, MOST = 1e-3, 1e2  # densities of a liquid under pressures that it may come to, in those at the start
+
 
 @rate_type
 class NewtonianFluid(NamedTuple):
@@ -109,6 +112,43 @@ class FluidMaterial(PointMaterial):
     def keeps_heat(self) -> bool:
         """With the conservative update."""
         return self.energy_update == "conservative"
+
+    def too_soft(self, density: float) -> str | None:
+        """That a liquid, whose pressure is that of its density alone, is squeezed to a mean density [kg/m³]; and how fast sound
+        would have to be."""
+        squeezed = 1.0 - self.density / density
+        if squeezed <= SOFT or pressure_line(self.law().eos, self.density)[1] != 0.0:
+            return None
+        speed = sound_speed(self.law().eos, self.density, 0.0) * sqrt(squeezed / (0.2 * SOFT))
+        return (
+            f"it is squeezed by {100 * squeezed:.2g} % of its volume; if so much is not meant, raise eos.sound_speed: "
+            f"with {speed:.2g} m/s it is {20 * SOFT:.2g} %"
+        )
+
+    def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
+        """Points of a liquid, whose pressure is that of its density alone, under a pressure larger by `more` [Pa] without heat;
+        others as they are."""
+        from scipy.optimize import brentq  # models of cases stay light without it
+
+        eos = self.law().eos
+        if pressure_line(eos, self.density)[1] != 0.0:
+            return arrays
+        before = arrays["mass"] / arrays["volume"]
+        of_each, number = np.unique(before, return_inverse=True)
+        old = np.array([pressure(eos, density, 0.0) for density in of_each.tolist()])
+        new = np.maximum(old + more, lowest_pressure(eos))
+        after = [
+            brentq(lambda x, p: pressure_line(eos, x)[0] - p, LEAST * self.density, MOST * self.density, (p,)) for p in new
+        ]
+        ratio, stress = (np.array(after) / of_each)[number], arrays["stress"].copy()
+        stress[:, :3] -= (new - old)[number, None]
+        gained = 0.5 * (old + new)[number] * (1.0 - 1.0 / ratio) / before
+        return {
+            **arrays,
+            "mass": arrays["mass"] * ratio,
+            "stress": stress,
+            "internal_energy": arrays["internal_energy"] + gained,
+        }
 
     def law(self) -> NewtonianFluid:
         """The law as kernels take it; implicit viscosity is no part of it."""

@@ -5,7 +5,7 @@ user's own need only have the methods. The model of a body says before a run whi
 who ask here find what they need.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -205,6 +205,14 @@ class GainsPoints(Protocol):
 
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
         """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
+
+    def like_those(
+        self, arrays: Mapping[str, np.ndarray], wanted: Callable[[np.ndarray], np.ndarray]
+    ) -> Mapping[str, np.ndarray]:
+        """Such arrays at the pressure of the body's own points that are wanted, of a liquid; else as they are.
+
+        wanted: the numbers of those among some positions [m], shape (n, 3).
+        """
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> "Passed":
         """Take in points with such arrays after a step: what they bring along."""

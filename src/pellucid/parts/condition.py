@@ -18,7 +18,7 @@ class Swing(NamedTuple):
     """How bodies swing on a condition, in a word and in a clause."""
 
     cause: Cause = "spring"
-    reason: str = "it swings on what it encloses, or on its given volume,"
+    reason: str = "it swings on what acts on it"
 
 
 class Condition(Part):

@@ -56,7 +56,8 @@ def _compared(
     if asked.curve is None:
         wanted = in_si(asked.reference if asked.reference is not None else nan, unit)
         if asked.takes_time:
-            found, words = float(times[ROW[asked.take](values)]), f"{asked.take.replace('-', ' ')} value of {asked.column}"
+            row = ROW[asked.take](values) if np.isfinite(values).any() else None
+            found, words = nan if row is None else float(times[row]), f"{asked.take.replace('-', ' ')} value of {asked.column}"
         elif instant is None:
             found, words = float(TAKE[asked.take](values)), f"{asked.take.replace('-', ' ')} value of {asked.column}"
         else:

@@ -173,6 +173,12 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """That of its points where they flow."""
         return float(self.stored_field("volume").sum()) if self.material.flows else 0.0
 
+    def state_warning(self) -> str | None:
+        """Of a liquid that is squeezed."""
+        volume = self.fluid_volume()
+        told = self.material.too_soft(self.mass / volume) if volume > 0.0 else None
+        return None if told is None else f"body `{self.name}`: {told}"
+
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces. What nothing strains has the stress that it began with: mostly none."""
         if force and not self._strains:
@@ -319,6 +325,20 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
         """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
         return _arrays_at(self._model, position, volume, self._gravity)
+
+    def like_those(self, arrays: Mapping[str, np.ndarray], wanted: Wanted) -> Mapping[str, np.ndarray]:
+        """Such arrays at the mean pressure of the points that are wanted, of a liquid; else as they are."""
+        chosen = wanted(self.arrays["position"][: self.n_there])
+        if not len(chosen):
+            return arrays
+        pressure = [
+            -np.average(stress[:, :3].mean(axis=1), weights=volume)
+            for stress, volume in (
+                (self.arrays["stress"][chosen], self.arrays["volume"][chosen]),
+                (arrays["stress"], arrays["volume"]),
+            )
+        ]
+        return self.material.pressed(arrays, float(pressure[0] - pressure[1]))
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Passed:
         """Take in points with such arrays after a step, in which they lie in the grid; what they bring along.

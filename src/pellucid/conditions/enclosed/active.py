@@ -21,11 +21,11 @@ class ActiveEnclosed(ActiveCondition):
     """A gas or liquid whose membrane is built.
 
     Its pressure pushes from where the membrane is at the start of a step, p ∂V/∂x, while its energy follows the volume to the
-    end: as with strains and stresses, forces are the gradients of an energy, which the method keeps to its order. Then what
-    flows in and out changes mass and energy at this volume.
+    end: as with strains and stresses, forces are the gradients of an energy, which the method keeps to its order. What flows
+    in and out changes mass and energy at the volumes of the start and the end, by halves.
     """
 
-    def __init__(self, enclosed: "Enclosed", number: int, assembly: Assembly) -> None:
+    def __init__(self, enclosed: "Enclosed", assembly: Assembly) -> None:
         self._model, self._layout = enclosed, assembly.layout
         self._space = EnclosedVolume(enclosed.body, enclosed.inside, assembly, enclosed.load_channel())
         self._now = self._space.now()
@@ -60,39 +60,50 @@ class ActiveEnclosed(ActiveCondition):
         self._space.press(self._now, self._gauge)
 
     def end(self, dt: float) -> None:
-        """Follow the volume, then let mass in and out."""
+        """Let half of the step's mass in and out, follow the volume, let the other half in and out.
+
+        So the work of the pressure that pushes, of the start of a step and then of its end, is what the gas gives, to the
+        second order of the step.
+        """
         before, contents, gauge = self._now, self.contents, self._gauge
+        held, works = contents.energy, dict.fromkeys(("enclosed_heat", "inflator_energy", "vent_energy"), 0.0)
+        self._vent_flow = self._leak_flow = 0.0
+        self._flow(self._time, works)
         self._now = now = self._space.now()
         self._check(now)
-        held = contents.energy
-        heat = contents.expand(before.volume, now.volume)
+        works["enclosed_heat"] += contents.expand(before.volume, now.volume)
         grown = now.volume - before.volume
-        works = {"outside_work": self._model.outside * grown, "enclosed_heat": heat}
+        works["outside_work"] = self._model.outside * grown
         swept = before.swept(now) if self._space.is_open else grown
         mean = 0.5 * (gauge + self._gauge)
         works["outside_work"] += mean * (grown - swept)  # on lids, which something else holds
-        self._flow_in(works)
-        self._flow_out(works)
+        self._flow(self._time + 0.5 * self._passing, works)
         works["enclosed_energy"] = contents.energy - held
         self._works = works
         if dt > 0.0:
             self._count_power(before.swept(now) / dt)
         self._bound()
 
-    def _flow_in(self, works: dict[str, float]) -> None:
-        inflator = self._model.inflator
-        if inflator is None or self._passing == 0.0:
+    def _flow(self, time: float, works: dict[str, float]) -> None:
+        """What comes in and goes out in half a step from `time` [s] on."""
+        if self._passing > 0.0:
+            self._flow_in(time, 0.5 * self._passing, works)
+            self._flow_out(0.5 * self._passing, works)
+
+    def _flow_in(self, time: float, dt: float, works: dict[str, float]) -> None:
+        if self._model.inflator is None:
             return
-        mass, warmth = inflator.given(self._time, self._time + self._passing)
+        mass, warmth = self._model.inflator.given(time, time + dt)
         if mass > 0.0:
-            works["inflator_energy"], heat = self.contents.take_in(mass, warmth, self._now.volume)
+            energy, heat = self.contents.take_in(mass, warmth, self._now.volume)
+            works["inflator_energy"] += energy
             works["enclosed_heat"] += heat
 
-    def _flow_out(self, works: dict[str, float]) -> None:
-        """By the flow at the middle of the step; no farther than to the pressure outside."""
-        if not self._model.lets_out or self._passing == 0.0 or self.contents.mass == 0.0:
+    def _flow_out(self, dt: float, works: dict[str, float]) -> None:
+        """By the flow at the middle of this time [s]; no farther than to the pressure outside."""
+        if not self._model.lets_out or self.contents.mass == 0.0:
             return
-        dt, volume = self._passing, self._now.volume
+        volume = self._now.volume
         self._open = [
             is_open or self._gauge >= vent.opens_at for is_open, vent in zip(self._open, self._model.vent, strict=True)
         ]
@@ -101,11 +112,13 @@ class ActiveEnclosed(ActiveCondition):
         half.let_out(self._limited(0.5 * dt, *self._efflux(half, area)), volume)
         through_vents, through_leaks = self._efflux(half, area)
         mass = self._limited(dt, through_vents, through_leaks)
-        works["vent_energy"], heat = self.contents.let_out(mass, volume)
+        energy, heat = self.contents.let_out(mass, volume)
+        works["vent_energy"] += energy
         works["enclosed_heat"] += heat
-        flow = through_vents + through_leaks
-        mean = mass / dt / flow if dt * flow > 0.0 else 0.0
-        self._vent_flow, self._leak_flow = mean * through_vents, mean * through_leaks
+        if (flow := through_vents + through_leaks) > 0.0:
+            share = mass / self._passing / flow
+            self._vent_flow += share * through_vents
+            self._leak_flow += share * through_leaks
 
     def _limited(self, dt: float, *flows: float) -> float:
         flow = sum(flows)
@@ -155,6 +168,7 @@ class ActiveEnclosed(ActiveCondition):
         volume, contents = self._now.volume, self.contents
         values: dict[str, float | None] = {
             "pressure": contents.pressure(volume),
+            "gauge_pressure": self._gauge,
             "volume": volume,
             "mass": contents.mass,
             "temperature": contents.temperature,

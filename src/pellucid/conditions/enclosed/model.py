@@ -14,7 +14,7 @@ from pellucid.model import Model, check, name_parameter, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.condition import Condition
+from pellucid.parts.condition import Condition, Swing
 from pellucid.parts.part import Parts
 
 CHANNELS = {
@@ -79,6 +79,7 @@ class Enclosed(Condition):
     """Gas or liquid in a membrane, by its mass: its pressure follows from the volume."""
 
     unique_name: ClassVar[bool] = True
+    swings_as: ClassVar[Swing] = Swing("spring", "its membrane swings on what it encloses")
 
     name: str = name_parameter("name of its columns in the history: NAME_pressure, NAME_volume, NAME_mass ...")
     body: str = parameter("", "name of the membrane that encloses it")
@@ -143,7 +144,8 @@ class Enclosed(Condition):
 
     def columns(self) -> Mapping[str, str]:
         """Of the history, with their units."""
-        units = {"pressure": "Pa", "volume": "m^3", "mass": "kg"} | ({"temperature": "K"} if self.gas is not None else {})
+        units = {"pressure": "Pa", "gauge_pressure": "Pa", "volume": "m^3", "mass": "kg"}
+        units |= {"temperature": "K"} if self.gas is not None else {}
         units |= {"vent_flow": "kg/s"} if self.vent else {}
         units |= {"leak_flow": "kg/s"} if self.leak > 0.0 else {}
         return {f"{self.name}_{what}": unit for what, unit in units.items()}
@@ -165,7 +167,7 @@ class Enclosed(Condition):
         """One for each."""
         from pellucid.conditions.enclosed.active import ActiveEnclosed
 
-        return [ActiveEnclosed(enclosed, number, assembly) for number, enclosed in enumerate(conditions)]
+        return [ActiveEnclosed(enclosed, assembly) for enclosed in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Membranes that are not there, enclose nothing or have contents already."""

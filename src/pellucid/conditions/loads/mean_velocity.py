@@ -78,13 +78,19 @@ class Controller(ActiveCondition):
         self._add = [assembly.forces_on(name, load.channel) for name in load.bodies()]
         self._along = np.eye(3)["xyz".index(load.axis)]
         self._impulse = np.zeros(3)
+        self._kept_mass = [body.mass for body in self._bodies]
+
+    def _mass(self) -> float:
+        """Of all bodies [kg]; that of which points come and go is found anew."""
+        found = zip(self._bodies, self._kept_mass, strict=True)
+        return sum(kept if "mass" in body.constant_fields else body.mass for body, kept in found)
 
     def begin(self, time: float, dt: float) -> None:
         """Its force over the step; none while time stands still."""
         self._impulse = np.zeros(3)
         if dt == 0.0:
             return
-        load, mass = self._load, sum(body.mass for body in self._bodies)
+        load, mass = self._load, self._mass()
         momentum = sum(float(body.totals.momentum @ self._along) for body in self._bodies)
         lacking = load.share(time) * load.velocity - momentum / mass
         self._integral += dt * lacking / load.response**2

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.conditions.open_faces.columns import OpenFace, opening_of
 from pellucid.conditions.open_faces.led_strip import LedStrip
-from pellucid.conditions.open_faces.opening import OpenFace, opening_of
 from pellucid.conditions.open_faces.pushed_strip import PushedStrip
 from pellucid.conditions.open_faces.strip import work_of_strip
 from pellucid.energy import INFLOW_WORK, Passed, StepWork
@@ -29,7 +29,7 @@ DENSER = 1.1
 
 def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"]:
     """What lets points in for each inflow; the bodies have room for them."""
-    found = [Entering(inflow, assembly, f"inflow.{number}") for number, inflow in enumerate(inflows)]
+    found = [Entering(inflow, assembly, f"inflow.{inflow.name or number}") for number, inflow in enumerate(inflows)]
     for name in dict.fromkeys(inflow.body for inflow in inflows):
         _make_room(assembly.bodies[name], [one for one in found if one.body_name == name])
     return found
@@ -58,11 +58,8 @@ class Entering(ActiveCondition):
         self._face = OpenFace.of(inflow.where, case)
         self.opening, shape = opening_of(inflow.through, self._face, member.model, case)
         if not self.opening.n:
-            text = f"body {inflow.body} does not reach the face {inflow.where}, and no opening is given"
-            if inflow.through is not None:
-                text = f"no point of the lattice lies in the opening at the face {inflow.where}"
-            remedy = "let the shape reach the face, a cell deep into the grid, or give an opening by `through`"
-            raise CaseError(Problem(text, f"{path}.{'through' if inflow.through else 'where'}", remedy=remedy))
+            text = f"no point of body {inflow.body} would come in through the face {inflow.where}: others take its place there"
+            raise CaseError(Problem(text, f"{path}.where", remedy="take the bodies that it leaves out away from the face"))
         where = self._face, self.opening, shape, case
         how: dict[str, Any] = {"member": member, "direction": self._face.inward, "path": path}
         self.strip: LedStrip | PushedStrip
@@ -127,7 +124,18 @@ class Entering(ActiveCondition):
         arrays = {name: array[column] for name, array in self._state.items()}
         arrays["position"][:, self._face.axis] = self._face.level + self._face.inward * np.maximum(depth, 0.0)
         arrays["velocity"][...] = (self.strip.speed * self.strip.at_columns)[column, None] * self.strip.normal
-        return [self._body.let_in(arrays, n_steps, time)]
+        return [self._body.let_in(self._body.like_those(arrays, self._behind), n_steps, time)]
+
+    def _behind(self, position: np.ndarray) -> np.ndarray:
+        """Which positions [m], shape (n, 3), are in the two layers of cells behind the strip: their numbers.
+
+        Two, since the pressures of points swing from one cell to the next where they are disturbed, and their mean does not.
+        """
+        cell, place = self._grid.case.cell, self.opening.place
+        across = np.delete(np.arange(3), self._face.axis)
+        low, high = (end[across] for end in (place.min(axis=0) - 0.5 * cell, place.max(axis=0) + 0.5 * cell))
+        depth, beside = self._face.depth(position), position[:, across]
+        return np.flatnonzero((depth > cell) & (depth < 3.0 * cell) & ((beside > low) & (beside < high)).all(axis=1))
 
     def work(self) -> StepWork:
         """Of leading the strip."""

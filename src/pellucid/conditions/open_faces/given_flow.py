@@ -1,16 +1,22 @@
 """What a case says of a flow through a face of the grid."""
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.findings import Finding, Path
+from pellucid.conditions.open_faces.columns import OpenFace, columns, why_apart
+from pellucid.conditions.open_faces.profiles import why_no_profile
+from pellucid.conditions.support import Support
+from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.shape import Shape
 from pellucid.grid.model import GridCase
 from pellucid.model import check, parameter
 from pellucid.parts.part import Parts
 
 Profile = Literal["uniform", "parabolic"]
+ROUNDING = 1e-6  # of a cell
 
 
 class GivenFlow(ChangesInTime):
@@ -47,21 +53,57 @@ class GivenFlow(ChangesInTime):
         """The largest share of it at any time."""
         return 1.0 if self.amplitude is None else self.amplitude.largest
 
-    def opening_problems(self, face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Of an opening that does not reach the face, or across which nothing tells a profile."""
+    def opening_problems(self, face: str, path: Path, parts: Parts, body: Any = None) -> Iterator[Finding]:
+        """Of an opening that does not reach the face, that supports close, or across which nothing tells a profile.
+
+        body: the model of the body that flows through it, where that is known.
+        """
         grid = parts.grid
         if grid is None:
             return
+        place = OpenFace.of(face, grid)
         if self.profile == "parabolic" and not any(walled_axes(grid, face)):
             text = f"the face {face} has no walls across: along every other axis the grid is one cell thick or periodic"
             yield Finding((*path, "profile"), text, 'use profile = "uniform"')
+        if reason := self._why_shut(place, grid, body):
+            yield Finding((*path, "where" if self.through is None else "through"), *reason)
+        elif self.profile == "parabolic" and (reason := self._why_no_profile(place, body)):
+            yield Finding((*path, "profile"), *reason)
+        nodes = _nodes_of(face, grid)
         if self.through is not None:
-            axis, upper = "xyz".index(face[0]), face.endswith("upper")
-            level = (grid.extent_upper() if upper else grid.lower)[axis]
-            low, high = (float(corner[axis]) for corner in self.through.geometry().bounds())
-            if not low - 1e-6 * grid.cell <= level <= high + 1e-6 * grid.cell:
-                text = f"the shape lies between {low:g} and {high:g} m along {face[0]}, the face {face} at {level:g} m"
-                yield Finding((*path, "through"), text, "let the shape reach through the face, a cell deep into the grid")
+            nodes = nodes[self.through.geometry().contains(nodes, parts.active_axes)]
+        held = np.zeros(len(nodes), bool)
+        for support in parts.of(Support):
+            held |= support.holds(nodes, place.axis, parts.active_axes)
+        if len(nodes) > 0 and held.all():
+            text = f"supports hold all nodes of the opening in the face {face}: nothing flows through it"
+            yield Finding(path, text, "take the supports out of the opening, or make it larger")
+
+    def _why_no_profile(self, face: OpenFace, body: Any) -> Reason | None:
+        shape = self.through or (body and body.shape)
+        return None if shape is None else why_no_profile(shape.geometry(), face.axis)
+
+    def _why_shut(self, face: OpenFace, grid: GridCase, body: Any) -> Reason | None:
+        """Why no point comes or goes through the opening in a face."""
+        if self.through is None:
+            apart = None if body is None else why_apart(f"body {body.name}", body.shape.geometry(), face, grid)
+            return apart and apart._replace(remedy=f"{apart.remedy}, or give an opening by `through`")
+        shape = self.through.geometry()
+        if apart := why_apart("the opening", shape, face, grid):
+            return apart
+        if body is None or columns(shape, (), body.points_per_cell, grid, face).n > 0:
+            return None
+        text = f"no point of the lattice of body {body.name} lies in the opening at the face {face.name}"
+        return Reason(text, "make it some points wide, and let it reach a cell deep into the grid")
+
+
+def _nodes_of(face: str, grid: GridCase) -> np.ndarray:
+    """The places of the nodes of a face [m], shape (n, 3), moved into the grid by what rounding of a shape's ends may take."""
+    normal, end = "xyz".index(face[0]), int(face.endswith("upper"))
+    axes = [np.linspace(*ends) for ends in zip(grid.lower, grid.extent_upper(), np.array(grid.counts()) + 1, strict=True)]
+    axes[normal] = axes[normal][[-end]]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.clip(nodes, np.array(grid.lower) + ROUNDING * grid.cell, np.array(grid.extent_upper()) - ROUNDING * grid.cell)
 
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:

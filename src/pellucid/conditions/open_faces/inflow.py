@@ -64,7 +64,9 @@ class Inflow(GivenFlow, Condition):
         """Faces through which nothing can come, bodies into which no point can, flows that are too fast."""
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         yield from face_problems(self.where, (*path, "where"), parts)
-        yield from self.opening_problems(self.where, path, parts)
+        seeded = parts.named(BodyModel, self.body)
+        comes_in = seeded if seeded is not None and not seeded.why_no_inflow() else None
+        yield from self.opening_problems(self.where, path, parts, comes_in)
         for place, other in parts.placed(Inflow):
             if place < path and other.where == self.where and (self.through is None or other.through is None):
                 text = f"inflow number {int(place[1]) + 1} comes through the face {self.where} too"

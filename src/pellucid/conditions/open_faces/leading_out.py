@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.conditions.open_faces.columns import OpenFace, opening_of
 from pellucid.conditions.open_faces.led_strip import LedStrip
-from pellucid.conditions.open_faces.opening import OpenFace, opening_of
 from pellucid.conditions.open_faces.strip import work_of_strip
 from pellucid.energy import OUTFLOW_WORK, StepWork
 from pellucid.errors import CaseError, Problem

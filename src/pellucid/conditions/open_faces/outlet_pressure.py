@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.conditions.open_faces.opening import OpenFace
+from pellucid.conditions.open_faces.columns import OpenFace
 from pellucid.energy import FIRST_LOAD, OUTFLOW_WORK, Passed
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.findings import listed

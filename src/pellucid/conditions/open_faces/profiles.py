@@ -5,8 +5,9 @@ from typing import TypeGuard
 
 import numpy as np
 
+from pellucid.findings import Reason
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.shapes.solids import Cylinder
+from pellucid.geometry.shapes.solids import Box, Cylinder
 
 TERMS = 200  # of the series of a duct, whose terms fall as the cube of their numbers
 Wall = tuple[float, float]
@@ -38,6 +39,14 @@ def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray
         decay = (np.exp(k * side * (np.abs(z) - 1.0)) + np.exp(-k * side * (np.abs(z) + 1.0))) / (1.0 + np.exp(-2.0 * k * side))
         share += (-1.0) ** (n // 2) / n**3 * (1.0 - decay) * np.cos(k * y)
     return np.where(inside, np.maximum(share, 0.0), 0.0)
+
+
+def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
+    """Why nothing tells the velocities across an opening in a face across an axis."""
+    if isinstance(geometry, Box) or is_tube(geometry, axis):
+        return None
+    text = "only slits, ducts and tubes along the normal have this profile, and the opening is that of another shape"
+    return Reason(text, f'give a box, or a cylinder along {"xyz"[axis]}, by `through`, or use profile = "uniform"')
 
 
 def is_tube(geometry: Geometry, axis: int) -> TypeGuard[Cylinder]:

@@ -3,13 +3,13 @@
 import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.conditions.open_faces.columns import Columns, OpenFace
 from pellucid.conditions.open_faces.given_flow import GivenFlow, walled_axes
-from pellucid.conditions.open_faces.opening import Columns, OpenFace, layers, nodes_across
-from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_walls, is_tube
+from pellucid.conditions.open_faces.opening import layers, nodes_across
+from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_walls, is_tube, why_no_profile
 from pellucid.energy import Channel, StepWork, Totals, WorkLayout
 from pellucid.errors import CaseError, Problem
 from pellucid.geometry.shapes.contract import Geometry
-from pellucid.geometry.shapes.solids import Box
 from pellucid.grid.model import GridCase
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.parts.assembly import AssembledBody
@@ -64,10 +64,8 @@ class Strip:
             return np.ones(len(place))
         if is_tube(self._shape, axis):
             return across_tube(self._shape, axis, place)
-        if not isinstance(self._shape, Box):
-            text = "only slits, ducts and tubes along the normal have this profile, and the opening is that of another shape"
-            remedy = f'give a box, or a cylinder along {self._face.name[0]}, by `through`, or use profile = "uniform"'
-            raise CaseError(Problem(text, f"{self._path}.profile", remedy=remedy))
+        if reason := why_no_profile(self._shape, axis):
+            raise CaseError(Problem(reason.text, f"{self._path}.profile", remedy=reason.remedy))
         return across_walls(self._walls(), place)
 
     def _walls(self) -> list[Wall | None]:

@@ -113,12 +113,12 @@ class TenseSurface(ActiveCondition):
         return {f"{self._model.body}_surface_energy": self._found}
 
     def state_numbers(self) -> dict[str, Any]:
-        """The energy before, and the work since."""
-        return {"energy": self._energy, "work": self._work}
+        """The energy before and now, and the work since."""
+        return {"energy": self._energy, "found": self._found, "work": self._work}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on."""
-        self._energy, self._work = numbers["energy"], numbers["work"]
+        self._energy, self._found, self._work = numbers["energy"], numbers["found"], numbers["work"]
 
 
 def _faces(grid: Grid, angle: float) -> tuple[Faces, Faces, Faces]:

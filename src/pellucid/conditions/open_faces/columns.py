@@ -1,0 +1,91 @@
+"""The opening in a face of the grid: the columns of points that come in through it.
+
+A lattice of points stands in the layer of cells at the face as a body's own does at the start. Each place of its outermost
+layer begins a column along the normal, in which points follow each other at the spacing of the lattice.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.material_points.seed_lattice import SeedLattice
+from pellucid.bodies.material_points.seeding import points_along_axes, seed
+from pellucid.findings import Reason
+from pellucid.geometry.shape import Shape
+from pellucid.geometry.shapes.contract import Geometry
+from pellucid.grid.model import GridCase
+
+
+class OpenFace(NamedTuple):
+    """A face of the grid."""
+
+    name: str
+    axis: int
+    is_upper: bool
+    level: float  # [m]
+
+    @classmethod
+    def of(cls, face: str, grid: GridCase) -> "OpenFace":
+        """By its name, such as "x-lower"."""
+        axis, upper = "xyz".index(face[0]), face.endswith("upper")
+        return cls(face, axis, upper, float((grid.extent_upper() if upper else grid.lower)[axis]))
+
+    @property
+    def inward(self) -> float:
+        """1 or -1, the direction into the grid along its axis."""
+        return -1.0 if self.is_upper else 1.0
+
+    def depth(self, position: np.ndarray) -> np.ndarray:
+        """How far positions [m], shape (n, 3), are within the grid [m], shape (n,)."""
+        return self.inward * (position[:, self.axis] - self.level)
+
+
+class Columns(NamedTuple):
+    """Columns of points behind an opening."""
+
+    place: np.ndarray  # (c, 3) of their first points [m]
+    depth: np.ndarray  # (c,) how far these are from the face [m]
+    area: np.ndarray  # (c,) across the flow [m²]
+    spacing: float  # of points in a column [m]
+
+    @property
+    def n(self) -> int:
+        """Their number."""
+        return len(self.area)
+
+
+def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Reason | None:
+    """Why a shape of this name does not meet a face, by the box about it."""
+    rounding, ends = 1e-6 * grid.cell, zip(grid.lower, grid.extent_upper(), grid.thin(), strict=True)
+    for axis, (low, high, (start, end, thin)) in enumerate(zip(*shape.bounds(), ends, strict=True)):
+        if axis == face.axis and not low - rounding <= face.level <= high + rounding:
+            text = f"{name} lies between {low:g} and {high:g} m along {'xyz'[axis]}, the face {face.name} at {face.level:g} m"
+            return Reason(text, "let it reach through the face, a cell deep into the grid")
+        if axis != face.axis and not thin and (high <= start or low >= end):
+            text = f"{name} lies between {low:g} and {high:g} m along {'xyz'[axis]}, the face {face.name}"
+            return Reason(f"{text} between {start:g} and {end:g} m", "let it meet the face")
+    return None
+
+
+def columns(
+    shape: Geometry, left_out: Sequence[Geometry], per_cell: int | tuple[int, int, int] | None, grid: GridCase, face: OpenFace
+) -> Columns:
+    """Those where a shape, less what is left out, meets a face within the grid; none where it does not."""
+    counts = points_along_axes(per_cell, grid.thin())
+    lower, upper, thin = np.array(grid.lower), np.array(grid.extent_upper()), np.array(grid.thin())
+    spacing = float(SeedLattice.of(shape, grid, counts).spacing[face.axis])
+
+    def outermost(position: np.ndarray) -> np.ndarray:
+        depth = face.depth(position)
+        within = (((position >= lower) & (position <= upper)) | thin).all(axis=1)
+        return np.flatnonzero(within & (depth >= 0.0) & (depth < spacing * (1.0 - 1e-9)))
+
+    seeds = seed(shape, grid, counts, left_out, outermost)
+    return Columns(seeds.position, face.depth(seeds.position), seeds.volume / spacing, spacing)
+
+
+def opening_of(through: Shape | None, face: OpenFace, model: Any, grid: GridCase) -> tuple[Columns, Geometry]:
+    """The columns of an opening and its shape: a given one, or where a body meets the face, by its model."""
+    shape = (through or model.shape).geometry()
+    return columns(shape, () if through else model.left_out, model.points_per_cell, grid, face), shape
