@@ -230,7 +230,11 @@ transfer = "apic"
 name = "water"
 shape = { box = { lower = [0, 0, 0], upper = [2e-3, 1e-3, 0] } }
 velocity = [0.1, 0, 0]
-material = { kind = "fluid", density = 1000, viscosity = 0.01, eos = { kind = "tait", sound_speed = 1.5, carries_tension = true } }
+[body.material]
+kind = "fluid"
+density = 1000
+viscosity = 0.01
+eos = { kind = "tait", sound_speed = 1.5, carries_tension = true }
 [[support]]
 where = "y-lower"
 [[support]]

@@ -113,6 +113,11 @@ def test_threads_and_going_on_change_no_bit(tmp_path):
     more["output"] = {"history": 0.03}
     run_case(case(**more), tmp_path / "whole", threads=2)
     run_case(case(**more), tmp_path / "part", until=0.06, threads=1)
+    stopped, going_on = Simulation(case(**more), threads=1), Simulation(case(**more), threads=1)
+    stopped.step()
+    stopped.step()
+    going_on.restore(stopped.state_arrays(), stopped.state_numbers())
+    assert going_on.conditions.columns() == stopped.conditions.columns(), "before the next step too"
     resume_case(tmp_path / "part", threads=1)
     whole, part = (history.read(tmp_path / name / "history.csv") for name in ("whole", "part"))
     for name, values in whole.items():

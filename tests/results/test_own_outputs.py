@@ -369,3 +369,6 @@ def test_a_check_takes_the_time_of_an_extreme(take, found):
     asked = Check(name="a", column="way", take=take, reference="2 s", tolerance="1e-9 s", source="by hand")
     metric = metric_of(asked, history, {"way": "m"})
     assert (metric.value, metric.unit, metric.passed) == (found, "s", found == 2.0)
+    nothing = metric_of(asked, history | {"way": np.full(4, np.nan)}, {"way": "m"})
+    assert np.isnan(nothing.value)
+    assert not nothing.passed

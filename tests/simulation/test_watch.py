@@ -47,6 +47,18 @@ def test_bodies_with_steps_of_their_own_are_judged_from_the_first_on():
         watch.energy(half_lost(5.0), clock(1), [])
 
 
+def test_a_squeezed_liquid_is_warned_of_with_a_speed_that_helps():
+    liquid = {"kind": "fluid", "density": 1000.0, "eos": {"kind": "tait", "sound_speed": 2.0, "exponent": 1.0}}
+    sim = simulation(box((0, 0, 0), (2, 2, 0), liquid, (2, 2, 1), name="water"), counts=(2, 2, 1), support=SLIP[:4])
+    body = sim.bodies[0]
+    body.arrays["volume"] *= 0.98
+    assert body.state_warning() is None
+    body.arrays["volume"] *= 0.96 / 0.98
+    told = body.state_warning()
+    assert told.startswith("body `water`: it is squeezed by 4 % of its volume; if so much is not meant, raise eos.sound_speed")
+    assert told.endswith("with 5.2 m/s it is 0.6 %")
+
+
 @pytest.mark.parametrize(("transfer", "advice"), [("flip", ', or use time.transfer = "apic"; see'), ("apic", "; see")])
 def test_more_fluid_than_the_grid_holds_is_warned_of(transfer, advice):
     gas = box((0, 0, 0), (2, 2, 0), GAS, (2, 2, 1), name="gas")

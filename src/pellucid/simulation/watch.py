@@ -107,7 +107,8 @@ class Watch:
                 text = (
                     f"the points of {names} have {100 * (share - 1):.2g} % more volume than the grid, and too little pressure"
                 )
-                advice = "add cell_pressure = true to the body"
+                come_and_go = any("mass" not in body.constant_fields for body in bodies)  # such have no cell_pressure
+                advice = "add carries_tension = true to its eos" if come_and_go else "add cell_pressure = true to the body"
                 if self._transfer != "apic":
                     advice += ', or use time.transfer = "apic"'
                 where = "see `Rest does not last for ever` in docs/physics/fluids.md"

@@ -248,7 +248,11 @@ def test_a_flat_membrane_holds_nothing():
 
 def test_plots_and_checks_know_its_columns():
     check = {"name": "mass", "column": "bag_mass", "reference": "1 kg", "tolerance": "0.1 kg", "source": "a test"}
-    assert case({"gas": AIR}, plot=[{"name": "curve", "x": "bag_volume", "y": ["bag_pressure"]}], check=[check])
+    plot = [{"name": "curve", "x": "bag_volume", "y": ["bag_pressure", "bag_gauge_pressure"]}]
+    assert case({"gas": AIR}, plot=plot, check=[check])
+    with pytest.raises(ValueError, match="leak") as caught:
+        case({"gas": AIR, "leak": -1.0}, plot=plot, check=[check])
+    assert "no column" not in str(caught.value), "what is wrong might have them"
 
 
 def test_a_bag_settles_on_its_gas_before_the_clock_starts():
