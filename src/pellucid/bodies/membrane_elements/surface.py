@@ -72,7 +72,7 @@ class ElementSurface:
         """Of the nodes in the order of the mesh [kg], shape (n,)."""
         direction = case.material.direction
         self._rest = tense.stretch * rest_gradients(self.vertices[mesh.triangles], direction)
-        plane_stress = np.tile((tense.stress, tense.stress, 0.0), (m, 1))
+        plane_stress = np.tile(tense.stress, (m, 1))
         plane_stress[q:] *= tense.ratio  # of triangles the second Piola-Kirchhoff stress, V/V₀ U⁻¹ σ U⁻¹
         turn = initial_turns(self.vertices[mesh.quads], direction)
         self.arrays: dict[str, np.ndarray] = {
