@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements import constraints, forces
+from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.bending import Bending
-from pellucid.bodies.membrane_elements.constraints import Constraints
+from pellucid.bodies.membrane_elements.constraints import Constraints, Swings
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, initial_turns, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
@@ -87,7 +87,9 @@ class ElementSurface:
             "hourglass": np.zeros((q, 2)),
         }
         self.bending = None if case.bending is None else bending_of(case.bending, mesh, self.node_mass)
-        self.constraints = Constraints.of(case, self.mesh, self.vertices) if case.is_kept else None
+        kept = case.area_stiffness, case.volume_stiffness
+        self.constraints = Constraints.of(*kept, self.mesh, self.vertices) if case.is_kept else None
+        self._swings = Swings()
         self._diffusivity = plane_diffusivity(self.law, tense.shape, case.material.density)
         if self._diffusivity > 0.0:
             self.arrays["dissipated_energy"] = np.zeros(m)
@@ -132,7 +134,7 @@ class ElementSurface:
     def area_slopes(self, position: np.ndarray) -> np.ndarray:
         """∂A/∂x about each node [m], shape (n, 3), of a membrane of triangles."""
         slopes = np.zeros((len(position), 3))
-        constraints.area_slopes(self._chunks, self._bundle.corners, position, self._corner_forces)
+        forces.area_slopes(self._chunks, self._bundle, position, self._corner_forces)
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), slopes)
         return slopes
 
@@ -163,14 +165,16 @@ class ElementSurface:
         rate = float(self._sums[:, FREQUENCY].max())
         if self.constraints is None:
             return rate
-        totals.parts["constraint"], own_rate = self.constraints.energy_and_rate(self, position)
+        totals.parts["constraint"], self._swings = self.constraints.energy_and_swings(self, position)
         totals.stored += totals.parts["constraint"]
-        return hypot(rate, own_rate)
+        return hypot(rate, self._swings.rate)
 
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
-        """How its elements as they were strained last bound the step, and its nodes at a speed [m/s] the cells of a grid."""
+        """How its elements as they were strained last bound the step, the springs that keep area and volume, and its nodes at a
+        speed [m/s] the cells of a grid."""
         in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
-        return tightest([waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane"), *in_cells])
+        waves = waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane")
+        return tightest([waves, self._swings.limit(), *in_cells])
 
     def fault(self) -> tuple[int, int] | None:
         """What is wrong with an element after a step: a code of `pellucid.grid.points` and the place of its first node."""
