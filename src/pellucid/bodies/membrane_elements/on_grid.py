@@ -43,11 +43,11 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
         n = len(surface.vertices)
-        arrays = {
+        arrays = {  # of its own: points are stored in another order than nodes of the mesh
             "id": np.arange(n),
-            "position": surface.vertices,
+            "position": surface.vertices.copy(),
             "velocity": case.initial_velocity(surface.vertices),
-            "mass": surface.node_mass,
+            "mass": surface.node_mass.copy(),
             "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
         }
         # nodes have no extent: GIMP takes half a cell
