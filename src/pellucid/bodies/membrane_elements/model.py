@@ -1,11 +1,13 @@
 """Membranes of finite elements as the user describes them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import ceil, hypot, sqrt
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
+from pydantic import PrivateAttr
 
+from pellucid.bodies.membrane_elements.bending_at_start import bending_rate
 from pellucid.bodies.membrane_elements.bending_case import BendingCase
 from pellucid.bodies.membrane_elements.constraints import Constraints, slopes_of
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
@@ -57,6 +59,8 @@ class MembraneElementsCase(MembraneCase):
     bending: BendingCase | None = parameter("", "resistance against bending; without it the membrane has none", None)
     hourglass: HourglassCase = parameter("", "hourglass control of its quadrilaterals", HourglassCase())
 
+    _is_shared: bool = PrivateAttr(False)  # its velocity field, with other bodies
+
     @property
     def probed(self) -> tuple[str, ...]:
         """The fields that probes can read."""
@@ -82,6 +86,12 @@ class MembraneElementsCase(MembraneCase):
         """Other bodies in its velocity field: its nodes are those of the grid then."""
         text = f"other bodies share the velocity field of {self.name}"
         return None if alone else Finding(("field",), text, "give it a `field` of its own")
+
+    def with_others(self, bodies: Sequence[BodyModel]) -> Self:
+        """The same membrane, which knows whether others share its velocity field."""
+        aware = self.model_copy()
+        aware._is_shared = sum(body.field == self.field for body in bodies) > 1
+        return aware
 
     def needs_grid(self, parts: Parts) -> bool:
         """Not alone: then nothing can touch it."""
@@ -113,26 +123,17 @@ class MembraneElementsCase(MembraneCase):
             kept = Constraints.of(self.area_stiffness, self.volume_stiffness, elements, mesh.vertices)
             slopes = slopes_of(elements, mesh.vertices)
             together.append(kept.swings(*slopes, self._node_masses(elements, mesh)).limit())
-        bending = [] if self.bending is None else [self._bending_limit(self.bending, cell)]
-        moving = [motion_in_cells(cell, self.fastest_at_start(mesh.vertices))] if cell else []
-        swinging = told(hypot(*(1.0 / limit.step for limit in together)), together)
-        return tightest([swinging, *bending, *moving])
+        apart = [motion_in_cells(cell, self.fastest_at_start(mesh.vertices))] if cell else []
+        if self.bending is not None and self._is_shared and cell:  # the nodes of the grid bend
+            apart.append(bending_in_cells(cell, self.bending.rigidity / (self.material.density * self.thickness)))
+        elif self.bending is not None:
+            mass = self._node_masses(ElementMesh(mesh), mesh)
+            together.append(bending_in_mesh(bending_rate(mesh.triangles, mesh.vertices, mass, self.bending.rigidity)))
+        return tightest([told(hypot(*(1.0 / limit.step for limit in together)), together), *apart])
 
     def _node_masses(self, elements: ElementMesh, mesh: Mesh) -> np.ndarray:
         """Of its nodes at the start [kg], shape (n,)."""
         return elements.at_nodes(self.material.density * self.thickness * elements.areas(mesh.vertices))
-
-    def _bending_limit(self, bending: BendingCase, cell: float | None) -> StepLimit:
-        """Of bending waves on the nodes of a grid, or on its own."""
-        if cell:
-            return bending_in_cells(cell, bending.rigidity / (self.material.density * self.thickness))
-        from pellucid.bodies.membrane_elements.bending import Bending
-
-        mesh = self.mesh()
-        elements = ElementMesh(mesh)
-        bent = Bending(mesh.triangles, mesh.vertices, self._node_masses(elements, mesh), bending.rigidity)
-        bent.add_forces(mesh.vertices, np.zeros_like(mesh.vertices))
-        return bending_in_mesh(bent.rate)
 
     def mesh(self) -> Mesh:
         """Its elements at the start."""
