@@ -205,6 +205,28 @@ def test_a_fixed_step_is_held_against_the_nodes_that_bend():
         loads(fixed + ALONE_IN_GRID)
 
 
+@pytest.mark.parametrize("more", ["", ON_GRID], ids=["own nodes", "grid"])
+def test_a_resumed_run_tells_what_it_told_before_it_steps(more):
+    keys = "area_stiffness = 50\nvolume_stiffness = 50\nbending ="
+    case = loads(CELL.replace("bending =", keys) + more)
+    one, other = Simulation(case, threads=1), Simulation(case, threads=1)
+    for _ in range(10):
+        one.step()
+    other.restore({name: array.copy() for name, array in one.state_arrays().items()}, one.state_numbers())
+
+    def told(sim):
+        body = sim.bodies[0]
+        return {name: body.field(name).copy() for name in ("bending_energy", "stored_energy", "curvature", "strain_energy")}
+
+    for name, values in told(one).items():
+        assert np.array_equal(told(other)[name], values), name
+    assert other.step_limit() == one.step_limit()
+    for sim in (one, other):
+        for _ in range(3):
+            sim.step()
+    assert all(np.array_equal(array, other.state_arrays()[name]) for name, array in one.state_arrays().items())
+
+
 SPHERE = "{ icosphere = { centre = [0, 0, 0], radius = 1, refinements = REFINED } }"
 BOX = "{ box = { lower = [0, 0, 0], upper = [1, 1, 1], points = [4, 4, 4] } }"
 

@@ -10,8 +10,8 @@ depends on the shape alone, so that its forces add up to no force and no torque.
 Source: Jülicher 1996, J. Phys. II France 6, 1797, eq. 23, with c_i; of six schemes none has curvatures that converge at every
 node (Guckenberger et al. 2016, Comput. Phys. Commun. 207, 1).
 
-The largest eigenfrequency of the nodes is bounded by the rows of Σ_i κ/A_i |∂M_i/∂x_j| |∂M_i/∂x_k| over the mass of node j, with
-sums over hinges of |∂φ/∂x|: 2.5 to 2.7 times too high on nearly equal triangles.
+The largest eigenfrequency of the nodes is bounded by the rows of Σ_i κ/A_i |∂M_i/∂x_j| |∂M_i/∂x_k| over the mass of node j,
+with sums over hinges of |∂φ/∂x|: 2.5 to 2.7 times too high on nearly equal triangles.
 """
 
 from math import atan2, sqrt

@@ -1,5 +1,6 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -56,6 +57,11 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
 
     def _follow_order(self) -> None:
         self.surface.bind(self.arrays["id"], self.shared.first)
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        super().restore(arrays)
+        self.surface.go_on(self.points.position)
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""

@@ -169,6 +169,13 @@ class ElementSurface:
         totals.stored += totals.parts["constraint"]
         return hypot(rate, self._swings.rate)
 
+    def go_on(self, position: np.ndarray) -> None:
+        """Find what a checkpoint does not keep: energies of bending, and how elements and springs bound the step."""
+        kept = {name: array.copy() for name, array in self.arrays.items()}
+        self.strain(position, np.zeros_like(position), 0.0, Totals())
+        for name, array in kept.items():
+            self.arrays[name][...] = array  # no strain leaves no viscous stress
+
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
         """How its elements as they were strained last bound the step, the springs that keep area and volume, and its nodes at a
         speed [m/s] the cells of a grid."""
