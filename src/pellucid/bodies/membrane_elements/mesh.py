@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import frame_of
+from pellucid.bodies.membranes.axes import axes_along
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges
 
@@ -77,14 +78,6 @@ def rest_gradients(places: np.ndarray, direction: np.ndarray | None) -> np.ndarr
     along = np.einsum("ti,ti->t", chi, psi) / length
     height = np.linalg.norm(np.cross(chi, psi), axis=1) / length
     return np.stack([1.0 / length, -along / (length * height), np.zeros(len(chi)), 1.0 / height], axis=1)
-
-
-def axes_along(direction: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Axes of planes with these normals, shape (n, 3), of any length: along what lies in them of a direction, and across it."""
-    normal = normal / np.linalg.norm(normal, axis=1)[:, None]
-    first = direction - np.sum(direction * normal, axis=1)[:, None] * normal
-    first /= np.linalg.norm(first, axis=1)[:, None]
-    return first, np.cross(normal, first)
 
 
 def initial_turns(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:
