@@ -64,6 +64,24 @@ def test_forces_are_the_slope_of_the_energy_and_add_up_to_nothing():
     assert np.abs(np.cross(x, forces).sum(axis=0)).max() < 1e-13 * largest * len(x)
 
 
+def test_what_was_found_serves_as_long_as_nothing_changes():
+    triangles, x = icosphere(2)
+    bent = bending(triangles, x)
+
+    def fresh(at):
+        return bending(triangles, x, reference=bent.reference[0]).energy(at)
+
+    assert bent.energy(x) == bent.energy(x) == fresh(x)
+    x[:, 2] *= 0.7  # the same array
+    assert bent.energy(x) == fresh(x)
+    bent.reference[:] = 0.5
+    assert bent.energy(x) == fresh(x)
+    backwards = np.arange(len(x))[::-1]
+    before = bent.energy(x)
+    bent.bind(backwards)
+    assert bent.energy(x[::-1].copy()) == pytest.approx(before, rel=1e-14)
+
+
 @pytest.mark.parametrize("refinements", [1, 2])
 def test_no_eigenfrequency_is_above_the_bound(refinements):
     triangles, x = icosphere(refinements)

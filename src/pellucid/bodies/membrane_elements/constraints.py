@@ -98,7 +98,7 @@ class Constraints(NamedTuple):
 
     def _measured(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, float, np.ndarray, np.ndarray]:
         """Area [m²] and volume [m³], and their slopes with the positions of the nodes, shape (n, 3)."""
-        growth, outwards = surface.area_slopes(position), surface.vector_areas(position)
+        growth, outwards = surface.slopes(position)
         # both are homogeneous functions of the positions, of the second and the third degree
         about = position - position.mean(axis=0)
         area, volume = 0.5 * np.einsum("ni,ni", growth, about), np.einsum("ni,ni", outwards, about) / 3.0

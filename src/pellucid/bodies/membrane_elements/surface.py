@@ -90,6 +90,7 @@ class ElementSurface:
         kept = case.area_stiffness, case.volume_stiffness
         self.constraints = Constraints.of(*kept, self.mesh, self.vertices) if case.is_kept else None
         self._swings = Swings()
+        self._slopes: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None  # positions, slopes of area and volume there
         self._diffusivity = plane_diffusivity(self.law, tense.shape, case.material.density)
         if self._diffusivity > 0.0:
             self.arrays["dissipated_energy"] = np.zeros(m)
@@ -102,7 +103,7 @@ class ElementSurface:
 
         Nodes first[r]:first[r+1] are worked on together.
         """
-        self.number, self._ranges = number, len(first) - 1
+        self.number, self._ranges, self._slopes = number, len(first) - 1, None
         where = np.argsort(number)  # from a node's number to its place
         state = ElementArrays(*(self.arrays.get(name, np.zeros(0)) for name in ElementArrays._fields))
         what = (self.law, self._control, self.thickness * self._slice, self._rest, state)
@@ -131,12 +132,14 @@ class ElementSurface:
         self.add_pressure_forces(position, 1.0, areas)
         return areas
 
-    def area_slopes(self, position: np.ndarray) -> np.ndarray:
-        """∂A/∂x about each node [m], shape (n, 3), of a membrane of triangles."""
-        slopes = np.zeros((len(position), 3))
-        forces.area_slopes(self._chunks, self._bundle, position, self._corner_forces)
-        forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), slopes)
-        return slopes
+    def slopes(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """∂A/∂x and ∂V/∂x about each node, of a membrane of triangles, each of shape (n, 3) and to be left as it is."""
+        if self._slopes is None or not np.array_equal(self._slopes[0], position):
+            growth = np.zeros((len(position), 3))
+            forces.area_slopes(self._chunks, self._bundle, position, self._corner_forces)
+            forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), growth)
+            self._slopes = position.copy(), growth, self.vector_areas(position)
+        return self._slopes[1:]
 
     def areas(self, place: np.ndarray) -> np.ndarray:
         """Equal shares of the areas of the elements about each node [m²], shape (n,), for nodes at these places [m], shape
