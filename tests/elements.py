@@ -27,7 +27,19 @@ def body_of(table, mesh=None, counts=(16, 16, 16), cell=0.25, lower=(-2.0, -2.0,
     whole = case(table, counts=counts, cell=cell, lower=lower)
     body = whole.body[0]
     if mesh is not None:
-        keys = ("name", "material", "thickness", "hourglass", "bending", "tension", "inflation", "is_kept", "initial_velocity")
+        keys = (
+            "name",
+            "material",
+            "thickness",
+            "hourglass",
+            "bending",
+            "tension",
+            "inflation",
+            "area_stiffness",
+            "volume_stiffness",
+            "is_kept",
+            "initial_velocity",
+        )
         body = SimpleNamespace(**{key: getattr(body, key) for key in keys}, mesh=lambda: Mesh(mesh.vertices.copy(), *mesh[1:]))
     field = OwnNodesField("own", Grid(whole.grid))
     return MembraneElements(body, Placement(whole.grid, field, Flip(), gravity, n_loads=1))

@@ -9,6 +9,24 @@ from pellucid.grid.velocity_transfer import Flip
 from pellucid.parts.body import Placement
 
 E, NU, THICKNESS = 1e6, 0.3, 0.01
+SURFACE_LAWS = {
+    "surface-neo-hookean-membrane": {"shear_modulus": 1.0},
+    "skalak-membrane": {"shear_modulus": 1.0, "area_coefficient": 1.0},
+    "evans-skalak-membrane": {"shear_modulus": 1.0, "area_modulus": 10.0},
+    "mooney-rivlin-membrane": {"shear_modulus": 1.0, "invariant_ratio": 0.2},
+    "yeoh-membrane": {"shear_modulus": 1.0, "cubic_coefficient": 1.0 / 30.0},
+    "ogden-membrane": {"shear_moduli": (0.8, 0.02, -0.1), "exponents": (1.3, 5.0, -2.0)},
+    "arruda-boyce-membrane": {"rubber_modulus": 1.0, "links": 8.0},
+    "holzapfel-gasser-ogden-membrane": {
+        "shear_modulus": 1.0,
+        "k1": 2.0,
+        "k2": 0.8,
+        "dispersion": 0.1,
+        "fibre_direction": (1.0, 0.0, 0.0),
+        "fibre_angle": 30.0,
+    },
+}
+"""Parameters of every registered surface law but the density [N/m]."""
 
 
 def sheet(law="linear-membrane", edges=((1, 0, 0), (0, 1, 0)), points=(11, 11), **more):

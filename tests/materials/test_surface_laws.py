@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from membranes import SURFACE_LAWS
 from pydantic import ValidationError
 
 from pellucid.jit import kernel
@@ -21,33 +22,16 @@ from pellucid.materials.surface_law import (
 from pellucid.materials.surface_membrane import SurfaceMembraneMaterial
 
 RHO, THICKNESS = 1100.0, 2e-3
-TABLES = {
-    "surface-neo-hookean-membrane": {"shear_modulus": 1.0},
-    "skalak-membrane": {"shear_modulus": 1.0, "area_coefficient": 1.0},
-    "evans-skalak-membrane": {"shear_modulus": 1.0, "area_modulus": 10.0},
-    "mooney-rivlin-membrane": {"shear_modulus": 1.0, "invariant_ratio": 0.2},
-    "yeoh-membrane": {"shear_modulus": 1.0, "cubic_coefficient": 1.0 / 30.0},
-    "ogden-membrane": {"shear_moduli": (0.8, 0.02, -0.1), "exponents": (1.3, 5.0, -2.0)},
-    "arruda-boyce-membrane": {"rubber_modulus": 1.0, "links": 8.0},
-    "holzapfel-gasser-ogden-membrane": {
-        "shear_modulus": 1.0,
-        "k1": 2.0,
-        "k2": 0.8,
-        "dispersion": 0.1,
-        "fibre_direction": (1.0, 0.0, 0.0),
-        "fibre_angle": 30.0,
-    },
-}
 MODELS = MEMBRANE_MATERIALS.kinds_of(SurfaceMembraneMaterial)
 
 
 def material(kind, **more):
-    return MODELS[kind](density=RHO, **TABLES[kind] | more)
+    return MODELS[kind](density=RHO, **SURFACE_LAWS[kind] | more)
 
 
-ISOTROPIC = [kind for kind in TABLES if material(kind).direction is None]
+ISOTROPIC = [kind for kind in SURFACE_LAWS if material(kind).direction is None]
 # their own samples beside the usual ones: a weak and a strong resistance to a change of area
-SAMPLES = {kind: material(kind) for kind in TABLES} | {
+SAMPLES = {kind: material(kind) for kind in SURFACE_LAWS} | {
     "red cell": material("skalak-membrane", area_coefficient=100.0),
     "widening": material("skalak-membrane", area_coefficient=-0.3),
     "vesicle": material("evans-skalak-membrane", shear_modulus=0.0),
@@ -60,7 +44,7 @@ STATES = [(1.0, 1.0), (1.25, 1.25), (1.3, 0.9), (1.6, 1.2), (0.95, 0.9), (1.1, 1
 
 
 def test_every_law_has_a_sample():
-    assert set(TABLES) == set(MODELS)
+    assert set(SURFACE_LAWS) == set(MODELS)
 
 
 def turn(angle):
@@ -249,7 +233,7 @@ def respond(law, F):
 compiled = kernel()(respond)
 
 
-@pytest.mark.parametrize("kind", TABLES)
+@pytest.mark.parametrize("kind", SURFACE_LAWS)
 def test_compiled_laws_are_the_plain_ones(kind):
     law, F = material(kind).elastic_law(), tuple(gradient((1.3, 1.1)).ravel())
     plain, fast = respond(law, F), compiled(law, F)

@@ -92,8 +92,10 @@ class TimeCase(Part):
                 yield Finding((*path, "scheme"), *reason)
         if self.step is None or parts.grid is None:
             return
-        for body in parts.of(BodyModel):
-            limit = body.step_limit(parts.grid.cell, is_driven(body.name, parts))
+        names = {body.name for body in bodies}
+        for body in bodies:
+            aware = body.with_others(bodies) if names.issuperset(body.excluded_bodies()) else body
+            limit = aware.step_limit(parts.grid.cell, is_driven(body.name, parts))
             if limit is not None and self.step > limit.step * (1.0 + STEP_MARGIN):
                 text = f"above {limit.step:.3g} s, the largest stable step at the start, of body {body.name}: {limit.reason}"
                 remedy = "make time.step smaller, or leave it out and let time.courant choose"

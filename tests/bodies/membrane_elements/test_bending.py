@@ -5,11 +5,14 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from pellucid.bodies.membrane_elements.bending import Bending, hinges_of
+from pellucid.bodies.membrane_elements.bending import Bending
+from pellucid.bodies.membrane_elements.bending_at_start import bending_rate
+from pellucid.bodies.membrane_elements.mesh import hinges_of
 from pellucid.case import loads
 from pellucid.errors import CaseError
 from pellucid.geometry.algorithms.lids import Lids
 from pellucid.geometry.surfaces.surface import Surface
+from pellucid.running.forecast.steps import of_case
 from pellucid.simulation.simulation import Simulation
 
 RED_CELL = 1.929  # energy over 8πκ of the biconcave shape, by quadrature of its meridian
@@ -61,8 +64,27 @@ def test_forces_are_the_slope_of_the_energy_and_add_up_to_nothing():
     assert np.abs(np.cross(x, forces).sum(axis=0)).max() < 1e-13 * largest * len(x)
 
 
-def test_no_eigenfrequency_is_above_the_bound():
-    triangles, x = icosphere(1)
+def test_what_was_found_serves_as_long_as_nothing_changes():
+    triangles, x = icosphere(2)
+    bent = bending(triangles, x)
+
+    def fresh(at):
+        return bending(triangles, x, reference=bent.reference[0]).energy(at)
+
+    assert bent.energy(x) == bent.energy(x) == fresh(x)
+    x[:, 2] *= 0.7  # the same array
+    assert bent.energy(x) == fresh(x)
+    bent.reference[:] = 0.5
+    assert bent.energy(x) == fresh(x)
+    backwards = np.arange(len(x))[::-1]
+    before = bent.energy(x)
+    bent.bind(backwards)
+    assert bent.energy(x[::-1].copy()) == pytest.approx(before, rel=1e-14)
+
+
+@pytest.mark.parametrize("refinements", [1, 2])
+def test_no_eigenfrequency_is_above_the_bound(refinements):
+    triangles, x = icosphere(refinements)
     bent, stiffness = bending(triangles, x, 1.7), np.zeros((x.size, x.size))
     for k in range(x.size):
         step, forth, back = np.zeros(x.size), np.zeros_like(x), np.zeros_like(x)
@@ -72,7 +94,22 @@ def test_no_eigenfrequency_is_above_the_bound():
         stiffness[:, k] = (back - forth).ravel() / 2e-5
     assert np.allclose(stiffness, stiffness.T, atol=1e-6 * np.abs(stiffness).max())
     half = 0.5 * sqrt(np.linalg.eigvalsh(stiffness)[-1])
-    assert half < bent.rate < 3.5 * half
+    assert 2.2 * half < bent.rate < 2.8 * half
+
+
+@pytest.mark.parametrize("surface", ["closed", "with a rim"])
+def test_the_bound_at_the_start_is_that_of_a_run(surface):
+    triangles, vertices = icosphere(2)
+    if surface == "with a rim":
+        triangles = triangles[vertices[triangles].mean(axis=1)[:, 2] > -0.5]
+        used, numbers = np.unique(triangles, return_inverse=True)
+        triangles, vertices = numbers.reshape(-1, 3), vertices[used]
+    rng = np.random.default_rng(3)
+    x = vertices * [1.3, 1.0, 0.7] + 0.03 * rng.normal(size=vertices.shape)
+    mass = rng.uniform(0.5, 2.0, len(x))
+    bent = Bending(triangles, x, mass, 1.7)
+    bent.add_forces(x, np.zeros_like(x))
+    assert bending_rate(triangles, x, mass, 1.7) == pytest.approx(bent.rate, rel=1e-12)
 
 
 def test_nothing_bends_what_has_its_reference():
@@ -157,6 +194,55 @@ def test_the_energy_balance_closes(more):
     assert energies["bending"] < 0.97 * begun
     assert energies["bending"] == pytest.approx(sim.bodies[0].field("bending_energy").sum())
     assert np.abs(sim.momentum()).max() < 1e-12 * max(1.0, energies["kinetic"])
+
+
+ALONE_IN_GRID = ON_GRID.partition("[[body]]")[0]
+
+
+@pytest.mark.parametrize("more", ["", ALONE_IN_GRID, ON_GRID], ids=["no grid", "own nodes", "grid"])
+def test_the_step_is_foretold_without_compilation(more, monkeypatch):
+    """Also with the springs, and where both count: on its own nodes rates of waves and of bending add up, on the grid not."""
+    keys = "area_stiffness = 0.5\nvolume_stiffness = 0.5\nbending ="
+    case = loads(
+        CELL.replace("bending =", keys).replace("rigidity = 0.05", "rigidity = 0.001") + more.replace("= 100, y", "= 1e4, y")
+    )
+    with monkeypatch.context() as compiles_nothing:
+        compiles_nothing.setattr(Bending, "__init__", None)
+        ahead = of_case(case)
+    sim = Simulation(case, threads=1)
+    assert ahead.step == pytest.approx(0.7 / sim.bodies[0].totals.rate, rel=1e-9)
+    limit, name = sim.step_limit()
+    assert (name, f"({limit.cause})" in ahead.why) == ("cell", True)
+
+
+def test_a_fixed_step_is_held_against_the_nodes_that_bend():
+    """Those of the membrane allow shorter steps than those of the grid would."""
+    fixed = CELL.replace("courant = 0.7", "step = 0.02").replace("rigidity = 0.05", "rigidity = 0.5")
+    loads(fixed + ON_GRID)
+    with pytest.raises(CaseError, match="at the start, of body cell: its shortest bending waves"):
+        loads(fixed + ALONE_IN_GRID)
+
+
+@pytest.mark.parametrize("more", ["", ON_GRID], ids=["own nodes", "grid"])
+def test_a_resumed_run_tells_what_it_told_before_it_steps(more):
+    keys = "area_stiffness = 50\nvolume_stiffness = 50\nbending ="
+    case = loads(CELL.replace("bending =", keys) + more)
+    one, other = Simulation(case, threads=1), Simulation(case, threads=1)
+    for _ in range(10):
+        one.step()
+    other.restore({name: array.copy() for name, array in one.state_arrays().items()}, one.state_numbers())
+
+    def told(sim):
+        body = sim.bodies[0]
+        return {name: body.field(name).copy() for name in ("bending_energy", "stored_energy", "curvature", "strain_energy")}
+
+    for name, values in told(one).items():
+        assert np.array_equal(told(other)[name], values), name
+    assert other.step_limit() == one.step_limit()
+    for sim in (one, other):
+        for _ in range(3):
+            sim.step()
+    assert all(np.array_equal(array, other.state_arrays()[name]) for name, array in one.state_arrays().items())
 
 
 SPHERE = "{ icosphere = { centre = [0, 0, 0], radius = 1, refinements = REFINED } }"

@@ -1,11 +1,14 @@
 """Springs that keep area and volume of a membrane, and inflation at the start."""
 
+import re
+
 import numpy as np
 import pytest
 
 from pellucid.bodies.membrane_elements.constraints import Kept
 from pellucid.case import loads
 from pellucid.errors import CaseError
+from pellucid.running.forecast.steps import of_case
 from pellucid.simulation.simulation import Simulation
 
 CELL = """
@@ -34,11 +37,11 @@ def test_forces_are_the_slope_of_the_energy():
     x = surface.vertices * [1.1, 1.0, 1.2] + 0.02 * rng.normal(size=surface.vertices.shape)
     way, forces = rng.normal(size=x.shape), np.zeros_like(x)
     kept.add_forces(surface, x, forces)
-    forth, back = (kept.energy_and_rate(surface, x + size * way)[0] for size in (1e-6, -1e-6))
+    forth, back = (kept.energy_and_swings(surface, x + size * way)[0] for size in (1e-6, -1e-6))
     slope = (forth - back) / 2e-6
     assert -np.sum(forces * way) == pytest.approx(slope, rel=1e-8)
     assert np.abs(forces.sum(axis=0)).max() < 1e-12 * np.abs(forces).max() * len(x)
-    assert kept.energy_and_rate(surface, surface.vertices)[0] == pytest.approx(0.0, abs=1e-24)
+    assert kept.energy_and_swings(surface, surface.vertices)[0] == pytest.approx(0.0, abs=1e-24)
 
 
 def test_the_balance_closes_and_stiffer_springs_keep_better():
@@ -61,6 +64,51 @@ def test_normals_may_point_inwards():
     assert inwards.force(-3.3) == -outwards.force(3.3)
     slope, mass = np.ones((4, 3)), np.ones(4)
     assert inwards.eigenvalue(slope, mass) == outwards.eigenvalue(-slope, mass) > 0.0
+
+
+BALL = """
+schema = 1
+title = "A ball that springs keep"
+[time]
+end = 0.1
+[[body]]
+name = "ball"
+kind = "membrane-elements"
+elements = "triangles"
+surface = { icosphere = { centre = [0, 0, 0], radius = 1, refinements = 2 } }
+thickness = 0.01
+material = { kind = "surface-neo-hookean-membrane", density = 100, shear_modulus = 3 }
+"""
+ALONE_IN_GRID = "[grid]\nlower = [-2, -2, -2]\nupper = [2, 2, 2]\ncell = 0.4\n"
+SPRINGS = {
+    "volume": (
+        "area_stiffness = 1e2\nvolume_stiffness = 1e4",
+        r"\(spring\): it swings on .* its volume .* a smaller volume_stiff",
+    ),
+    "area": ("area_stiffness = 1e4", r"\(spring\): it swings on the spring that keeps its area .* a smaller area_stiffness"),
+    "none": ("area_stiffness = 1e-3", r"\(membrane\): waves in its plane"),
+}
+
+
+@pytest.mark.parametrize("grid", ["", ALONE_IN_GRID], ids=["no grid", "grid"])
+@pytest.mark.parametrize("springs", SPRINGS)
+def test_the_step_on_springs_is_foretold_with_their_name(grid, springs):
+    keys, words = SPRINGS[springs]
+    read = loads(BALL + keys + "\n" + grid)
+    ahead, sim = of_case(read), Simulation(read, threads=1)
+    assert ahead.step == pytest.approx(0.4 / sim.bodies[0].totals.rate, rel=1e-9)
+    assert re.search(words, ahead.why), ahead.why
+    limit, name = sim.step_limit()
+    assert name == "ball"
+    assert re.search(words, f"({limit.cause}): {limit.reason}")
+
+
+def test_a_fixed_step_above_that_of_springs_is_refused():
+    fixed = (
+        BALL.replace("end = 0.1", "end = 0.1\nstep = 0.02") + "area_stiffness = 1e3\nvolume_stiffness = 1e4\n" + ALONE_IN_GRID
+    )
+    with pytest.raises(CaseError, match="the largest stable step at the start, of body ball: it swings on the spring"):
+        loads(fixed)
 
 
 TENSIONS = {  # T/G at a stretch of 1.05 along both directions, from the energies

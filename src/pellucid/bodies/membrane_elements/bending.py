@@ -10,7 +10,8 @@ depends on the shape alone, so that its forces add up to no force and no torque.
 Source: Jülicher 1996, J. Phys. II France 6, 1797, eq. 23, with c_i; of six schemes none has curvatures that converge at every
 node (Guckenberger et al. 2016, Comput. Phys. Commun. 207, 1).
 
-The largest eigenfrequency of the nodes is bounded by the rows of Σ_i κ/A_i |∂M_i/∂x_j| |∂M_i/∂x_k| over the mass of node j.
+The largest eigenfrequency of the nodes is bounded by the rows of Σ_i κ/A_i |∂M_i/∂x_j| |∂M_i/∂x_k| over the mass of node j,
+with sums over hinges of |∂φ/∂x|: 2.5 to 2.7 times too high on nearly equal triangles.
 """
 
 from math import atan2, sqrt
@@ -19,9 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import area_slopes, cross, dot, edges
-from pellucid.bodies.membrane_elements.mesh import Fan, fan_of
+from pellucid.bodies.membrane_elements.mesh import Fan, fan_of, hinges_of
 from pellucid.geometry.algorithms.lids import Lids
-from pellucid.geometry.meshes.triangulation import directed_edges
 from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -69,11 +69,13 @@ class Bending:
         self.energies = np.zeros(n)
         self.rate = 0.0
         """Half the largest eigenfrequency of the nodes [1/s], or more."""
+        self._bent: tuple[np.ndarray, np.ndarray] | None = None  # the positions and the reference of what was found last
         self.bind(np.arange(n))
 
     def bind(self, where: np.ndarray) -> None:
         """Take up the order in which the nodes are stored: their places by their numbers, shape (n,)."""
         h, t, n = len(self._corners), len(self._triangles), len(self._mass)
+        self._bent = None
         self._sums = np.zeros((self._chunks[2], SUMS))
         self._slope = np.zeros((n, 3))
         room = np.zeros((h, 2)), self._slope, self.energies, np.zeros((h, 4, OWN)), np.zeros((t, 3, 3)), self._sums
@@ -100,20 +102,12 @@ class Bending:
         self.rate = 0.5 * sqrt(float(self._sums[:, RATE].max()))
 
     def _bend(self, position: np.ndarray) -> None:
+        # a step asks for the energy and then for the forces of the same positions
+        if self._bent and np.array_equal(self._bent[0], position) and np.array_equal(self._bent[1], self.reference):
+            return
         _bend_hinges(self._chunks[0], self._bundle, position)
         _bend_nodes(self._chunks[2], self._bundle, position)
-
-
-def hinges_of(triangles: np.ndarray) -> np.ndarray:
-    """The edges that two triangles have, with the corners across, shape (h, 4); triangles: shape (t, 3), of one orientation."""
-    ends, across = directed_edges(triangles), triangles.T[[2, 0, 1]].ravel()
-    code = triangles.max(initial=0) + 1
-    forth, back = ends[:, 0] * code + ends[:, 1], ends[:, 1] * code + ends[:, 0]
-    order = np.argsort(forth)
-    found = np.minimum(np.searchsorted(forth[order], back), len(order) - 1)
-    paired = (forth[order][found] == back) & (ends[:, 0] < ends[:, 1])
-    chosen = np.flatnonzero(paired)
-    return np.column_stack([ends[chosen], across[chosen], across[order[found[chosen]]]]).astype(np.int64)
+        self._bent = position.copy(), self.reference.copy()
 
 
 @pointwise
@@ -137,8 +131,8 @@ def _bend_hinges(chunk, of, x):
         bent[e, 0] = length * atan2(dot(along, cross(n1, n2)) / length, dot(n1, n2))
         # |∂φ/∂x| is l over twice the area of the triangle across, and follows from both at the ends of the edge
         one, two = length / sqrt(dot(n1, n1)), length / sqrt(dot(n2, n2))
-        s, t = abs(dot(left, along)) / square, abs(dot(right, along)) / square
-        bent[e, 1] = 0.5 * length * (one * (1.0 + s + abs(1.0 - s)) + two * (1.0 + t + abs(1.0 - t)))
+        s, t = dot(left, along) / square, dot(right, along) / square
+        bent[e, 1] = 0.5 * length * (one * (1.0 + abs(s) + abs(1.0 - s)) + two * (1.0 + abs(t) + abs(1.0 - t)))
 
 
 @parallel_loop()

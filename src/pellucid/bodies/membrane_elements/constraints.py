@@ -8,21 +8,17 @@ The largest eigenfrequency that a spring k (Q - Q₀)²/2Q₀ gives nodes of mas
 ω² = k/Q₀ Σ |∂Q/∂x|²/m.
 """
 
-from math import sqrt
+from math import hypot, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements import geometry
 from pellucid.bodies.membrane_elements.mesh import ElementMesh
 from pellucid.geometry.algorithms.enclosure import signed_volume
-from pellucid.jit.loops import parallel_loop
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 if TYPE_CHECKING:
-    from pellucid.bodies.membrane_elements.model import MembraneElementsCase
     from pellucid.bodies.membrane_elements.surface import ElementSurface
-
-CHUNK = 512
 
 
 class Kept(NamedTuple):
@@ -44,6 +40,26 @@ class Kept(NamedTuple):
         return self.stiffness / abs(self.initial) * float((np.einsum("ni,ni->n", slope, slope) / mass).sum())
 
 
+class Swings(NamedTuple):
+    """Half the eigenfrequencies that springs give the nodes [1/s], 0 where there is none: each alone."""
+
+    area: float = 0.0
+    volume: float = 0.0
+
+    @property
+    def rate(self) -> float:
+        """Half the largest eigenfrequency that both give [1/s], or more."""
+        return hypot(self.area, self.volume)
+
+    def limit(self) -> StepLimit:
+        """How both bound the step, by the faster one."""
+        if self.rate <= 0.0:
+            return NO_LIMIT
+        what = "volume" if self.volume > self.area else "area"
+        text = f"it swings on the spring that keeps its {what} within {1.0 / self.rate:.3g} s; a smaller {what}_stiffness makes"
+        return StepLimit(1.0 / self.rate, "spring", f"{text} steps longer")
+
+
 class Constraints(NamedTuple):
     """What is kept of a membrane of triangles; a stiffness of 0 keeps nothing."""
 
@@ -51,10 +67,10 @@ class Constraints(NamedTuple):
     volume: Kept
 
     @classmethod
-    def of(cls, case: "MembraneElementsCase", mesh: ElementMesh, vertices: np.ndarray) -> "Constraints":
-        """Those of a case, from its mesh at the start."""
-        volume = signed_volume(vertices, mesh.corners[:, :3]) if case.volume_stiffness else 1.0
-        return cls(Kept(case.area_stiffness, float(mesh.areas(vertices).sum())), Kept(case.volume_stiffness, volume))
+    def of(cls, area_stiffness: float, volume_stiffness: float, mesh: ElementMesh, vertices: np.ndarray) -> "Constraints":
+        """Those of stiffnesses [N/m], [Pa], from the mesh at the start."""
+        volume = signed_volume(vertices, mesh.corners[:, :3]) if volume_stiffness else 1.0
+        return cls(Kept(area_stiffness, float(mesh.areas(vertices).sum())), Kept(volume_stiffness, volume))
 
     def add_forces(self, surface: "ElementSurface", position: np.ndarray, target: np.ndarray) -> None:
         """Add the forces of both at the nodes [N], shape (n, 3), for nodes at these positions [m], as they are stored."""
@@ -64,12 +80,15 @@ class Constraints(NamedTuple):
         if self.volume.stiffness > 0.0:
             target -= self.volume.force(volume) * outwards
 
-    def energy_and_rate(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, float]:
-        """What both have stored [J], and half the largest eigenfrequency that they give the nodes [1/s], or more."""
+    def energy_and_swings(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, Swings]:
+        """What both have stored [J], and how fast the nodes swing on them."""
         area, volume, growth, outwards = self._measured(surface, position)
-        mass = surface.node_mass[surface.number]
-        rate = 0.5 * sqrt(self.area.eigenvalue(growth, mass) + self.volume.eigenvalue(outwards, mass))
-        return self.area.energy(area) + self.volume.energy(volume), rate
+        swings = self.swings(growth, outwards, surface.node_mass[surface.number])
+        return self.area.energy(area) + self.volume.energy(volume), swings
+
+    def swings(self, growth: np.ndarray, outwards: np.ndarray, mass: np.ndarray) -> Swings:
+        """How fast nodes of masses [kg], shape (n,), swing on both, where area and volume have these slopes, shape (n, 3)."""
+        return Swings(0.5 * sqrt(self.area.eigenvalue(growth, mass)), 0.5 * sqrt(self.volume.eigenvalue(outwards, mass)))
 
     def drifts(self, surface: "ElementSurface", position: np.ndarray) -> dict[str, float]:
         """How far area and volume, where they are kept, are from those at the start, over these."""
@@ -79,19 +98,22 @@ class Constraints(NamedTuple):
 
     def _measured(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, float, np.ndarray, np.ndarray]:
         """Area [m²] and volume [m³], and their slopes with the positions of the nodes, shape (n, 3)."""
-        growth, outwards = surface.area_slopes(position), surface.vector_areas(position)
+        growth, outwards = surface.slopes(position)
         # both are homogeneous functions of the positions, of the second and the third degree
         about = position - position.mean(axis=0)
         area, volume = 0.5 * np.einsum("ni,ni", growth, about), np.einsum("ni,ni", outwards, about) / 3.0
         return float(area), float(volume), growth, outwards
 
 
-@parallel_loop()
-def area_slopes(chunk, corners, x, slopes):
-    """∂A/∂x at the corners of each triangle [m], shape (m, 4, 3); corners: their nodes, shape (m, 4), the last one idle."""
-    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
-        chi, psi = geometry.edges(x, corners, e)
-        at_b, at_c = geometry.area_slopes(chi, psi)
-        for d in range(3):
-            slopes[e, 1, d], slopes[e, 2, d] = at_b[d], at_c[d]
-            slopes[e, 0, d] = -(at_b[d] + at_c[d])
+def slopes_of(mesh: ElementMesh, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes of area and volume with the positions of the nodes, each of shape (n, 3), of a mesh of triangles whose nodes are
+    at these positions [m], shape (n, 3): as kernels find them in a run, without compilation."""
+    corners = position[mesh.corners[:, :3]]
+    chi, psi = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(chi, psi)
+    unit = normal / np.linalg.norm(normal, axis=1)[:, None]
+    at_b, at_c = 0.5 * np.cross(psi, unit), 0.5 * np.cross(unit, chi)
+    growth = np.zeros_like(position)
+    for corner, slope in zip(mesh.corners.T, (-at_b - at_c, at_b, at_c), strict=False):
+        np.add.at(growth, corner, slope)
+    return growth, mesh.at_nodes(0.5 * normal)

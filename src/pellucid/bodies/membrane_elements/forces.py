@@ -1,4 +1,4 @@
-"""Nodal forces of membrane elements: stress, hourglass control, pressure.
+"""Nodal forces of membrane elements: stress, hourglass control, pressure; slopes of the area.
 
 `surface` is the bundle of `StrainedElements`. Kernels over elements write the forces on their corners,
 and a kernel over nodes adds them up in a fixed order: no atomics, the same bits on any number of threads.
@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.bodies.membrane_elements import geometry
 from pellucid.bodies.membrane_elements.mesh import Fan
 from pellucid.bodies.membrane_elements.quadrilateral import (
     GIVEN,
@@ -74,3 +75,15 @@ def cauchy_stresses(chunk, surface, x, stress):
         quadrilateral_stress(surface, x, stress, e)
     for e in range(middle, end):
         triangle_stress(surface, x, stress, e)
+
+
+@parallel_loop()
+def area_slopes(chunk, surface, x, slopes):
+    """∂A/∂x at the corners of each triangle [m], shape (m, 4, 3)."""
+    _, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
+    for e in range(middle, end):
+        chi, psi = geometry.edges(x, surface.corners, e)
+        at_b, at_c = geometry.area_slopes(chi, psi)
+        for d in range(3):
+            slopes[e, 1, d], slopes[e, 2, d] = at_b[d], at_c[d]
+            slopes[e, 0, d] = -(at_b[d] + at_c[d])

@@ -1,11 +1,13 @@
-"""Which nodes the elements of a membrane have, and which elements its nodes."""
+"""Which nodes the elements and hinges of a membrane have, and which elements its nodes."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import frame_of
+from pellucid.bodies.membranes.axes import axes_along
 from pellucid.geometry.meshes.surface_mesh import Mesh
+from pellucid.geometry.meshes.triangulation import directed_edges
 
 
 class Fan(NamedTuple):
@@ -21,6 +23,18 @@ def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
     nodes = corners.ravel()[places]
     order = np.argsort(nodes, kind="stable")
     return Fan(np.searchsorted(nodes[order], np.arange(n + 1)), places[order])
+
+
+def hinges_of(triangles: np.ndarray) -> np.ndarray:
+    """The edges that two triangles have, with the corners across, shape (h, 4); triangles: shape (t, 3), of one orientation."""
+    ends, across = directed_edges(triangles), triangles.T[[2, 0, 1]].ravel()
+    code = triangles.max(initial=0) + 1
+    forth, back = ends[:, 0] * code + ends[:, 1], ends[:, 1] * code + ends[:, 0]
+    order = np.argsort(forth)
+    found = np.minimum(np.searchsorted(forth[order], back), len(order) - 1)
+    paired = (forth[order][found] == back) & (ends[:, 0] < ends[:, 1])
+    chosen = np.flatnonzero(paired)
+    return np.column_stack([ends[chosen], across[chosen], across[order[found[chosen]]]]).astype(np.int64)
 
 
 class ElementMesh:
@@ -64,14 +78,6 @@ def rest_gradients(places: np.ndarray, direction: np.ndarray | None) -> np.ndarr
     along = np.einsum("ti,ti->t", chi, psi) / length
     height = np.linalg.norm(np.cross(chi, psi), axis=1) / length
     return np.stack([1.0 / length, -along / (length * height), np.zeros(len(chi)), 1.0 / height], axis=1)
-
-
-def axes_along(direction: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Axes of planes with these normals, shape (n, 3), of any length: along what lies in them of a direction, and across it."""
-    normal = normal / np.linalg.norm(normal, axis=1)[:, None]
-    first = direction - np.sum(direction * normal, axis=1)[:, None] * normal
-    first /= np.linalg.norm(first, axis=1)[:, None]
-    return first, np.cross(normal, first)
 
 
 def initial_turns(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:

@@ -1,12 +1,15 @@
 """Membranes of finite elements as the user describes them."""
 
-from collections.abc import Iterator
-from math import ceil, sqrt
-from typing import Literal
+from collections.abc import Iterator, Sequence
+from math import ceil, hypot, sqrt
+from typing import Literal, Self
 
 import numpy as np
+from pydantic import PrivateAttr
 
+from pellucid.bodies.membrane_elements.bending_at_start import bending_rate
 from pellucid.bodies.membrane_elements.bending_case import BendingCase
+from pellucid.bodies.membrane_elements.constraints import Constraints, slopes_of
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_elements.mesh import ElementMesh
 from pellucid.bodies.membranes.model import CLOSE_IT, MembraneCase
@@ -25,7 +28,15 @@ from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
-from pellucid.parts.step_limit import StepLimit, bending_in_cells, bending_in_mesh, motion_in_cells, tightest, waves_in_mesh
+from pellucid.parts.step_limit import (
+    StepLimit,
+    bending_in_cells,
+    bending_in_mesh,
+    motion_in_cells,
+    tightest,
+    told,
+    waves_in_mesh,
+)
 
 SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
@@ -47,6 +58,8 @@ class MembraneElementsCase(MembraneCase):
     )
     bending: BendingCase | None = parameter("", "resistance against bending; without it the membrane has none", None)
     hourglass: HourglassCase = parameter("", "hourglass control of its quadrilaterals", HourglassCase())
+
+    _is_shared: bool = PrivateAttr(False)  # its velocity field, with other bodies
 
     @property
     def probed(self) -> tuple[str, ...]:
@@ -74,6 +87,12 @@ class MembraneElementsCase(MembraneCase):
         text = f"other bodies share the velocity field of {self.name}"
         return None if alone else Finding(("field",), text, "give it a `field` of its own")
 
+    def with_others(self, bodies: Sequence[BodyModel]) -> Self:
+        """The same membrane, which knows whether others share its velocity field."""
+        aware = self.model_copy()
+        aware._is_shared = sum(body.field == self.field for body in bodies) > 1
+        return aware
+
     def needs_grid(self, parts: Parts) -> bool:
         """Not alone: then nothing can touch it."""
         return len(parts.names(BodyModel)) > 1
@@ -94,26 +113,27 @@ class MembraneElementsCase(MembraneCase):
             yield step_warning(self.name, found, mesh.centres())
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Waves in its plane cross none of its elements in a step, and its nodes no cell."""
+        """Waves in its plane cross none of its elements in a step, and its nodes no cell; springs and bending."""
         wave, diffusivity = self.signals_at_start()
-        fastest = float(rates_of_surface(self.mesh()).max())
-        in_elements = waves_in_mesh(wave * fastest, wave, "membrane", fastest * fastest * diffusivity)
-        bending = [] if self.bending is None else [self._bending_limit(self.bending, cell)]
-        moving = [motion_in_cells(cell, self.fastest_at_start(self.mesh().vertices))] if cell else []
-        return tightest([in_elements, *bending, *moving])
-
-    def _bending_limit(self, bending: BendingCase, cell: float | None) -> StepLimit:
-        """Of bending waves on the nodes of a grid, or on its own."""
-        if cell:
-            return bending_in_cells(cell, bending.rigidity / (self.material.density * self.thickness))
-        from pellucid.bodies.membrane_elements.bending import Bending
-
         mesh = self.mesh()
-        elements = ElementMesh(mesh)
-        mass = elements.at_nodes(self.material.density * self.thickness * elements.areas(mesh.vertices))
-        bent = Bending(mesh.triangles, mesh.vertices, mass, bending.rigidity)
-        bent.add_forces(mesh.vertices, np.zeros_like(mesh.vertices))
-        return bending_in_mesh(bent.rate)
+        fastest = float(rates_of_surface(mesh).max())
+        together = [waves_in_mesh(wave * fastest, wave, "membrane", fastest * fastest * diffusivity)]
+        if self.is_kept:
+            elements = ElementMesh(mesh)
+            kept = Constraints.of(self.area_stiffness, self.volume_stiffness, elements, mesh.vertices)
+            slopes = slopes_of(elements, mesh.vertices)
+            together.append(kept.swings(*slopes, self._node_masses(elements, mesh)).limit())
+        apart = [motion_in_cells(cell, self.fastest_at_start(mesh.vertices))] if cell else []
+        if self.bending is not None and self._is_shared and cell:  # the nodes of the grid bend
+            apart.append(bending_in_cells(cell, self.bending.rigidity / (self.material.density * self.thickness)))
+        elif self.bending is not None:
+            mass = self._node_masses(ElementMesh(mesh), mesh)
+            together.append(bending_in_mesh(bending_rate(mesh.triangles, mesh.vertices, mass, self.bending.rigidity)))
+        return tightest([told(hypot(*(1.0 / limit.step for limit in together)), together), *apart])
+
+    def _node_masses(self, elements: ElementMesh, mesh: Mesh) -> np.ndarray:
+        """Of its nodes at the start [kg], shape (n,)."""
+        return elements.at_nodes(self.material.density * self.thickness * elements.areas(mesh.vertices))
 
     def mesh(self) -> Mesh:
         """Its elements at the start."""

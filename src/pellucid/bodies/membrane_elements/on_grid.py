@@ -1,5 +1,6 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,11 +44,11 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         self.element_arrays = surface.arrays
         self.areal_density = surface.areal_density
         n = len(surface.vertices)
-        arrays = {
+        arrays = {  # of its own: points are stored in another order than nodes of the mesh
             "id": np.arange(n),
-            "position": surface.vertices,
+            "position": surface.vertices.copy(),
             "velocity": case.initial_velocity(surface.vertices),
-            "mass": surface.node_mass,
+            "mass": surface.node_mass.copy(),
             "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
         }
         # nodes have no extent: GIMP takes half a cell
@@ -56,6 +57,11 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
 
     def _follow_order(self) -> None:
         self.surface.bind(self.arrays["id"], self.shared.first)
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        super().restore(arrays)
+        self.surface.go_on(self.points.position)
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""

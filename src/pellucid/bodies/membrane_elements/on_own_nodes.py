@@ -64,6 +64,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         super().restore(arrays)
+        self.surface.go_on(self.arrays["position"])
         self._find_forces()
 
     # contact

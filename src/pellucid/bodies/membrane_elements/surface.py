@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements import constraints, forces
+from pellucid.bodies.membrane_elements import forces
 from pellucid.bodies.membrane_elements.bending import Bending
-from pellucid.bodies.membrane_elements.constraints import Constraints
+from pellucid.bodies.membrane_elements.constraints import Constraints, Swings
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, initial_turns, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
     CHUNK,
@@ -72,7 +72,7 @@ class ElementSurface:
         """Of the nodes in the order of the mesh [kg], shape (n,)."""
         direction = case.material.direction
         self._rest = tense.stretch * rest_gradients(self.vertices[mesh.triangles], direction)
-        plane_stress = np.tile((tense.stress, tense.stress, 0.0), (m, 1))
+        plane_stress = np.tile(tense.stress, (m, 1))
         plane_stress[q:] *= tense.ratio  # of triangles the second Piola-Kirchhoff stress, V/V₀ U⁻¹ σ U⁻¹
         turn = initial_turns(self.vertices[mesh.quads], direction)
         self.arrays: dict[str, np.ndarray] = {
@@ -87,7 +87,10 @@ class ElementSurface:
             "hourglass": np.zeros((q, 2)),
         }
         self.bending = None if case.bending is None else bending_of(case.bending, mesh, self.node_mass)
-        self.constraints = Constraints.of(case, self.mesh, self.vertices) if case.is_kept else None
+        kept = case.area_stiffness, case.volume_stiffness
+        self.constraints = Constraints.of(*kept, self.mesh, self.vertices) if case.is_kept else None
+        self._swings = Swings()
+        self._slopes: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None  # positions, slopes of area and volume there
         self._diffusivity = plane_diffusivity(self.law, tense.shape, case.material.density)
         if self._diffusivity > 0.0:
             self.arrays["dissipated_energy"] = np.zeros(m)
@@ -100,7 +103,7 @@ class ElementSurface:
 
         Nodes first[r]:first[r+1] are worked on together.
         """
-        self.number, self._ranges = number, len(first) - 1
+        self.number, self._ranges, self._slopes = number, len(first) - 1, None
         where = np.argsort(number)  # from a node's number to its place
         state = ElementArrays(*(self.arrays.get(name, np.zeros(0)) for name in ElementArrays._fields))
         what = (self.law, self._control, self.thickness * self._slice, self._rest, state)
@@ -129,12 +132,14 @@ class ElementSurface:
         self.add_pressure_forces(position, 1.0, areas)
         return areas
 
-    def area_slopes(self, position: np.ndarray) -> np.ndarray:
-        """∂A/∂x about each node [m], shape (n, 3), of a membrane of triangles."""
-        slopes = np.zeros((len(position), 3))
-        constraints.area_slopes(self._chunks, self._bundle.corners, position, self._corner_forces)
-        forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), slopes)
-        return slopes
+    def slopes(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """∂A/∂x and ∂V/∂x about each node, of a membrane of triangles, each of shape (n, 3) and to be left as it is."""
+        if self._slopes is None or not np.array_equal(self._slopes[0], position):
+            growth = np.zeros((len(position), 3))
+            forces.area_slopes(self._chunks, self._bundle, position, self._corner_forces)
+            forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), growth)
+            self._slopes = position.copy(), growth, self.vector_areas(position)
+        return self._slopes[1:]
 
     def areas(self, place: np.ndarray) -> np.ndarray:
         """Equal shares of the areas of the elements about each node [m²], shape (n,), for nodes at these places [m], shape
@@ -163,14 +168,23 @@ class ElementSurface:
         rate = float(self._sums[:, FREQUENCY].max())
         if self.constraints is None:
             return rate
-        totals.parts["constraint"], own_rate = self.constraints.energy_and_rate(self, position)
+        totals.parts["constraint"], self._swings = self.constraints.energy_and_swings(self, position)
         totals.stored += totals.parts["constraint"]
-        return hypot(rate, own_rate)
+        return hypot(rate, self._swings.rate)
+
+    def go_on(self, position: np.ndarray) -> None:
+        """Find what a checkpoint does not keep: energies of bending, and how elements and springs bound the step."""
+        kept = {name: array.copy() for name, array in self.arrays.items()}
+        self.strain(position, np.zeros_like(position), 0.0, Totals())
+        for name, array in kept.items():
+            self.arrays[name][...] = array  # no strain leaves no viscous stress
 
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
-        """How its elements as they were strained last bound the step, and its nodes at a speed [m/s] the cells of a grid."""
+        """How its elements as they were strained last bound the step, the springs that keep area and volume, and its nodes at a
+        speed [m/s] the cells of a grid."""
         in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
-        return tightest([waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane"), *in_cells])
+        waves = waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane")
+        return tightest([waves, self._swings.limit(), *in_cells])
 
     def fault(self) -> tuple[int, int] | None:
         """What is wrong with an element after a step: a code of `pellucid.grid.points` and the place of its first node."""

@@ -65,7 +65,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
             "stress": np.zeros((n, 6)),
             "frame": initial_frames(vertices, self._triangles, case.material.direction),
             "in_plane": np.tile(np.array(tense.shape), (n, 1)),
-            "plane_stress": np.tile((tense.stress, tense.stress, 0.0), (n, 1)),
+            "plane_stress": np.tile(tense.stress, (n, 1)),
             "strain_energy": np.full(n, tense.energy / case.material.density),
         }
         self.damage: Any = case.material.damage_law()

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.bodies.membranes.axes import axes_along
 from pellucid.grid.nodal_fields import aligned_rows
 
 
@@ -50,9 +51,7 @@ def initial_frames(position: np.ndarray, triangles: np.ndarray, direction: np.nd
     mean = np.zeros_like(position)
     for corner in triangles.T:
         np.add.at(mean, corner, normal)
-    mean /= np.linalg.norm(mean, axis=1)[:, None]
+    third = mean / np.linalg.norm(mean, axis=1)[:, None]
     # where any tangent will do, take the axis that is farthest from the normal
-    away = np.eye(3)[np.argmin(np.abs(mean), axis=1)] if direction is None else direction
-    first = away - np.sum(away * mean, axis=1)[:, None] * mean
-    first /= np.linalg.norm(first, axis=1)[:, None]
-    return np.ascontiguousarray(np.concatenate([first, np.cross(mean, first), mean], axis=1))
+    away = np.eye(3)[np.argmin(np.abs(third), axis=1)] if direction is None else direction
+    return np.ascontiguousarray(np.concatenate([*axes_along(away, mean), third], axis=1))

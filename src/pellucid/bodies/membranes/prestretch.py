@@ -1,20 +1,20 @@
-"""Initial tension of membranes: the equal stretch in the plane that bears it."""
+"""Initial tension of membranes: the equal stretch in the plane that bears it, or one that is given."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 from pellucid.materials.law import Law
-from pellucid.materials.membrane import Shape, initial_shape, plane_response, shape_of
+from pellucid.materials.membrane import InPlane, Shape, initial_shape, plane_response, shape_of
 
 ISOTROPIC = (1.0, 1.0, 0.0)
 LARGEST, THINNEST = 10.0, 0.05  # stretch, and thickness over that at rest, up to which a tension is looked for
 
 
 class Prestretch(NamedTuple):
-    """State of a membrane under equal tension along all directions of its plane."""
+    """State of a membrane that is stretched alike along all directions of its plane."""
 
     stretch: float
-    stress: float  # [Pa]
+    stress: InPlane  # [Pa], the same along all directions but in a law with directions
     ratio: float  # of its thickness to that at rest
     shape: Shape  # as the law has it
     energy: float  # on unit of volume as it is now [J/m³]
@@ -29,27 +29,30 @@ def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float,
     """
     if tension == inflation == 0.0:
         law = law_of(thickness)
-        return Prestretch(1.0, 0.0, 1.0, initial_shape(law), 0.0, law)
+        return Prestretch(1.0, (0.0, 0.0, 0.0), 1.0, initial_shape(law), 0.0, law)
     from scipy.integrate import quad
 
-    def under(law: Law, stretch: float) -> tuple[float, float]:
-        stress, _, _, ratio = plane_response(law, shape_of(law, ISOTROPIC, stretch, stretch))
-        return stress, ratio
+    def under(law: Law, stretch: float) -> tuple[InPlane, float]:
+        *stress, ratio = plane_response(law, shape_of(law, ISOTROPIC, stretch, stretch))
+        return (stress[0], stress[1], stress[2]), ratio
 
     def response(stretch: float) -> tuple[float, float]:
         _, ratio = under(law_of(thickness), stretch)
-        return under(law_of(thickness / ratio), stretch)
+        stress, ratio = under(law_of(thickness / ratio), stretch)
+        return stress[0], ratio
+
+    def power(law: Law, stretch: float) -> float:
+        # on unit of volume at rest each direction takes its σ times the ratio of thickness times λ, along dλ
+        (first, second, _), ratio = under(law, stretch)
+        return (first + second) * ratio * stretch
 
     stretch = 1.0 + inflation if inflation else _bearing(response, tension / thickness)
     if stretch is None or response(stretch)[1] <= THINNEST:
         what = f"tension of {tension:g} N/m" if inflation == 0.0 else f"inflation of {inflation:g}"
         raise ValueError(f"the material bears no {what} at a thickness of {thickness:g} m")
-    stress, ratio = response(stretch)
-    law = law_of(thickness / ratio)
-    # on unit of volume at rest the two directions take σ times the ratio of thickness times λ, along dλ each
-    work = quad(
-        lambda trial: 2.0 * under(law, trial)[0] * under(law, trial)[1] * trial, 1.0, stretch, epsabs=0.0, epsrel=1e-11
-    )[0]
+    law = law_of(thickness / response(stretch)[1])
+    stress, ratio = under(law, stretch)
+    work = quad(lambda trial: power(law, trial), 1.0, stretch, epsabs=0.0, epsrel=1e-11)[0]
     shape = shape_of(law, ISOTROPIC, stretch, stretch)
     return Prestretch(stretch, stress, ratio, shape, work / (stretch**2 * ratio), law)
 

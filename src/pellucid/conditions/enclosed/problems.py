@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pellucid.findings import Finding, Path
-from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.algorithms.enclosure_shape import volume_with_lids
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
@@ -41,10 +41,8 @@ def encloses_problems(
 
 
 def volume_at_start(position: np.ndarray, triangles: np.ndarray) -> float:
-    """Of a surface with lids [m³]."""
-    places = position - position.mean(axis=0)
-    a, b, c = places[triangles.T]
-    return abs(float(np.sum(a * np.cross(b, c))) / 6.0 + Lids(triangles).volume(places))
+    """Of a surface with lids [m³], whichever way its normals point."""
+    return abs(volume_with_lids(position, triangles))
 
 
 def is_flat(position: np.ndarray, triangles: np.ndarray) -> bool:

@@ -1,0 +1,33 @@
+"""The bound on the step by bending at the start, without compilation."""
+
+from math import sqrt
+
+import numpy as np
+
+from pellucid.bodies.membrane_elements.mesh import hinges_of
+from pellucid.geometry.algorithms.lids import Lids
+
+
+def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, rigidity: float) -> float:
+    """Half the largest eigenfrequency of nodes [1/s], or more, at positions [m], shape (n, 3), of masses [kg], shape (n,): as
+    `Bending` finds it in a run. It depends on lengths and areas, and on no angle.
+
+    rigidity: κ [J].
+    """
+    n, hinges = len(position), hinges_of(triangles)
+    a, b, c, d = (position[corner] for corner in hinges.T)
+    along, left, right = b - a, c - a, d - a
+    square = np.sum(along * along, axis=1)
+    length = np.sqrt(square)
+    one, two = (length / np.linalg.norm(np.cross(along, way), axis=1) for way in (left, right))
+    s, t = (np.sum(way * along, axis=1) / square for way in (left, right))
+    # |∂φ/∂x| at the corners: across, and at most at the ends of the edge
+    turned = np.stack([np.abs(1.0 - s) * one + np.abs(1.0 - t) * two, np.abs(s) * one + np.abs(t) * two, one, two], axis=1)
+    edges = position[triangles] - position[triangles[:, [1, 2, 0]]]
+    thirds = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 6.0
+    area = np.bincount(triangles.ravel(), np.repeat(thirds, 3), n)
+    reach = np.bincount(hinges[:, :2].ravel(), np.repeat(0.5 * length * turned.sum(axis=1), 2), n)
+    reach[Lids(triangles).edges] = 0.0  # nodes of rims do not bend
+    stiff = rigidity * reach / area
+    values = (0.5 * length * stiff[hinges[:, :2]].sum(axis=1))[:, None] * turned
+    return 0.5 * sqrt(float((np.bincount(hinges.ravel(), values.ravel(), n) / mass).max()))
