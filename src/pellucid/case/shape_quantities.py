@@ -8,6 +8,8 @@ import numpy as np
 from pellucid.case.probe import TRIANGLES, Fetch, quantity, surface_quantity
 from pellucid.geometry.algorithms import enclosure_shape as shape
 
+ROUND = 1e-4  # part of an axis by which the next one must be shorter for it to have a direction: meshes of balls are rounder
+
 
 @surface_quantity("surface_area", "m^2", "area of a surface, of a solid that of its outer faces")
 def _surface_area(field: Fetch) -> np.ndarray:
@@ -25,9 +27,11 @@ def _taylor_deformation(field: Fetch) -> np.ndarray:
     return _everywhere(field, (axes[0] - axes[2]) / (axes[0] + axes[2]))
 
 
-@surface_quantity("inclination", "rad", "angle between x and the longest axis of that ellipsoid")
+@surface_quantity("inclination", "rad", "angle between x and the longest axis of that ellipsoid; none, nan, of a ball")
 def _inclination(field: Fetch) -> np.ndarray:
-    along = shape.ellipsoid_of(field("position"), field(TRIANGLES)).directions[0]
+    found = shape.ellipsoid_of(field("position"), field(TRIANGLES))
+    long, middle, _ = found.axes
+    along = found.directions[0] if long - middle > ROUND * long else np.full(3, np.nan)
     return _everywhere(field, np.arctan2(np.hypot(along[1], along[2]), abs(along[0])))
 
 

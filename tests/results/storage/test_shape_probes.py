@@ -53,6 +53,14 @@ def test_a_cell_tells_its_shape():
     assert reach == pytest.approx(2.0, rel=5e-3)
 
 
+def test_a_ball_has_no_inclination():
+    ball = CELL.replace(
+        "ellipsoid = { centre = [2, 2, 2], radii = [1.5, 1, 0.5]", "icosphere = { centre = [2, 2, 2], radius = 1"
+    )
+    assert ball != CELL
+    assert np.isnan(probed(ball, ("cell", 'quantity = "inclination"'))[0])
+
+
 def test_what_has_no_surface_is_refused():
     block = '[[body]]\nname = "block"\nshape = { box = { lower = [0, 0, 0], upper = [1, 1, 1] } }\nfield = "own"\n'
     block += 'material = { kind = "neo-hookean", density = 1, young_modulus = 1, poisson_ratio = 0.3 }\n'
