@@ -1,7 +1,8 @@
 """Material points that leave through open faces of the grid, and such as come in.
 
-They keep their rows, behind those of the points that are there, so that frames have the same points at all times. Slabs do not
-count them: no kernel meets them again. They have neither mass nor volume, nor velocity, and stay where they crossed the face.
+Those that left keep their rows, behind those of the points that are there, so that frames have the same number at all times.
+Slabs do not count them: no kernel meets them. They have neither mass nor volume, nor velocity, and stay where they crossed the
+face, until a point that comes in takes the row.
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,10 +1,11 @@
 """`report.html`: one file that tells what was run, whether it is right, and what it looks like."""
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -149,8 +150,9 @@ def _conservation(run: Run) -> str:
         return "not finite" if error is None else number(error, 3)
 
     has_films = any(map(is_film, run.stored.bodies))
+    kept = "what flows between the nodes of films adds up" if has_films else "the points keep theirs"
     remarks = {
-        "mass": "what flows between the nodes of films adds up" if has_films else "the points keep theirs",
+        "mass": _passed(run.summary) or kept,
         "momentum": "beyond the impulses from outside, over the largest sum of m|v|, or the sizes of these added up if larger",
         "energy": "of the energy balance at the end",
     }
@@ -160,16 +162,32 @@ def _conservation(run: Run) -> str:
     return table_of(("quantity", "relative error", ""), rows, "numbers last-word")
 
 
+def _passed(summary: Mapping[str, Any]) -> str:
+    """What came in and went out through faces of the grid."""
+    ways = {"inflow": "came in", "outflow": "went out"}
+    passed = [(summary[way], words) for way, words in ways.items() if way in summary]
+    return ", ".join(f"{number(counts['mass'])} kg in {counts['points']} points {words}" for counts, words in passed)
+
+
 def _case(run: Run) -> str:
     case = run.stored
     rows = [
         *([_grid_row(case.grid)] if case.grid else []),
         _analysis_row(case),
         *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.bodies),
+        *([["besides", escape(", ".join(f"{n} × {kind}" for kind, n in case.others.items()))]] if case.others else []),
+        *_viscosity_rows(run),
     ]
     text = escape(run.folder.case.read_text(encoding="utf-8"))
     folded = f"<details><summary>The resolved case, case.toml</summary><pre>{text}</pre></details>"
     return table_of(("", ""), rows, "plain") + folded
+
+
+def _viscosity_rows(run: Run) -> list[list[str]]:
+    """How the viscosity of each velocity field was solved for."""
+    solved = run.summary.get("implicit_viscosity", {}) if run.folder.ended else {}
+    words = "solved for in {rounds_mean:.1f} rounds on the mean, {rounds_largest} at most"
+    return [[f"viscosity, field <em>{escape(field)}</em>", words.format(**found)] for field, found in solved.items()]
 
 
 def _analysis_row(case: StoredCase) -> list[str]:

@@ -25,6 +25,10 @@ class StoredBody(NamedTuple):
     density: float
 
 
+SHOWN = ("body", "probe", "picture", "film", "plot", "check", "extensions")
+"""Lists of a case that the report shows by themselves."""
+
+
 class StoredCase(BaseModel):
     """What results need of a case; only texts where users may have kinds of their own."""
 
@@ -41,6 +45,8 @@ class StoredCase(BaseModel):
     bodies: tuple[StoredBody, ...]
     probes: tuple[str, ...]
     """Their names."""
+    others: dict[str, int] = {}
+    """How many there are of each other kind of part, such as supports, by the keys of their tables."""
     picture: tuple[Picture, ...] = ()
     film: tuple[Film, ...] = ()
     plot: tuple[Plot, ...] = ()
@@ -56,7 +62,9 @@ def read(path: Path) -> StoredCase:
     """The case of a file that a run wrote. Raises KeyError or ValueError for another file."""
     data = tomllib.loads(path.read_text(encoding="utf-8"))
     bodies = [_body(table) for table in data["body"]]
-    return StoredCase.model_validate({**data, "bodies": bodies, "probes": [probe["name"] for probe in data.get("probe", ())]})
+    others = {key: len(tables) for key, tables in data.items() if isinstance(tables, list) and key not in SHOWN and tables}
+    probes = [probe["name"] for probe in data.get("probe", ())]
+    return StoredCase.model_validate({**data, "bodies": bodies, "probes": probes, "others": others})
 
 
 def _body(table: dict[str, Any]) -> StoredBody:
