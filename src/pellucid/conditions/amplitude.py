@@ -1,12 +1,11 @@
 """How loads, pressures and gravity change in time: one way for all of them."""
 
 from functools import cached_property
-from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
 
-from pellucid.conditions.signals.time_table import read_rows
+from pellucid.conditions.signals.time_table import check_order, read_rows
 from pellucid.model import InputFile, Model, check, parameter
 from pellucid.smooth_step import risen
 
@@ -26,8 +25,7 @@ class Amplitude(Model):
             raise ValueError("give either `times` and `shares`, such as { times = [0, 1], shares = [0, 1] }, or `path`")
         if self.times is not None and self.shares is not None and len(self.times) != len(self.shares):
             raise ValueError(f"{len(self.times)} times and {len(self.shares)} shares; give as many of both")
-        if self.times is not None and (late := [(a, b) for a, b in pairwise(self.times) if not a < b]):
-            raise ValueError(f"time {late[0][1]:g} s does not come after {late[0][0]:g} s; put them in order, each once")
+        check_order(self.times or ())
         self._rows  # noqa: B018 (a file is read at once, so that an error in it is one of the case)
 
     @cached_property

@@ -201,8 +201,10 @@ class GainsPoints(Protocol):
     """Points that can come in through faces of the grid."""
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
-        """Let so many points come in besides those of the start; until then they are without mass at a place [m]. From now on each
-        process has all points of the body."""
+        """Let so many points come in besides those of the start; until then they are without mass at a place [m].
+
+        From now on each process has all points of the body.
+        """
 
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
         """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""

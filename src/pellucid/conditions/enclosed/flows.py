@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pellucid.conditions.signals.time_table import read_rows
+from pellucid.conditions.signals.time_table import check_order, read_rows
 from pellucid.findings import listed
 from pellucid.model import InputFile, Model, check, parameter
 
@@ -31,8 +31,7 @@ class Inflator(Model):
         if len({len(values) for values in lists}) > 1:
             numbers = listed([str(len(values)) for values in lists])
             raise ValueError(f"{numbers} times, mass flows and temperatures; give as many of each")
-        if self.times is not None and (late := [(a, b) for a, b in pairwise(self.times) if not a < b]):
-            raise ValueError(f"time {late[0][1]:g} s does not come after {late[0][0]:g} s; put them in order, each once")
+        check_order(self.times or ())
         if min(self._rows[1]) < 0.0:
             raise ValueError(f"mass flow {min(self._rows[1]):g} kg/s: nothing flows out through an inflator; use a vent")
         if self._rows[2] and min(self._rows[2]) <= 0.0:

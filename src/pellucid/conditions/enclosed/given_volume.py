@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from itertools import pairwise
 from math import hypot, sqrt
 from typing import Any
 
 from pellucid.conditions.enclosed.volume import EnclosedVolume
-from pellucid.conditions.signals.time_table import read_rows
+from pellucid.conditions.signals.time_table import check_order, read_rows
 from pellucid.model import InputFile, Model, check, parameter
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
@@ -39,8 +38,7 @@ class GivenVolume(Model):
         if self.times is not None:
             if len(self.times) != len(lists[0]):
                 raise ValueError(f"{len(self.times)} times and {len(lists[0])} volumes; give as many of both")
-            if late := [(a, b) for a, b in pairwise(self.times) if not a < b]:
-                raise ValueError(f"time {late[0][1]:g} s does not come after {late[0][0]:g} s; put them in order, each once")
+            check_order(self.times)
         if min(self.rows[1]) < 0.0:
             raise ValueError(f"{min(self.rows[1]):g}: no membrane encloses less than nothing")
 

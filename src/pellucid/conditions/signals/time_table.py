@@ -2,7 +2,8 @@
 
 import csv
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from math import isfinite
 
 import numpy as np
@@ -41,6 +42,13 @@ def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
     if len(rows) < 2:
         raise ValueError(f"the table {path} has {len(rows)} rows of numbers; it needs at least two")
     return np.array(rows)
+
+
+def check_order(times: Sequence[float]) -> None:
+    """Raise ValueError where instants [s] do not come one after the other."""
+    for before, after in pairwise(times):
+        if not before < after:
+            raise ValueError(f"time {after:g} s does not come after {before:g} s; put them in order, each once")
 
 
 def between_rows(rows: np.ndarray) -> Callable[[float], float]:
