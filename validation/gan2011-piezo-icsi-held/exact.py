@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 E, THICKNESS, NU = 17900.0, 8e-6, 0.49
 STIFFNESS = E * THICKNESS  # N/m
 RADIUS, MOUTH, TIP = 50.0, 20.0, 5.0  # um
-SUCTION, BULK = 500.0, 1000 * 4.0**2  # Pa
+SUCTION, BULK = 200.0, 1000 * 4.0**2  # Pa
 PRESSURE = 1e-6 / STIFFNESS  # of one Pa, in Eh/um
 FORCE = STIFFNESS * 1e-6  # of one Eh um, in N
 BENDING = 0.01 * 64.0 / 12 / (1 - NU**2)  # um²
