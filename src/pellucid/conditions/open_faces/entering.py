@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.conditions.open_faces.columns import OpenFace, opening_of
 from pellucid.conditions.open_faces.led_strip import LedStrip
 from pellucid.conditions.open_faces.pushed_strip import PushedStrip
-from pellucid.conditions.open_faces.strip import work_of_strip
+from pellucid.conditions.open_faces.strip import Passage, work_of_strip
 from pellucid.energy import INFLOW_WORK, Passed, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.active_condition import ActiveCondition
@@ -60,15 +60,14 @@ class Entering(ActiveCondition):
         if not self.opening.n:
             text = f"no point of body {inflow.body} would come in through the face {inflow.where}: others take its place there"
             raise CaseError(Problem(text, f"{path}.where", remedy="take the bodies that it leaves out away from the face"))
-        where = self._face, self.opening, shape, case
-        how: dict[str, Any] = {"member": member, "direction": self._face.inward, "path": path}
+        passage = Passage(self._face, self.opening, shape, case, member, self._face.inward, path)
         self.strip: LedStrip | PushedStrip
         self._margin = 0.0
         if inflow.pressure is None:
-            self.strip = LedStrip(inflow, *where, **how)
+            self.strip = LedStrip(inflow, passage)
         else:
             column = assembly.load_column(inflow.body, INFLOW_WORK.name)
-            self.strip = PushedStrip(inflow, *where, **how, pressure=inflow.pressure, column=column)
+            self.strip = PushedStrip(inflow, passage, inflow.pressure, column)
             self._margin = MARGIN * self.opening.spacing
         self.grid_volume = self._grid.volume
         self.middle = self.opening.place.mean(axis=0)

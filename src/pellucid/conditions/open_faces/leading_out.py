@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.conditions.open_faces.columns import OpenFace, opening_of
 from pellucid.conditions.open_faces.led_strip import LedStrip
-from pellucid.conditions.open_faces.strip import work_of_strip
+from pellucid.conditions.open_faces.strip import Passage, work_of_strip
 from pellucid.energy import OUTFLOW_WORK, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.parts.active_condition import ActiveCondition
@@ -30,7 +30,7 @@ class LeadingOut(ActiveCondition):
             face = OpenFace.of(outflow.where[0], case)
             columns, shape = opening_of(outflow.through, face, member.model, case)
             if columns.n:
-                self._strip = LedStrip(outflow, face, columns, shape, case, member=member, direction=-face.inward, path=path)
+                self._strip = LedStrip(outflow, Passage(face, columns, shape, case, member, -face.inward, path))
                 self._totals = member.body.totals
                 break
         else:

@@ -6,13 +6,11 @@ inner side it pushes and is pushed.
 """
 
 from math import ceil, log2
-from typing import Any
 
 import numpy as np
 
 from pellucid.conditions.open_faces.given_flow import GivenFlow
-from pellucid.conditions.open_faces.strip import Strip
-from pellucid.parts.assembly import AssembledBody
+from pellucid.conditions.open_faces.strip import Passage, Strip
 from pellucid.ranks.domain import domain
 
 HEAVY = 1e6
@@ -22,10 +20,10 @@ HEAVY = 1e6
 class LedStrip(Strip):
     """A strip of a flow of given velocity."""
 
-    def __init__(self, flow: GivenFlow, *where: Any, member: AssembledBody, direction: float, path: str) -> None:
+    def __init__(self, flow: GivenFlow, passage: Passage) -> None:
         """As `Strip`."""
-        super().__init__(flow, *where, member=member, direction=direction, path=path)
-        self._driven, body = self._actions.driven(), member.body
+        super().__init__(flow, passage)
+        self._driven, body = self._actions.driven(), passage.member.body
         density = float(np.sum(body.stored_array("mass")) / np.sum(body.volumes()))
         self._mass = 2.0 ** ceil(log2(HEAVY * density * self._actions.field.grid.cell_volume))  # by which nothing is rounded
 

@@ -7,15 +7,14 @@ Its nodes move as one along the normal, with the profile w across, at the mean v
 So columns of points know how far they have come in, as where the velocity is given.
 """
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from pellucid.conditions.open_faces.given_flow import GivenFlow
 from pellucid.conditions.open_faces.outlet_pressure import EndOfFluid
-from pellucid.conditions.open_faces.strip import Strip
+from pellucid.conditions.open_faces.strip import Passage, Strip
 from pellucid.grid.nodal_fields import FOUND, RUN, NodalField, allocate
-from pellucid.parts.assembly import AssembledBody
 from pellucid.ranks.domain import domain
 
 
@@ -28,12 +27,10 @@ class StripNodes(NamedTuple):
 class PushedStrip(Strip):
     """A strip of a flow under a given pressure."""
 
-    def __init__(
-        self, flow: GivenFlow, *where: Any, member: AssembledBody, direction: float, path: str, pressure: float, column: int
-    ) -> None:
+    def __init__(self, flow: GivenFlow, passage: Passage, pressure: float, column: int) -> None:
         """As `Strip`; pressure [Pa]; column: of its work and of that of the strip."""
-        super().__init__(flow, *where, member=member, direction=direction, path=path)
-        self._end, self._pressure, self._column = EndOfFluid(member, self._face.name, column), pressure, column
+        super().__init__(flow, passage)
+        self._end, self._pressure, self._column = EndOfFluid(passage.member, self._face.name, column), pressure, column
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
 
     def mean_at(self, time: float) -> float:

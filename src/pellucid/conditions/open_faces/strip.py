@@ -1,5 +1,7 @@
 """The strip of cells at an opening, whose nodes move as those of one flow."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
@@ -15,27 +17,28 @@ from pellucid.grid.momentum import MASS_EPS
 from pellucid.parts.assembly import AssembledBody
 
 
+class Passage(NamedTuple):
+    """An opening in a face of the grid, and the body that flows through it."""
+
+    face: OpenFace
+    columns: Columns
+    shape: Geometry  # of the opening
+    case: GridCase
+    member: AssembledBody
+    direction: float  # 1 or -1, of the flow along the normal axis
+    path: str  # of the flow in the case
+
+
 class Strip:
     """The strip of a flow through an opening, into the grid or out of it: its nodes, and its velocities across."""
 
-    def __init__(
-        self,
-        flow: GivenFlow,
-        face: OpenFace,
-        columns: Columns,
-        shape: Geometry,
-        case: GridCase,
-        *,
-        member: AssembledBody,
-        direction: float,
-        path: str,
-    ) -> None:
-        """shape: of the opening; direction: 1 or -1, of the flow along the normal axis; path: of the flow in the case."""
-        actions, points = member.actions, member.body
+    def __init__(self, flow: GivenFlow, passage: Passage) -> None:
+        actions, points = passage.member.actions, passage.member.body
         if actions is None or not isinstance(points, PointsOnGrid):
-            raise ValueError(f"body {member.body.name} has no points on the grid")
-        self._flow, self._face, self._columns, self._shape = flow, face, columns, shape
-        self._case, self._actions, self._path, self._direction = case, actions, path, direction
+            raise ValueError(f"body {points.name} has no points on the grid")
+        self._flow, self._actions = flow, actions
+        self._face, self._columns, self._shape, self._case, _, self._direction, self._path = passage
+        face, columns = self._face, self._columns
         grid = actions.field.grid
         self._across = nodes_across(columns, grid, points.functions, face)
         steps = layers(grid, points.functions[face.axis], face) * grid.lattice.strides[face.axis]
