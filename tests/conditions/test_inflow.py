@@ -216,6 +216,14 @@ def test_a_closed_grid_fills_up():
         to_the_end(Case.model_validate(tables))
 
 
+def test_a_fast_flow_is_told_as_what_bounds_the_step():
+    sim = Simulation(plug(inflow={"velocity": None, "flow_rate": 3.0 * 50.0}), threads=1)
+    limit, name = sim.step_limit()
+    assert (limit.cause, name) == ("motion", "")
+    assert limit.step == pytest.approx(1.0 / 50.0)
+    assert limit.reason == "what passes the face x-lower moves at 50 m/s through cells of 1 m"
+
+
 SLIT = """\
 schema = 1
 title = "a viscous liquid is led through a slit"

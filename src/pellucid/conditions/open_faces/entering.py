@@ -15,6 +15,7 @@ from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import GainsPoints
+from pellucid.parts.step_limit import StepLimit
 
 if TYPE_CHECKING:
     from pellucid.conditions.open_faces.inflow import Inflow
@@ -100,6 +101,10 @@ class Entering(ActiveCondition):
     def end(self, dt: float) -> None:
         """What comes in moves no more than a cell in a step."""
         self.strip.bound(self._totals, self.strip.speed)
+
+    def step_limit(self) -> StepLimit:
+        """Where it comes in faster than all else in the body."""
+        return self.strip.limit
 
     def _reached(self) -> np.ndarray:
         """How far the first points of the columns are from the face [m], shape (c,), if they have not turned aside."""

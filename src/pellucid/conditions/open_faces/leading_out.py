@@ -12,6 +12,7 @@ from pellucid.energy import OUTFLOW_WORK, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import Assembly
+from pellucid.parts.step_limit import StepLimit
 
 if TYPE_CHECKING:
     from pellucid.conditions.outflow import Outflow
@@ -55,6 +56,10 @@ class LeadingOut(ActiveCondition):
     def end(self, dt: float) -> None:
         """What goes out moves no more than a cell in a step."""
         self._strip.bound(self._totals, self._strip.speed)
+
+    def step_limit(self) -> StepLimit:
+        """Where it goes out faster than all else in the body."""
+        return self._strip.limit
 
     def work(self) -> StepWork:
         """Of leading the strip."""

@@ -15,6 +15,7 @@ from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.parts.assembly import AssembledBody
+from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 
 class Passage(NamedTuple):
@@ -47,6 +48,8 @@ class Strip:
         self._nodes, self._number = led[order], np.tile(np.arange(len(self._across.stored)), len(steps))[order]
         self.area = float(columns.area.sum())
         self.speed = 0.0  # mean over the opening in this step [m/s]
+        self.limit = NO_LIMIT
+        """On the step, where the flow in the strip is faster than all else in the body."""
 
     def find_profile(self) -> None:
         """What constrains the nodes is known: find the velocities across the opening, with a mean of one."""
@@ -96,8 +99,11 @@ class Strip:
 
     def bound(self, totals: Totals, speed: float) -> None:
         """Let nothing in the strip pass more than a cell in a step at this mean velocity [m/s]; totals: of the body there."""
-        fastest = speed * float(self._share.max(initial=0.0))
-        totals.rate = max(totals.rate, fastest / self._case.cell)
+        fastest, cell = speed * float(self._share.max(initial=0.0)), self._case.cell
+        governs = fastest > totals.rate * cell
+        what = f"what passes the face {self._face.name} moves at {fastest:.3g} m/s through cells of {cell:.4g} m"
+        totals.rate = max(totals.rate, fastest / cell)
+        self.limit = StepLimit(1.0 / totals.rate, "motion", what) if governs else NO_LIMIT
 
     def _free(self) -> np.ndarray:
         """Which directions of its nodes have mass and no support, shape (n, 3)."""
