@@ -143,8 +143,11 @@ def test_what_users_see_is_in_the_order_of_the_body(name: str, alone: bool) -> N
     else:
         assert np.array_equal(start, model.seeded(sim.case.grid).position)
     if "initial" in model.model_fields_set:
-        assert asked
-        assert all(np.array_equal(places, start) for places in asked)
+        assert np.array_equal(asked[-1], start)
+        if name == "fluid-film":  # the forecast asks at the vertices, as it has no nodes yet
+            assert all(places == pytest.approx(start, abs=0.2) for places in asked)
+        else:
+            assert all(np.array_equal(places, start) for places in asked)
         if name != "rigid":
             assert np.array_equal(body.arrays["velocity"][body.order()], mark(n))
 
