@@ -57,8 +57,11 @@ def test_stretches_of_a_neo_hookean_membrane(stretches):
     steps, dt = 100, 0.01
     rates = [(s ** (1.0 / steps) - 1.0) / dt for s in stretches]
     drive(grid, body, np.diag([*rates, 0.0]), dt, steps)
-    for component, expected in enumerate(neo_hookean_stretch(stretches)[0]):
+    principal, third = neo_hookean_stretch(stretches)
+    for component, expected in enumerate(principal):
         assert body.frame()["stress"][:, component] == pytest.approx(expected, rel=1e-9, abs=1e-6 * E)
+    tension = 0.5 * sum(principal) * THICKNESS * third
+    assert body.field("tension") == pytest.approx(tension, rel=1e-9), "over the thickness now"
 
 
 @every_law

@@ -148,6 +148,17 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         """A third of the area of each triangle about a point."""
         return self._slice * area_shares(self.places(), self._triangles)
 
+    @property
+    def field_names(self) -> list[str]:
+        """The fields that results show."""
+        return [*super().field_names, "tension"]
+
+    def _field_there(self, name: str) -> np.ndarray:
+        if name == "tension":  # the mean of both directions, over what is the thickness now
+            thickness = self._there("volume") / self.surface_areas()[self._there("id")]
+            return np.asarray(0.5 * self._there("plane_stress")[:, :2].sum(axis=1) * thickness)
+        return super()._field_there(name)
+
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes."""
         load = self.velocity_field.load_row(column - FIRST_LOAD)

@@ -46,6 +46,7 @@ class MembranePointsCase(MembraneCase):
         return (
             *COMMON_FIELDS,
             "strain_energy",
+            "tension",
             *(DamageRecord._fields if isinstance(self.material.damage_law(), Elastodamage) else self.losses()),
         )
 
