@@ -27,6 +27,12 @@ MISTAKES = {
             "has the keys kind, sound_speed, exponent",
         ],
     ),
+    "a key of another kind": (
+        "sound_speed = 20.0",
+        "sound_speed = 20.0, p_infinity = 1",
+        "",
+        ["body.drop.material.eos.p_infinity = 1", "leave it out: only `stiffened-gas` has it"],
+    ),
     "unknown kind": ('kind = "tait"', 'kind = "tiat"', "", ["eos.kind", '"ideal-gas"', "did you mean `tait`?"]),
     "missing kind": (
         'kind = "tait", ',

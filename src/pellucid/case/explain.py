@@ -125,7 +125,7 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     if first.kind == "extra_forbidden":
         keys = schema.keys_at(path[:-1], data)
         place = f"`{dotted(path[:-1], data)}`" if len(path) > 1 else "a case"
-        remedy = _belongs(path, data, schema) or hint(str(path[-1]), keys)
+        remedy = _belongs(path, data, schema) or _of_others(path, data, schema) or hint(str(path[-1]), keys)
         return [Finding(path, f"unknown key; {place} has the keys {listed(keys)}", remedy)]
     if first.kind in ("union_tag_invalid", "union_tag_not_found"):
         return [_unknown_kind(path, first, value, schema.kinds(field))]
@@ -165,6 +165,16 @@ def _belongs(path: Path, data: Any, schema: Schema) -> str:
         if isinstance(table[other], dict) and key in schema.keys_at((*around, other), data):
             return f"it belongs in `{dotted((*around, other), data)}`"
     return ""
+
+
+def _of_others(path: Path, data: Any, schema: Schema) -> str:
+    """Which other kinds of the table have an unknown key, if any."""
+    kinds = schema.kinds(schema.field_at(path[:-1], data), str(path[-1]))
+    return (
+        f"leave it out: only {listed([f'`{kind}`' for kind in kinds])} {'has' if len(kinds) == 1 else 'have'} it"
+        if kinds
+        else ""
+    )
 
 
 def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> Finding:

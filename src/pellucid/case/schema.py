@@ -40,10 +40,10 @@ class Schema:
             return []
         return list(self._choice(self.field_at(path, data), value).get("properties", {}))
 
-    def kinds(self, node: dict[str, Any]) -> list[str]:
-        """The kinds of table among which the key `kind` chooses."""
-        options = [self._choice(option, None) for option in node.get("oneOf", ())]
-        return [kind["const"] for option in options if "const" in (kind := option.get("properties", {}).get("kind", {}))]
+    def kinds(self, node: dict[str, Any], key: str = "kind") -> list[str]:
+        """The kinds of table among which the key `kind` chooses, of which a table has a key."""
+        tables = (self._choice(option, None).get("properties", {}) for option in node.get("oneOf", ()))
+        return [kind["const"] for table in tables if key in table and "const" in (kind := table.get("kind", {}))]
 
     def lengths(self, node: dict[str, Any]) -> list[tuple[int, int | None]]:
         """The fewest and the most items that a list may have, None without a limit, for each kind of list that fits a field."""
