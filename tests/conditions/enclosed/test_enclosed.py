@@ -36,7 +36,8 @@ def test_a_ball_swells_along_the_curve_of_its_gas(isothermal, exponent):
     assert sim.conservation()["momentum"] < 1e-12
     energies = sim.energies()
     assert abs(energies["transfer_error"]) < 1e-10 * energies["enclosed_work"]
-    assert energies.get("enclosed_heat", 0.0) == pytest.approx(energies["enclosed_work"] if isothermal else 0.0, rel=0.1)
+    # the pressure of the start of each step works: to first order, by .073, .036 and .018 at Courant numbers of .8, .4 and .2
+    assert energies.get("enclosed_heat", 0.0) == pytest.approx(energies["enclosed_work"] if isothermal else 0.0, rel=0.04)
 
 
 def test_the_balance_closes_with_the_square_of_the_step():
