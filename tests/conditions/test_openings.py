@@ -5,7 +5,7 @@ import pytest
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.axis import axis_weights
-from pellucid.conditions.open_faces.columns import OpenFace, columns
+from pellucid.conditions.open_faces.columns import OpenFace, columns, why_apart
 from pellucid.conditions.open_faces.opening import layers, nodes_across
 from pellucid.conditions.open_faces.profiles import across_tube, across_walls
 from pellucid.geometry.shapes.solids import Box, Cylinder
@@ -48,6 +48,14 @@ def test_an_opening_ends_where_the_face_does():
     assert found.area.sum() == pytest.approx(1.0 * 1.5)
     assert (found.place[:, 1:] > 0.0).all()
     assert (found.place[:, 2] < 1.5).all()
+
+
+def test_an_opening_goes_on_across_a_seam():
+    case = CASE.model_copy(update={"periodic": ("y",)})
+    face, across = OpenFace.of("x-lower", case), Box(lower=(-2.0, -0.5, 0.0), upper=(3.0, 0.5, 1.5))
+    assert why_apart("the opening", across, face, case) is None
+    assert columns(across, (), None, case, face).area.sum() == pytest.approx(1.0 * 1.5)
+    assert why_apart("the opening", Box(lower=(-2.0, 2.5, 0.0), upper=(3.0, 3.0, 1.5)), face, case) is None
 
 
 @pytest.mark.parametrize("periodic", [(), ("y",)], ids=["walls", "periodic"])

@@ -170,11 +170,9 @@ def _belongs(path: Path, data: Any, schema: Schema) -> str:
 def _of_others(path: Path, data: Any, schema: Schema) -> str:
     """Which other kinds of the table have an unknown key, if any."""
     kinds = schema.kinds(schema.field_at(path[:-1], data), str(path[-1]))
-    return (
-        f"leave it out: only {listed([f'`{kind}`' for kind in kinds])} {'has' if len(kinds) == 1 else 'have'} it"
-        if kinds
-        else ""
-    )
+    if not kinds:
+        return ""
+    return f"leave it out: only {listed([f'`{kind}`' for kind in kinds])} {'has' if len(kinds) == 1 else 'have'} it"
 
 
 def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> Finding:

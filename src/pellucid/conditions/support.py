@@ -9,7 +9,7 @@ from pydantic import field_validator
 
 from pellucid.energy import FRICTION_HEAT, IMPACT_HEAT, Channel
 from pellucid.findings import Finding, Path, listed
-from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Where, chosen_nodes, faults, needs_mesh
+from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Region, Selectable, Where, chosen_nodes, faults, needs_mesh
 from pellucid.geometry.shapes.contract import ActiveAxes
 from pellucid.geometry.shapes.rotation import plane_problems
 from pellucid.grid.model import GridCase
@@ -198,12 +198,13 @@ class Support(Condition):
         """Its velocity [m/s], if it constrains this face of the grid along its normal."""
         return self.velocity if self.constrains_face(face) and self.axes()["xyz".index(face[0])] else None
 
-    def holds(self, nodes: np.ndarray, axis: int, active: ActiveAxes) -> np.ndarray:
-        """Which nodes of the grid [m], shape (n, 3), its shape holds along an axis; none where it has no shape."""
-        shape = self.where.shape if isinstance(self.where, Region) else None
-        if self.body is not None or shape is None or not self.axes()[axis]:
-            return np.zeros(len(nodes), bool)
-        return shape.geometry().contains(nodes, active)
+    def holds(self, nodes: Selectable, axis: int, active: ActiveAxes, reach: float) -> np.ndarray:
+        """Which nodes of the grid, shape (n,), its region holds along an axis; none where it has none, or names a body. reach:
+        how far they may lie beyond a box [m]."""
+        region = self.region()
+        if region is None or needs_mesh(region) or self.body is not None or not self.axes()[axis]:
+            return np.zeros(len(nodes.position), bool)
+        return chosen_nodes(region, nodes, active, reach)
 
     def region(self) -> Where | None:
         """The region in which it constrains nodes, if it is neither all nodes nor a face of the grid."""

@@ -176,7 +176,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
     def state_warning(self) -> str | None:
         """Of a liquid that is squeezed."""
         volume = self.fluid_volume()
-        told = self.material.too_soft(self.mass / volume) if volume > 0.0 else None
+        told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         return None if told is None else f"body `{self.name}`: {told}"
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:

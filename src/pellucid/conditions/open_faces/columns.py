@@ -16,6 +16,8 @@ from pellucid.geometry.shape import Shape
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.grid.model import GridCase
 
+ROUNDING = 1e-6  # of a cell
+
 
 class OpenFace(NamedTuple):
     """A face of the grid."""
@@ -36,6 +38,12 @@ class OpenFace(NamedTuple):
         """1 or -1, the direction into the grid along its axis."""
         return -1.0 if self.is_upper else 1.0
 
+    def nodes(self, grid: GridCase) -> np.ndarray:
+        """The places of its nodes [m], shape (n, 3)."""
+        axes = [np.linspace(*ends) for ends in zip(grid.lower, grid.extent_upper(), np.array(grid.counts()) + 1, strict=True)]
+        axes[self.axis] = axes[self.axis][[-1 if self.is_upper else 0]]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
     def depth(self, position: np.ndarray) -> np.ndarray:
         """How far positions [m], shape (n, 3), are within the grid [m], shape (n,)."""
         return self.inward * (position[:, self.axis] - self.level)
@@ -55,14 +63,19 @@ class Columns(NamedTuple):
         return len(self.area)
 
 
+def _endless(grid: GridCase) -> np.ndarray:
+    """Along which axes shapes end at no face of the grid, shape (3,): thin ones, and across seams."""
+    return np.array(grid.thin()) | np.array(grid.is_periodic())
+
+
 def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Reason | None:
     """Why a shape of this name does not meet a face, by the box about it."""
-    rounding, ends = 1e-6 * grid.cell, zip(grid.lower, grid.extent_upper(), grid.thin(), strict=True)
-    for axis, (low, high, (start, end, thin)) in enumerate(zip(*shape.bounds(), ends, strict=True)):
+    rounding, ends = ROUNDING * grid.cell, zip(grid.lower, grid.extent_upper(), _endless(grid), strict=True)
+    for axis, (low, high, (start, end, endless)) in enumerate(zip(*shape.bounds(), ends, strict=True)):
         if axis == face.axis and not low - rounding <= face.level <= high + rounding:
             text = f"{name} lies between {low:g} and {high:g} m along {'xyz'[axis]}, the face {face.name} at {face.level:g} m"
             return Reason(text, "let it reach through the face, a cell deep into the grid")
-        if axis != face.axis and not thin and (high <= start or low >= end):
+        if axis != face.axis and not endless and (high <= start or low >= end):
             text = f"{name} lies between {low:g} and {high:g} m along {'xyz'[axis]}, the face {face.name}"
             return Reason(f"{text} between {start:g} and {end:g} m", "let it meet the face")
     return None
@@ -73,12 +86,12 @@ def columns(
 ) -> Columns:
     """Those where a shape, less what is left out, meets a face within the grid; none where it does not."""
     counts = points_along_axes(per_cell, grid.thin())
-    lower, upper, thin = np.array(grid.lower), np.array(grid.extent_upper()), np.array(grid.thin())
+    lower, upper, endless = np.array(grid.lower), np.array(grid.extent_upper()), _endless(grid)
     spacing = float(SeedLattice.of(shape, grid, counts).spacing[face.axis])
 
     def outermost(position: np.ndarray) -> np.ndarray:
         depth = face.depth(position)
-        within = (((position >= lower) & (position <= upper)) | thin).all(axis=1)
+        within = (((position >= lower) & (position <= upper)) | endless).all(axis=1)
         return np.flatnonzero(within & (depth >= 0.0) & (depth < spacing * (1.0 - 1e-9)))
 
     seeds = seed(shape, grid, counts, left_out, outermost)

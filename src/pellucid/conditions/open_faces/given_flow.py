@@ -6,17 +6,17 @@ from typing import Any, Literal
 import numpy as np
 
 from pellucid.conditions.amplitude import ChangesInTime
-from pellucid.conditions.open_faces.columns import OpenFace, columns, why_apart
+from pellucid.conditions.open_faces.columns import ROUNDING, OpenFace, columns, why_apart
 from pellucid.conditions.open_faces.profiles import why_no_profile
 from pellucid.conditions.support import Support
 from pellucid.findings import Finding, Path, Reason
+from pellucid.geometry.region import Selectable, within
 from pellucid.geometry.shape import Shape
 from pellucid.grid.model import GridCase
 from pellucid.model import check, parameter
 from pellucid.parts.part import Parts
 
 Profile = Literal["uniform", "parabolic"]
-ROUNDING = 1e-6  # of a cell
 
 
 class GivenFlow(ChangesInTime):
@@ -69,15 +69,20 @@ class GivenFlow(ChangesInTime):
             yield Finding((*path, "where" if self.through is None else "through"), *reason)
         elif self.profile == "parabolic" and (reason := self._why_no_profile(place, body)):
             yield Finding((*path, "profile"), *reason)
-        nodes = _nodes_of(face, grid)
-        if self.through is not None:
-            nodes = nodes[self.through.geometry().contains(nodes, parts.active_axes)]
-        held = np.zeros(len(nodes), bool)
-        for support in parts.of(Support):
-            held |= support.holds(nodes, place.axis, parts.active_axes)
-        if len(nodes) > 0 and held.all():
+        if self._is_closed(place, grid, parts):
             text = f"supports hold all nodes of the opening in the face {face}: nothing flows through it"
             yield Finding(path, text, "take the supports out of the opening, or make it larger")
+
+    def _is_closed(self, face: OpenFace, grid: GridCase, parts: Parts) -> bool:
+        """Whether regions of supports hold all nodes of the opening along the normal."""
+        nodes, periods, active = face.nodes(grid), grid.periods(), parts.active_axes
+        if self.through is not None:
+            just_inside = nodes + face.inward * ROUNDING * grid.cell * np.eye(3)[face.axis]
+            nodes = nodes[within(self.through.geometry(), just_inside, active, periods)]
+        held, of = np.zeros(len(nodes), bool), Selectable(nodes, periods=periods)
+        for support in parts.of(Support):
+            held |= support.holds(of, face.axis, active, ROUNDING * grid.cell)
+        return len(nodes) > 0 and bool(held.all())
 
     def _why_no_profile(self, face: OpenFace, body: Any) -> Reason | None:
         shape = self.through or (body and body.shape)
@@ -95,15 +100,6 @@ class GivenFlow(ChangesInTime):
             return None
         text = f"no point of the lattice of body {body.name} lies in the opening at the face {face.name}"
         return Reason(text, "make it some points wide, and let it reach a cell deep into the grid")
-
-
-def _nodes_of(face: str, grid: GridCase) -> np.ndarray:
-    """The places of the nodes of a face [m], shape (n, 3), moved into the grid by what rounding of a shape's ends may take."""
-    normal, end = "xyz".index(face[0]), int(face.endswith("upper"))
-    axes = [np.linspace(*ends) for ends in zip(grid.lower, grid.extent_upper(), np.array(grid.counts()) + 1, strict=True)]
-    axes[normal] = axes[normal][[-end]]
-    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return np.clip(nodes, np.array(grid.lower) + ROUNDING * grid.cell, np.array(grid.extent_upper()) - ROUNDING * grid.cell)
 
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:
