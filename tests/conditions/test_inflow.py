@@ -226,31 +226,32 @@ def test_a_fast_flow_is_told_as_what_bounds_the_step():
 
 SLIT = """\
 schema = 1
-title = "a viscous liquid is led through a slit"
+title = "a slow liquid is led through a slit"
 [grid]
 lower = [0, 0, 0]
-upper = [2e-3, 1e-3, 0]
-cell = 1e-4
+upper = [2, 1, 0]
+cell = 0.1
 [time]
-end = 0.02
+end = 1.5
 transfer = "apic"
 [[body]]
-name = "water"
-shape = { box = { lower = [0, 0, 0], upper = [2e-3, 1e-3, 0] } }
-velocity = [0.1, 0, 0]
+name = "liquid"
+shape = { box = { lower = [0, 0, 0], upper = [2, 1, 0] } }
+velocity = [1, 0, 0]
 [body.material]
 kind = "fluid"
-density = 1000
-viscosity = 0.01
-eos = { kind = "tait", sound_speed = 1.5, carries_tension = true }
+density = 0.1
+viscosity = 1
+implicit_viscosity = true
+eos = { kind = "tait", sound_speed = 150, carries_tension = true }
 [[support]]
 where = "y-lower"
 [[support]]
 where = "y-upper"
 [[inflow]]
 where = "x-lower"
-body = "water"
-velocity = 0.1
+body = "liquid"
+velocity = 1
 profile = "parabolic"
 [[outflow]]
 where = "x-upper"
@@ -258,16 +259,17 @@ pressure = 0
 """
 
 
-def test_a_liquid_comes_in_at_the_pressure_inside():
-    """12 μUL/H² = 24 Pa at the inlet: points of no pressure, squeezed behind the strip in a cell, left stripes of 60 %.
-
-    The lattice of points and the start leave some per cent; the fall over the middle is that of the slit.
+@pytest.mark.parametrize(("functions", "error"), [("trilinear", 0.05), ("quadratic-bspline", 0.1)])
+def test_a_liquid_comes_in_at_the_pressure_inside(functions, error):
+    """12 μUL/H² = 24 Pa at the inlet, of which a twentieth falls over a cell: errors are one of these with linear functions and
+    two with splines, to whose strip half a cell more belongs. Points that come in at another pressure, be it that of the cell
+    behind, leave twice as much in stripes of two cells, points of no pressure .6. In the last cells pressures are the outlet's.
     """
-    sim = to_the_end(loads(SLIT))
-    x, pressure = sim.bodies[0].field("position")[:, 0] / 1e-4, sim.bodies[0].field("pressure")
-    slices = np.array([pressure[(x >= a) & (x < a + 0.5)].mean() for a in np.arange(0.0, 12.0, 0.5)])
-    exact = 1.2 * (20.0 - np.arange(0.25, 12.0, 0.5))
-    assert np.abs(slices - exact).max() < 0.2 * 24.0
+    sim = to_the_end(loads(SLIT.replace("cell = 0.1", f'cell = 0.1\nfunctions = "{functions}"')))
+    x, pressure = sim.bodies[0].field("position")[:, 0] / 0.1, sim.bodies[0].field("pressure")
+    slices = np.array([pressure[(x >= a) & (x < a + 0.5)].mean() for a in np.arange(0.0, 18.0, 0.5)])
+    exact = 1.2 * (20.0 - np.arange(0.25, 18.0, 0.5))
+    assert np.abs(slices - exact).max() < error * 24.0
     assert sim.conservation()["mass"] < 1e-14
     assert abs(sim.conservation()["energy"]) < 1e-12
 

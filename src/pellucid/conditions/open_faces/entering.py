@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 LAYERS = 8
 """Of points that an opening may have more than fill the grid."""
+LAYERS_OF_MEAN = 2
+"""Of cells, of whose points one mean pressure is taken."""
 MARGIN = 0.25
 """Of the spacing of points, how far one under a pressure comes in at once: it may swing back as far."""
 DENSER = 1.1
@@ -128,18 +130,32 @@ class Entering(ActiveCondition):
         arrays = {name: array[column] for name, array in self._state.items()}
         arrays["position"][:, self._face.axis] = self._face.level + self._face.inward * np.maximum(depth, 0.0)
         arrays["velocity"][...] = (self.strip.speed * self.strip.at_columns)[column, None] * self.strip.normal
-        return [self._body.let_in(self._body.like_those(arrays, self._behind), n_steps, time)]
+        return [self._body.let_in(self._pressed(arrays), n_steps, time)]
 
-    def _behind(self, position: np.ndarray) -> np.ndarray:
-        """Which positions [m], shape (n, 3), are in the two layers of cells behind the strip: their numbers.
+    def _pressed(self, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """Arrays of points of a liquid at the pressure at the inner end of the strip: the mean of the first layers behind it
+        and half of what it has fallen from these to the next, in a flow whose pressure falls evenly.
 
-        Two, since the pressures of points swing from one cell to the next where they are disturbed, and their mean does not.
+        Points at any other pressure are squeezed there, within a cell, and change velocities by what swings from node to node:
+        pressures that swing so make no force which would take it back.
+        """
+        first, second = self._body.mean_pressures(self._behind)
+        if first is None:
+            return arrays
+        return self._body.under(arrays, first if second is None else first + 0.5 * (first - second))
+
+    def _behind(self, position: np.ndarray) -> Sequence[np.ndarray]:
+        """Which positions [m], shape (n, 3), are in the first layers of cells behind the strip, and in the next: their numbers.
+
+        Pressures that swing from one cell to the next have no part in the mean of LAYERS_OF_MEAN.
         """
         cell, place = self._grid.case.cell, self.opening.place
         across = np.delete(np.arange(3), self._face.axis)
         low, high = (end[across] for end in (place.min(axis=0) - 0.5 * cell, place.max(axis=0) + 0.5 * cell))
         depth, beside = self._face.depth(position), position[:, across]
-        return np.flatnonzero((depth > cell) & (depth < 3.0 * cell) & ((beside > low) & (beside < high)).all(axis=1))
+        layers = np.floor((depth - self.strip.depth) / (LAYERS_OF_MEAN * cell))
+        layers[((beside < low) | (beside > high)).any(axis=1)] = -1
+        return [np.flatnonzero(layers == number) for number in range(2)]
 
     def work(self) -> StepWork:
         """Of leading the strip."""

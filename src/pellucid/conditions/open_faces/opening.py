@@ -9,7 +9,7 @@ from pellucid.conditions.open_faces.columns import Columns, OpenFace
 from pellucid.grid.lattice import Grid
 
 LEAST_WEIGHT = 1e-12  # of a node that points reach
-SAMPLES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of a cell, where its functions do not vanish
+SAMPLES = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)  # of a cell: functions begin and end at some of these
 
 
 class NodesAcross(NamedTuple):
@@ -48,10 +48,20 @@ def nodes_across(columns: Columns, grid: Grid, functions: GridFunctions, face: O
 
 def layers(grid: Grid, function: GridFunction, face: OpenFace) -> np.ndarray:
     """The layers of nodes that points in the layer of cells at a face reach, (l,)."""
-    n = grid.lattice.counts[face.axis]
-    cell = n - 1 if face.is_upper else 0
-    reached = {i for sample in SAMPLES for i, _ in _weights(function, cell + sample, n)}
+    reached = {i for depth in SAMPLES for i in _layers_at(depth, grid, function, face)}
     return np.array(sorted(reached), np.int64)
+
+
+def led_depth(grid: Grid, function: GridFunction, face: OpenFace) -> float:
+    """How far from a face points reach these layers alone [m]: 1 to 2 cells, by the functions."""
+    led = set(layers(grid, function, face).tolist())
+    deeper = [1.0 + depth for depth in SAMPLES if _layers_at(1.0 + depth, grid, function, face) <= led]
+    return max(deeper) * grid.lattice.cell
+
+
+def _layers_at(depth: float, grid: Grid, function: GridFunction, face: OpenFace) -> set[int]:
+    n = grid.lattice.counts[face.axis]
+    return {i for i, _ in _weights(function, n - depth if face.is_upper else depth, n)}
 
 
 def _reached(function: GridFunction, place: float, grid: Grid, axis: int) -> list[tuple[int, float]]:

@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.open_faces.columns import Columns, OpenFace
 from pellucid.conditions.open_faces.given_flow import GivenFlow, walled_axes
-from pellucid.conditions.open_faces.opening import layers, nodes_across
+from pellucid.conditions.open_faces.opening import layers, led_depth, nodes_across
 from pellucid.conditions.open_faces.profiles import Wall, across_tube, across_walls, is_tube, why_no_profile
 from pellucid.energy import Channel, StepWork, Totals, WorkLayout
 from pellucid.errors import CaseError, Problem
@@ -46,6 +46,8 @@ class Strip:
         led = (self._across.stored + steps[:, None]).ravel()
         order = np.argsort(led)
         self._nodes, self._number = led[order], np.tile(np.arange(len(self._across.stored)), len(steps))[order]
+        self.depth = led_depth(grid, points.functions[face.axis], face)
+        """How far from the face points feel nodes of the strip alone [m]."""
         self.area = float(columns.area.sum())
         self.speed = 0.0  # mean over the opening in this step [m/s]
         self.limit = NO_LIMIT
