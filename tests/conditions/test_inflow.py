@@ -245,9 +245,7 @@ viscosity = 1
 implicit_viscosity = true
 eos = { kind = "tait", sound_speed = 150, carries_tension = true }
 [[support]]
-where = "y-lower"
-[[support]]
-where = "y-upper"
+where = ["y-lower", "y-upper"]
 [[inflow]]
 where = "x-lower"
 body = "liquid"

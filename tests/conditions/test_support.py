@@ -218,6 +218,24 @@ def test_contact_beside_such_walls(walls):
     assert sim.conservation()["momentum"] < 1e-14
 
 
+@pytest.mark.parametrize("more", [{"friction": 0.3}, {"fix": ("x", "y")}])
+def test_a_support_of_several_faces_is_one_on_each(more):
+    """The same bits as of two, whose reactions of one name add up; of bodies on the grid and with nodes of their own."""
+    walls = [wall("y-lower", **more), wall("x-lower", **more)]
+    ends = []
+    for support in (walls, [walls[0] | {"where": ("y-lower", "x-lower")}]):
+        solid, sheet = (
+            box((-1, -1, 0), (1, 1, 1), RATE_SOLID, velocity=(-0.1, -0.06, 0)),
+            element_sheet(velocity=(-1.0, -0.1, 0)),
+        )
+        sim = simulation(solid, sheet, lower=(-1, -1, -2), counts=(6, 6, 6), support=support, end=100.0)
+        advance(sim, 40)
+        ends.append((sim.bodies[0].frame(), sim.bodies[1].frame(), sim.reactions()["wall"]))
+    for one, other in zip(*ends, strict=True):
+        np.testing.assert_equal(one, other)
+    assert np.all(ends[0][2][:2] > 0.0)
+
+
 def test_such_walls_let_go_at_their_time_and_others_stay_as_they_are():
     """A floor that sticks is gone after 0.5 s; a wall that let a block go does not hold it again by that."""
     support = [wall("z-lower", stick=True, until=0.5), wall("x-lower", opens=True, name="side")]
@@ -386,6 +404,15 @@ RIGID = "rigid = true\npoints_per_cell"
             "stick",
             ["support.again.stick", "says already how y-lower rubs", "say it once"],
         ),
+        (
+            "friction = 0.3",
+            'friction = 0.3\n\n[[support]]\nname = "again"\nwhere = ["x-lower", "y-lower"]\nfix = "normal"\nstick = true',
+            "stick",
+            ["support.again.stick", "says already how y-lower rubs", "say it once"],
+        ),
+        ('"y-lower"', '["y-lower", "y-lower"]', "where", ["support.slope.where", "y-lower stands here a second time"]),
+        ('"y-lower"', "[]", "where", ["support.slope.where", "names no face", "leave the support out"]),
+        ('"y-lower"', '["y-lower", "boundary"]', "where", ["support.slope.where.1", 'one of "x-lower"']),
         (
             "friction = 0.3",
             "frictoin = 0.3",

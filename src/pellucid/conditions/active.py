@@ -5,6 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from pellucid.conditions.support import Support, by_face
 from pellucid.energy import Channel, Passed, StepWork, WorkLayout, channel_of_load
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
@@ -22,7 +23,7 @@ class BodiesAndConditions(Protocol):
     @property
     def body(self) -> Sequence[BodyModel]: ...
     @property
-    def support(self) -> Sequence[Condition]: ...
+    def support(self) -> Sequence[Support]: ...
     def conditions(self) -> Mapping[type[Condition], Sequence[Condition]]: ...
 
 
@@ -31,7 +32,7 @@ def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touchin
     every = [condition for several in case.conditions().values() for condition in several]
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
-    return WorkLayout(loads, [*stated, *others], len(case.support), touching)
+    return WorkLayout(loads, [*stated, *others], len(by_face(case.support)), touching)
 
 
 class ActiveConditions:

@@ -1,11 +1,11 @@
 """Nodes constrained by supports: those of the grid, and those of bodies with their own."""
 
-from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
 from pellucid.conditions.open_walls import OpenWalls
+from pellucid.conditions.support import Support, by_face
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults
@@ -18,9 +18,6 @@ from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
 from pellucid.parts.capabilities import NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
 
-if TYPE_CHECKING:
-    from pellucid.conditions.support import Support
-
 REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 
 
@@ -28,7 +25,7 @@ class Released(ActiveCondition):
     """Supports that let the nodes of grids and bodies go at a time."""
 
     def __init__(
-        self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
+        self, supports: Sequence[Support], actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
     ) -> None:
         self._supports, self._actions, self._bodies = supports, actions, bodies
         self._gone: set[int] = set()
@@ -48,23 +45,31 @@ class Released(ActiveCondition):
         """Mark the nodes of a grid by the supports that are left; what walls have let go, they do not hold by that."""
         constrained = grid.nodes.constrained
         let_go = (held > 0) & (constrained[: len(held)] == 0)
-        held[:] = constrain_nodes(grid, self._supports, range(len(self._supports)), self._gone).walls.held
+        held[:] = constrain_nodes(grid, self._supports, self._gone).walls.held
         constrained[: len(held)][let_go & (held > 0)] = 0
 
 
-def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence[ActiveCondition]:
-    """Let supports constrain the nodes of all grids and those of bodies with their own; what lets them go in a run. Raises
-    CaseError for a support without nodes."""
+def constrain_all(supports: Sequence[Support], assembly: Assembly) -> Sequence[ActiveCondition]:
+    """Let supports constrain the nodes of all grids and those of bodies with their own, face by face; what lets them go in a
+    run. Raises CaseError for a support without nodes."""
+    numbers = [number for number, support in enumerate(supports) for _ in support.by_face()]
+    supports = by_face(supports)
     own: dict[NodalBody, list[NodalSupport]] = {}
     for member in assembly.bodies.values():
         if isinstance(member.body, NodalBody):
-            own[member.body] = [nodal_support(member, support, number) for number, support in enumerate(supports)]
-    found = {number for of_body in own.values() for number, support in enumerate(of_body) if support.nodes.any()}
+            own[member.body] = [nodal_support(member, support, numbers[row]) for row, support in enumerate(supports)]
+    found = {row for of_body in own.values() for row, support in enumerate(of_body) if support.nodes.any()}
     for actions in assembly.actions:
-        actions.supports = constrain_nodes(actions.field.grid, supports, found)
-    for number, support in enumerate(supports):
-        if number not in found and support.body is None and not assembly.actions:
-            raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{number}.where", remedy=NOWHERE))
+        grid = actions.field.grid
+        for row, nodes in enumerate(_grid_nodes_of(supports, grid)):
+            if not nodes.any() and supports[row].body is None and row not in found:
+                text = "constrains no node of the grid: the box lies between nodes or beyond the grid"
+                wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
+                raise CaseError(Problem(text, f"support.{numbers[row]}.where", remedy=wider))
+        actions.supports = constrain_nodes(grid, supports)
+    for row, support in enumerate(supports):
+        if row not in found and support.body is None and not assembly.actions:
+            raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{numbers[row]}.where", remedy=NOWHERE))
     for body, of_body in own.items():
         if isinstance(body, TakesSupports):
             body.add_supports(of_body)
@@ -74,7 +79,7 @@ def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence
     return [*released, *_open_walls(supports, assembly)]
 
 
-def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:
+def _open_walls(supports: Sequence[Support], assembly: Assembly) -> list[OpenWalls]:
     """The walls that open, for each velocity field that moves points."""
     faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]
     found = []
@@ -86,29 +91,17 @@ def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenW
     return found
 
 
-def constrain_nodes(
-    grid: Grid, supports: "Sequence[Support]", elsewhere: Collection[int] = (), gone: Collection[int] = ()
-) -> Supports:
+def constrain_nodes(grid: Grid, supports: Sequence[Support], gone: Collection[int] = ()) -> Supports:
     """Mark the constrained directions of nodes. Where supports overlap the later one counts; the last row is of thin axes.
 
-    elsewhere: the numbers of supports that constrain nodes of bodies, and may leave out those of the grid; gone: of those that
-    constrain none any more.
+    supports: each of one face or none; gone: the numbers of those that constrain no nodes any more.
     """
-    index, position = grid.where()
+    index, _ = grid.where()
     constrained = grid.nodes.constrained
     constrained.fill(0)
-    for number, support in enumerate(supports):
-        inside = (
-            nodes_of(support, grid, Selectable(position, periods=grid.periods))
-            if support.body is None
-            else np.zeros(len(position), bool)
-        )
-        if not inside.any() and support.body is None and number not in elsewhere:
-            text = "constrains no node of the grid: the box lies between nodes or beyond the grid"
-            wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
-            raise CaseError(Problem(text, f"support.{number}.where", remedy=wider))
-        for axis in np.flatnonzero(support.axes() if number not in gone else ()):
-            constrained[index[inside], axis] = number + 1
+    for number, nodes in enumerate(_grid_nodes_of(supports, grid)):
+        for axis in np.flatnonzero(supports[number].axes() if number not in gone else ()):
+            constrained[index[nodes], axis] = number + 1
     for axis in np.flatnonzero(grid.thin):
         constrained[:, axis] = len(supports) + 1
     velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
@@ -116,7 +109,15 @@ def constrain_nodes(
     return Supports(velocity, np.array([*faces, True], dtype=np.int64), _yielding(supports, constrained))
 
 
-def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> YieldingWalls:
+def _grid_nodes_of(supports: Sequence[Support], grid: Grid) -> Iterator[np.ndarray]:
+    """Which nodes of a grid each of the supports constrains, shape (n,)."""
+    _, position = grid.where()
+    of = Selectable(position, periods=grid.periods)
+    for support in supports:
+        yield nodes_of(support, grid, of) if support.body is None else np.zeros(len(position), bool)
+
+
+def _yielding(supports: Sequence[Support], constrained: np.ndarray) -> YieldingWalls:
     """The walls among supports that rub or open, and the nodes that these hold, of all that are constrained."""
     ends = [support.face() for support in supports]
     inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
@@ -132,7 +133,7 @@ def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> Yieldin
     return YieldingWalls(*numbers, held, walls["stuck"].allocate(n), gap, walls["impulse"].allocate(n))
 
 
-def nodal_support(member: AssembledBody, support: "Support", number: int) -> NodalSupport:
+def nodal_support(member: AssembledBody, support: Support, number: int) -> NodalSupport:
     """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them.
     It holds those that lie on it at the start, unless it lets them go.
 
@@ -152,7 +153,7 @@ def nodal_support(member: AssembledBody, support: "Support", number: int) -> Nod
     return NodalSupport(held, axes, support.velocity, wall, label, support.wall_friction())
 
 
-def nodes_of(support: "Support", grid: Grid | None, of: Selectable) -> np.ndarray:
+def nodes_of(support: Support, grid: Grid | None, of: Selectable) -> np.ndarray:
     """Which nodes a support constrains, shape (n,): those of the grid or a body's own."""
     region, face, position = support.region(), support.face(), of.position
     if region is not None:

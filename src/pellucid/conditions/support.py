@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from math import inf
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import field_validator
@@ -35,7 +35,9 @@ class Support(Condition):
         "where a named set, a normal or the boundary is meant, those of the only body",
         None,
     )
-    where: Literal["all-nodes"] | Face | Where = parameter("", "which nodes: all-nodes, a face of the grid, or a region")
+    where: Literal["all-nodes"] | Face | tuple[Face, ...] | Where = parameter(
+        "", "which nodes: all-nodes, a face of the grid, a list of faces, or a region"
+    )
     fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "constrained directions", ("x", "y", "z"))
     velocity: Vector = parameter(
         "m/s", "velocity of the constrained directions; of a wall with friction, along which it drags too", (0.0, 0.0, 0.0)
@@ -62,9 +64,19 @@ class Support(Condition):
             raise ValueError('fix names no direction; list some of "x", "y", "z", or leave the support out')
         return fix
 
+    @field_validator("where")
+    @classmethod
+    def _names_faces_once(cls, where: Any) -> Any:
+        faces = where if isinstance(where, tuple) else ("one",)
+        if not faces:
+            raise ValueError('where names no face; list some, such as "x-lower", or leave the support out')
+        if twice := [face for number, face in enumerate(faces) if face in faces[:number]]:
+            raise ValueError(f"the face {twice[0]} stands here a second time; name it once")
+        return where
+
     @check
     def _normal_needs_a_face(self) -> None:
-        if self.fix == "normal" and self.face() is None:
+        if self.fix == "normal" and not self.faces():
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
 
     def _wall_keys(self) -> list[str]:
@@ -75,9 +87,10 @@ class Support(Condition):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node, a wall that
         cannot rub or open."""
-        if self.face() is not None:
+        if faces := self.faces():
             yield from parts.no_grid((*path, "where"), "faces are those of a grid")
-            yield from parts.seam((*path, "where"), str(self.where))
+        for number, face in enumerate(faces):
+            yield from parts.seam((*path, "where", number) if isinstance(self.where, tuple) else (*path, "where"), face)
         yield from self._yielding_problems(path, parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
@@ -109,9 +122,13 @@ class Support(Condition):
             text = "nothing slides on a wall that sticks, so it has no `friction`"
             yield Finding((*path, "stick"), text, "leave one of them out")
         for place, other in parts.placed(Support):
-            same = other.where == self.where and (self.body is None or other.body in (None, self.body))
+            same = [
+                face
+                for face in self.faces()
+                if face in other.faces() and (self.body is None or other.body in (None, self.body))
+            ]
             if keys and same and place < path and other._wall_keys():
-                text = f"support number {int(place[1]) + 1} says already how {self.where} rubs or opens"
+                text = f"support number {int(place[1]) + 1} says already how {same[0]} rubs or opens"
                 yield Finding((*path, keys[0]), text, "say it once, or name different bodies")
         yields = keys and (self.lets_go() or self.wall_friction() > 0.0)
         for body in parts.of(BodyModel) if yields else []:
@@ -174,7 +191,7 @@ class Support(Condition):
 
     def channels(self) -> Sequence[Channel]:
         """What points lose that take its velocity at once, as within the grid and at a wall that opens; what friction takes."""
-        clamps = self.body is None and (self.face() is None or self.lets_go())
+        clamps = self.body is None and (not self.faces() or self.lets_go())
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
     @classmethod
@@ -192,11 +209,12 @@ class Support(Condition):
 
     def constrains_face(self, face: str) -> bool:
         """Whether it constrains this face of the grid."""
-        return self.where == face and self.body is None
+        return face in self.faces() and self.body is None
 
     def face_velocity(self, face: str) -> Vector | None:
         """Its velocity [m/s], if it constrains this face of the grid along its normal."""
-        return self.velocity if self.constrains_face(face) and self.axes()["xyz".index(face[0])] else None
+        held = self.constrains_face(face) and (self.fix == "normal" or face[0] in self.fix)
+        return self.velocity if held else None
 
     def holds(self, nodes: Selectable, axis: int, active: ActiveAxes, reach: float) -> np.ndarray:
         """Which nodes of the grid, shape (n,), its region holds along an axis; none where it has none, or names a body. reach:
@@ -210,6 +228,10 @@ class Support(Condition):
         """The region in which it constrains nodes, if it is neither all nodes nor a face of the grid."""
         return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
 
+    def clamps(self) -> bool:
+        """Whether it holds nodes in all directions."""
+        return set(self.fix) == set("xyz")
+
     def wall_friction(self) -> float:
         """The coefficient of friction of a wall, 0 where it is smooth."""
         return inf if self.stick else self.friction or 0.0
@@ -218,13 +240,31 @@ class Support(Condition):
         """Whether as a wall it holds nothing that moves away."""
         return self.wall_friction() > 0.0 if self.opens is None else self.opens
 
+    def faces(self) -> tuple[Face, ...]:
+        """The faces of the grid that it constrains."""
+        if isinstance(self.where, tuple):
+            return self.where
+        if isinstance(self.where, Region) or self.where == "all-nodes" or self.where == "boundary":
+            return ()
+        return (self.where,)
+
+    def by_face(self) -> "list[Support]":
+        """One for each face of the grid that it names, or itself."""
+        return [self.model_copy(update={"where": face}) for face in self.where] if isinstance(self.where, tuple) else [self]
+
+    # of one by face
+
     def axes(self) -> tuple[bool, bool, bool]:
         """Which directions are constrained."""
-        axes = (self.where[0],) if self.fix == "normal" and isinstance(self.where, str) else self.fix
+        axes = tuple(face[0] for face in self.faces()) if self.fix == "normal" else self.fix
         return "x" in axes, "y" in axes, "z" in axes
 
     def face(self) -> tuple[int, int] | None:
         """The axis and the end, 0 lower and 1 upper, of the face of the grid on which it is, if it is on one."""
-        if isinstance(self.where, Region) or self.where in ("all-nodes", "boundary"):
-            return None
-        return "xyz".index(self.where[0]), ("lower", "upper").index(self.where[2:])
+        faces = self.faces()
+        return ("xyz".index(faces[0][0]), ("lower", "upper").index(faces[0][2:])) if faces else None
+
+
+def by_face(supports: Sequence[Support]) -> list[Support]:
+    """Supports each of which names one face of the grid, or none: as such they act."""
+    return [one for support in supports for one in support.by_face()]

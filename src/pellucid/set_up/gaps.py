@@ -105,7 +105,8 @@ def _planes(case: Case) -> Iterator[Border]:
         face = f"{'xyz'[axis]}-{'lower' if is_lower else 'upper'}"
         along = np.eye(3)[axis]
         (a, b, c), (x, y, z) = (1.0 if is_lower else -1.0) * along, place * along
-        rubs = any(s.constrains_face(face) and (all(s.axes()) or s.stick or s.wall_friction() > 0.0) for s in case.support)
+        at_face = [support for support in case.support if support.constrains_face(face)]
+        rubs = any(support.clamps() or support.wall_friction() > 0.0 for support in at_face)
         plane = WallPlane((x, y, z), (a, b, c), (0.0, 0.0, 0.0))
         yield Border(f"face {face}", _behind(plane), rest, plane.normal, not rubs)
 
