@@ -410,7 +410,8 @@ RIGID = "rigid = true\npoints_per_cell"
             "stick",
             ["support.again.stick", "says already how y-lower rubs", "say it once"],
         ),
-        ('"y-lower"', '["y-lower", "y-lower"]', "where", ["support.slope.where", "y-lower stands here a second time"]),
+        ('"y-lower"', '["y-lower", "y-lower"]', "where", ["support.slope.where.1", "y-lower is named twice", "leave it out"]),
+        ('"y-lower"\nfix = "normal"\nfriction = 0.3', '["y-lower", "z-lower"]', "where", ["where.1", "one cell thick along z"]),
         ('"y-lower"', "[]", "where", ["support.slope.where", "names no face", "leave the support out"]),
         ('"y-lower"', '["y-lower", "boundary"]', "where", ["support.slope.where.1", 'one of "x-lower"']),
         (

@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pellucid.conditions.support import Support, by_face
+from pellucid.conditions.support import Support, on_each_face
 from pellucid.energy import Channel, Passed, StepWork, WorkLayout, channel_of_load
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.velocity_field import VelocityField
@@ -32,7 +32,7 @@ def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touchin
     every = [condition for several in case.conditions().values() for condition in several]
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
-    return WorkLayout(loads, [*stated, *others], len(by_face(case.support)), touching)
+    return WorkLayout(loads, [*stated, *others], len(on_each_face(case.support)), touching)
 
 
 class ActiveConditions:

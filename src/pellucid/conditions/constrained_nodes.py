@@ -1,11 +1,11 @@
 """Nodes constrained by supports: those of the grid, and those of bodies with their own."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from pellucid.conditions.open_walls import OpenWalls
-from pellucid.conditions.support import Support, by_face
+from pellucid.conditions.support import Support, on_each_face
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults
@@ -45,28 +45,22 @@ class Released(ActiveCondition):
         """Mark the nodes of a grid by the supports that are left; what walls have let go, they do not hold by that."""
         constrained = grid.nodes.constrained
         let_go = (held > 0) & (constrained[: len(held)] == 0)
-        held[:] = constrain_nodes(grid, self._supports, self._gone).walls.held
+        held[:] = constrain_nodes(grid, self._supports, range(len(self._supports)), self._gone).walls.held
         constrained[: len(held)][let_go & (held > 0)] = 0
 
 
 def constrain_all(supports: Sequence[Support], assembly: Assembly) -> Sequence[ActiveCondition]:
     """Let supports constrain the nodes of all grids and those of bodies with their own, face by face; what lets them go in a
     run. Raises CaseError for a support without nodes."""
-    numbers = [number for number, support in enumerate(supports) for _ in support.by_face()]
-    supports = by_face(supports)
+    numbers = [number for number, support in enumerate(supports) for _ in support.on_each_face()]
+    supports = on_each_face(supports)
     own: dict[NodalBody, list[NodalSupport]] = {}
     for member in assembly.bodies.values():
         if isinstance(member.body, NodalBody):
             own[member.body] = [nodal_support(member, support, numbers[row]) for row, support in enumerate(supports)]
     found = {row for of_body in own.values() for row, support in enumerate(of_body) if support.nodes.any()}
     for actions in assembly.actions:
-        grid = actions.field.grid
-        for row, nodes in enumerate(_grid_nodes_of(supports, grid)):
-            if not nodes.any() and supports[row].body is None and row not in found:
-                text = "constrains no node of the grid: the box lies between nodes or beyond the grid"
-                wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
-                raise CaseError(Problem(text, f"support.{numbers[row]}.where", remedy=wider))
-        actions.supports = constrain_nodes(grid, supports)
+        actions.supports = constrain_nodes(actions.field.grid, supports, found, numbers=numbers)
     for row, support in enumerate(supports):
         if row not in found and support.body is None and not assembly.actions:
             raise CaseError(Problem(CONSTRAINS_NOTHING, f"support.{numbers[row]}.where", remedy=NOWHERE))
@@ -91,30 +85,35 @@ def _open_walls(supports: Sequence[Support], assembly: Assembly) -> list[OpenWal
     return found
 
 
-def constrain_nodes(grid: Grid, supports: Sequence[Support], gone: Collection[int] = ()) -> Supports:
+def constrain_nodes(
+    grid: Grid,
+    supports: Sequence[Support],
+    elsewhere: Collection[int] = (),
+    gone: Collection[int] = (),
+    numbers: Sequence[int] = (),
+) -> Supports:
     """Mark the constrained directions of nodes. Where supports overlap the later one counts; the last row is of thin axes.
 
-    supports: each of one face or none; gone: the numbers of those that constrain no nodes any more.
+    elsewhere: which supports, each on one face or none, constrain nodes of bodies, and may leave out those of the grid; gone:
+    those that constrain none any more; numbers: those of the supports of the case, where these list faces.
     """
-    index, _ = grid.where()
+    index, position = grid.where()
+    of = Selectable(position, periods=grid.periods)
     constrained = grid.nodes.constrained
     constrained.fill(0)
-    for number, nodes in enumerate(_grid_nodes_of(supports, grid)):
-        for axis in np.flatnonzero(supports[number].axes() if number not in gone else ()):
-            constrained[index[nodes], axis] = number + 1
+    for row, support in enumerate(supports):
+        inside = nodes_of(support, grid, of) if support.body is None else np.zeros(len(position), bool)
+        if not inside.any() and support.body is None and row not in elsewhere:
+            text = "constrains no node of the grid: the box lies between nodes or beyond the grid"
+            wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
+            raise CaseError(Problem(text, f"support.{numbers[row] if numbers else row}.where", remedy=wider))
+        for axis in np.flatnonzero(support.axes() if row not in gone else ()):
+            constrained[index[inside], axis] = row + 1
     for axis in np.flatnonzero(grid.thin):
         constrained[:, axis] = len(supports) + 1
     velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
     faces = [support.face() is not None for support in supports]
     return Supports(velocity, np.array([*faces, True], dtype=np.int64), _yielding(supports, constrained))
-
-
-def _grid_nodes_of(supports: Sequence[Support], grid: Grid) -> Iterator[np.ndarray]:
-    """Which nodes of a grid each of the supports constrains, shape (n,)."""
-    _, position = grid.where()
-    of = Selectable(position, periods=grid.periods)
-    for support in supports:
-        yield nodes_of(support, grid, of) if support.body is None else np.zeros(len(position), bool)
 
 
 def _yielding(supports: Sequence[Support], constrained: np.ndarray) -> YieldingWalls:

@@ -66,12 +66,9 @@ class Support(Condition):
 
     @field_validator("where")
     @classmethod
-    def _names_faces_once(cls, where: Any) -> Any:
-        faces = where if isinstance(where, tuple) else ("one",)
-        if not faces:
+    def _names_a_face(cls, where: Any) -> Any:
+        if where == ():
             raise ValueError('where names no face; list some, such as "x-lower", or leave the support out')
-        if twice := [face for number, face in enumerate(faces) if face in faces[:number]]:
-            raise ValueError(f"the face {twice[0]} stands here a second time; name it once")
         return where
 
     @check
@@ -87,10 +84,7 @@ class Support(Condition):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node, a wall that
         cannot rub or open."""
-        if faces := self.faces():
-            yield from parts.no_grid((*path, "where"), "faces are those of a grid")
-        for number, face in enumerate(faces):
-            yield from parts.seam((*path, "where", number) if isinstance(self.where, tuple) else (*path, "where"), face)
+        yield from self._face_problems((*path, "where"), parts)
         yield from self._yielding_problems(path, parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
@@ -111,6 +105,19 @@ class Support(Condition):
             if self.where.box is not None and (shape := self.where.shape) is not None:
                 yield from self._box_problems((*path, "where", "box"), *shape.geometry().bounds(), parts.grid)
 
+    def _face_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Of faces that are none, or stand there twice."""
+        if self.faces():
+            yield from parts.no_grid(path, "faces are those of a grid")
+        for number, face in enumerate(self.faces()):
+            here = (*path, number) if isinstance(self.where, tuple) else path
+            yield from parts.seam(here, face)
+            if face in self.faces()[:number]:
+                yield Finding(here, f"the face {face} is named twice", "leave it out once")
+            elif self.fix != "normal" and parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
+                text = f"the grid is one cell thick along {face[0]}: all its nodes lie on the face {face}"
+                yield Finding(here, text, 'leave it out, or name "all-nodes"')
+
     def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Of a wall that rubs or opens: what is none, what is said twice, and bodies to which it does neither."""
         keys = self._wall_keys()
@@ -128,8 +135,9 @@ class Support(Condition):
                 if face in other.faces() and (self.body is None or other.body in (None, self.body))
             ]
             if keys and same and place < path and other._wall_keys():
-                text = f"support number {int(place[1]) + 1} says already how {same[0]} rubs or opens"
-                yield Finding((*path, keys[0]), text, "say it once, or name different bodies")
+                text = f"support number {int(place[1]) + 1} says already how {listed(same)} rubs or opens"
+                yield Finding((*path, keys[0]), text, "say it once for each face, or name different bodies")
+                break
         yields = keys and (self.lets_go() or self.wall_friction() > 0.0)
         for body in parts.of(BodyModel) if yields else []:
             if self.body not in (None, body.name):
@@ -228,9 +236,9 @@ class Support(Condition):
         """The region in which it constrains nodes, if it is neither all nodes nor a face of the grid."""
         return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
 
-    def clamps(self) -> bool:
+    def holds_all(self) -> bool:
         """Whether it holds nodes in all directions."""
-        return set(self.fix) == set("xyz")
+        return self.fix != "normal" and set(self.fix) == {"x", "y", "z"}
 
     def wall_friction(self) -> float:
         """The coefficient of friction of a wall, 0 where it is smooth."""
@@ -248,23 +256,26 @@ class Support(Condition):
             return ()
         return (self.where,)
 
-    def by_face(self) -> "list[Support]":
-        """One for each face of the grid that it names, or itself."""
+    def on_each_face(self) -> "list[Support]":
+        """One for each face of the grid that it lists, or itself."""
         return [self.model_copy(update={"where": face}) for face in self.where] if isinstance(self.where, tuple) else [self]
 
-    # of one by face
+    # of one of these
 
     def axes(self) -> tuple[bool, bool, bool]:
         """Which directions are constrained."""
-        axes = tuple(face[0] for face in self.faces()) if self.fix == "normal" else self.fix
-        return "x" in axes, "y" in axes, "z" in axes
+        face = self.face()
+        if self.fix == "normal" and face is not None:
+            return face[0] == 0, face[0] == 1, face[0] == 2
+        return "x" in self.fix, "y" in self.fix, "z" in self.fix
 
     def face(self) -> tuple[int, int] | None:
         """The axis and the end, 0 lower and 1 upper, of the face of the grid on which it is, if it is on one."""
-        faces = self.faces()
-        return ("xyz".index(faces[0][0]), ("lower", "upper").index(faces[0][2:])) if faces else None
+        if isinstance(self.where, tuple):
+            raise ValueError(f"a support of the faces {listed(self.where)} is on none of them alone")
+        return next((("xyz".index(face[0]), ("lower", "upper").index(face[2:])) for face in self.faces()), None)
 
 
-def by_face(supports: Sequence[Support]) -> list[Support]:
-    """Supports each of which names one face of the grid, or none: as such they act."""
-    return [one for support in supports for one in support.by_face()]
+def on_each_face(supports: Sequence[Support]) -> list[Support]:
+    """Supports each of which lists no faces: as such they act."""
+    return [one for support in supports for one in support.on_each_face()]

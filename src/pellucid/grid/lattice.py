@@ -87,7 +87,9 @@ class Nodes(NamedTuple):
     ]  # the rows of velocities and increments are zero there
     constrained: Annotated[
         np.ndarray,
-        NodalField(3, FOUND, RUN, "", "0 where free, else 1 + the number of the support along this axis", np.int16),
+        NodalField(
+            3, FOUND, RUN, "", "0 where free, else 1 + the number of the support or of its face along this axis", np.int16
+        ),
     ]
 
 

@@ -28,7 +28,7 @@ class YieldingWalls(NamedTuple):
     ]
     stuck: Annotated[
         np.ndarray,
-        NodalField(3, FOUND, RUN, "", "0, or 1 + the number of the support on which it did not slide", np.int16),
+        NodalField(3, FOUND, RUN, "", "0, or 1 + the number of the support or of its face on which it did not slide", np.int16),
     ]
     gap: Annotated[np.ndarray, NodalField(3, MIN, STEP, "m", "distance of bodies from walls that open")]
     impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "of walls over the step; along them friction")]

@@ -209,14 +209,14 @@ class GainsPoints(Protocol):
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
         """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
 
-    def mean_pressures(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[float | None]:
-        """The mean pressures [Pa] of sets of its points, None of an empty one.
+    def stresses_of(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of sets of its points.
 
         sets: the numbers of those in each set among some positions [m], shape (n, 3).
         """
 
-    def under(self, arrays: Mapping[str, np.ndarray], pressure: float) -> Mapping[str, np.ndarray]:
-        """Arrays of points of a liquid with this mean pressure [Pa]; those of other materials as they are."""
+    def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
+        """Arrays of points of a liquid under a pressure larger by `more` [Pa]; those of other materials as they are."""
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> "Passed":
         """Take in points with such arrays after a step: what they bring along."""

@@ -106,7 +106,7 @@ def _planes(case: Case) -> Iterator[Border]:
         along = np.eye(3)[axis]
         (a, b, c), (x, y, z) = (1.0 if is_lower else -1.0) * along, place * along
         at_face = [support for support in case.support if support.constrains_face(face)]
-        rubs = any(support.clamps() or support.wall_friction() > 0.0 for support in at_face)
+        rubs = any(support.holds_all() or support.wall_friction() > 0.0 for support in at_face)
         plane = WallPlane((x, y, z), (a, b, c), (0.0, 0.0, 0.0))
         yield Border(f"face {face}", _behind(plane), rest, plane.normal, not rubs)
 

@@ -5,7 +5,6 @@ from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 from pellucid.conditions.contact import Contact
-from pellucid.conditions.support import by_face
 from pellucid.conditions.symmetry import seams, symmetry_planes
 from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.contact_surface import ContactSurface
@@ -43,7 +42,7 @@ def contacts_of(
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
-    return ContactPairs(pairs, len(by_face(case.support)), layout.n_loads), surface_pairs
+    return ContactPairs(pairs, layout.n_supports, layout.n_loads), surface_pairs
 
 
 def _fields_may(case: "Case") -> bool:

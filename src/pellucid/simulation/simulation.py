@@ -12,7 +12,7 @@ from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.transfer_loss import contact_lag_work, return_heat, separate_force_buffers, transfer_work
 from pellucid.case.spec import required
 from pellucid.conditions.active import ActiveConditions
-from pellucid.conditions.support import by_face
+from pellucid.conditions.support import on_each_face
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.energy import (
     CONTACT,
@@ -106,7 +106,7 @@ class Simulation:
         self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, *acting, remaps)
         self._scheme = SCHEMES[case.time.scheme]
         self.clock = self._clock()
-        self._support_names = [support.name for support in by_face(case.support)]
+        self._support_names = [support.name for support in on_each_face(case.support)]
         self.begin_balance()
         self._begun, self._settled = False, dict[str, Any]()
         own_steps = all(body.has_own_step for body in case.body) and not self._on_grid

@@ -326,14 +326,15 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
         return _arrays_at(self._model, position, volume, self._gravity)
 
-    def mean_pressures(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[float | None]:
-        """The mean pressures [Pa] of sets of its points, chosen by their positions, None of an empty one."""
+    def stresses_of(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of sets of its points, chosen by their positions."""
+        self._complete("position", "stress", "volume")
         chosen = sets(self.arrays["position"][: self.n_there])
-        return [_mean_pressure(self.arrays, numbers) if len(numbers) else None for numbers in chosen]
+        return [(self.arrays["stress"][numbers], self.arrays["volume"][numbers]) for numbers in chosen]
 
-    def under(self, arrays: Mapping[str, np.ndarray], pressure: float) -> Mapping[str, np.ndarray]:
-        """Arrays of points of a liquid with this mean pressure [Pa]; those of other materials as they are."""
-        return self.material.pressed(arrays, pressure - _mean_pressure(arrays, np.arange(len(arrays["mass"]))))
+    def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
+        """Arrays of points of a liquid under a pressure larger by `more` [Pa]; those of other materials as they are."""
+        return self.material.pressed(arrays, more)
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Passed:
         """Take in points with such arrays after a step, in which they lie in the grid; what they bring along.
@@ -390,12 +391,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         if name == self.material.energy_field and name not in self.arrays:
             return point_energies(self.law, self._state, self._field_there("density"))
         return super()._field_there(name)
-
-
-def _mean_pressure(arrays: Mapping[str, np.ndarray], numbers: np.ndarray) -> float:
-    """Of some points [Pa], by their volumes."""
-    pressure = -arrays["stress"][numbers, :3].mean(axis=1)
-    return float(np.average(pressure, weights=arrays["volume"][numbers]))
 
 
 def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vector) -> tuple[dict[str, np.ndarray], int]:

@@ -1,7 +1,7 @@
 """Points that come in through openings, in a run."""
 
 from collections.abc import Mapping, Sequence
-from math import ceil
+from math import ceil, exp
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from pellucid.conditions.open_faces.pushed_strip import PushedStrip
 from pellucid.conditions.open_faces.strip import Passage, work_of_strip
 from pellucid.energy import INFLOW_WORK, Passed, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
+from pellucid.grid.model import GridCase
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import GainsPoints
@@ -75,7 +76,8 @@ class Entering(ActiveCondition):
         self.grid_volume = self._grid.volume
         self.middle = self.opening.place.mean(axis=0)
         self.middle[self._face.axis] = self._face.level
-        self._travel = self._furthest = self._time = 0.0
+        self._travel = self._furthest = self._seen = self._time = 0.0
+        self._fall = 0.0
         self._work, self._impulse = 0.0, np.zeros(3)
 
     def try_out(self) -> None:
@@ -83,6 +85,7 @@ class Entering(ActiveCondition):
         self.strip.find_profile()
         self.strip.bound(self._totals, self.strip.mean_at(0.0))
         self._state = self._body.state_at(self.opening.place, self.opening.area * self.opening.spacing)
+        self._given_pressure = _mean_pressure(self._state["stress"], self._state["volume"]) or 0.0
 
     def begin(self, time: float, dt: float) -> None:
         """Lead or push the strip."""
@@ -134,37 +137,57 @@ class Entering(ActiveCondition):
 
     def _pressed(self, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         """Arrays of points of a liquid at the pressure at the inner end of the strip: the mean of the first layers behind it
-        and half of what it has fallen from these to the next, in a flow whose pressure falls evenly.
+        and half of what it falls from these to the next, in a flow whose pressure falls evenly.
 
         Points at any other pressure are squeezed there, within a cell, and change velocities by what swings from node to node:
-        pressures that swing so make no force which would take it back.
+        pressures that swing so make no force which would take it back. Half of the fall would make more of swings of sound
+        than there is; it is a mean over what comes in while the flow passes these layers.
         """
-        first, second = self._body.mean_pressures(self._behind)
+        first, second = (_mean_pressure(*stresses) for stresses in self._body.stresses_of(self._behind))
         if first is None:
             return arrays
-        return self._body.under(arrays, first if second is None else first + 0.5 * (first - second))
+        moved, self._seen = self._furthest - self._seen, self._furthest
+        share = 1.0 - exp(-moved / (LAYERS_OF_MEAN * self._grid.case.cell))
+        self._fall += share * ((0.0 if second is None else first - second) - self._fall)
+        return self._body.pressed(arrays, first + 0.5 * self._fall - self._given_pressure)
 
     def _behind(self, position: np.ndarray) -> Sequence[np.ndarray]:
         """Which positions [m], shape (n, 3), are in the first layers of cells behind the strip, and in the next: their numbers.
 
         Pressures that swing from one cell to the next have no part in the mean of LAYERS_OF_MEAN.
         """
-        cell, place = self._grid.case.cell, self.opening.place
+        case, place = self._grid.case, self.opening.place
         across = np.delete(np.arange(3), self._face.axis)
-        low, high = (end[across] for end in (place.min(axis=0) - 0.5 * cell, place.max(axis=0) + 0.5 * cell))
-        depth, beside = self._face.depth(position), position[:, across]
-        layers = np.floor((depth - self.strip.depth) / (LAYERS_OF_MEAN * cell))
-        layers[((beside < low) | (beside > high)).any(axis=1)] = -1
-        return [np.flatnonzero(layers == number) for number in range(2)]
+        low, high = (end[across] for end in (place.min(axis=0) - 0.5 * case.cell, place.max(axis=0) + 0.5 * case.cell))
+        depth, beside = self._face.depth(position), _folded(position, case)[:, across]
+        sets = np.floor((depth - self.strip.depth) / (LAYERS_OF_MEAN * case.cell))
+        sets[((beside < low) | (beside > high)).any(axis=1)] = -1
+        return [np.flatnonzero(sets == number) for number in range(2)]
 
     def work(self) -> StepWork:
         """Of leading the strip."""
         return work_of_strip(self._layout, INFLOW_WORK, self._work, self._impulse, self._inflow.name)
 
     def state_numbers(self) -> dict[str, Any]:
-        """How far it has come in."""
-        return {"travel": self._travel, "furthest": self._furthest}
+        """How far it has come in, and what the pressure falls behind it."""
+        return {"travel": self._travel, "furthest": self._furthest, "seen": self._seen, "fall": self._fall}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on from there."""
-        self._travel, self._furthest = float(numbers["travel"]), float(numbers["furthest"])
+        self._travel, self._furthest, self._seen, self._fall = (
+            float(numbers[key]) for key in ("travel", "furthest", "seen", "fall")
+        )
+
+
+def _folded(position: np.ndarray, case: GridCase) -> np.ndarray:
+    """Positions [m], shape (n, 3), within a period of the grid."""
+    folded = position.copy()
+    for axis, period in enumerate(case.periods()):
+        if period > 0.0:
+            folded[:, axis] = case.lower[axis] + (position[:, axis] - case.lower[axis]) % period
+    return folded
+
+
+def _mean_pressure(stress: np.ndarray, volume: np.ndarray) -> float | None:
+    """Of points with these stresses [Pa], shape (n, 6), and volumes [m³], shape (n,); None of none."""
+    return float(np.average(-stress[:, :3].mean(axis=1), weights=volume)) if len(volume) else None

@@ -9,7 +9,9 @@ from pellucid.conditions.open_faces.columns import Columns, OpenFace
 from pellucid.grid.lattice import Grid
 
 LEAST_WEIGHT = 1e-12  # of a node that points reach
-SAMPLES = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)  # of a cell: functions begin and end at some of these
+SAMPLES = tuple(
+    k / 24 for k in range(25)
+)  # of a cell: functions begin and end at some of these, with 1 to 4 or 6 points a cell
 
 
 class NodesAcross(NamedTuple):
