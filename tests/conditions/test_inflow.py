@@ -294,7 +294,11 @@ name = "liquid"
 shape = { box = { lower = [0, 0, 0], upper = [2, 1, 0] } }
 velocity = [1, 0, 0]
 hydrostatic = {}
-material = { kind = "fluid", density = 1000, viscosity = 100, eos = { kind = "tait", sound_speed = 40, carries_tension = true } }
+[body.material]
+kind = "fluid"
+density = 1000
+viscosity = 100
+eos = { kind = "tait", sound_speed = 40, carries_tension = true }
 [[support]]
 where = "y-lower"
 fix = "normal"
