@@ -1,11 +1,11 @@
 """Nodes constrained by supports: those of the grid, and those of bodies with their own."""
 
 from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pellucid.conditions.open_walls import OpenWalls
-from pellucid.conditions.support import Support, on_each_face
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults
@@ -18,6 +18,9 @@ from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
 from pellucid.parts.capabilities import NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
 
+if TYPE_CHECKING:
+    from pellucid.conditions.support import Support
+
 REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 
 
@@ -25,7 +28,7 @@ class Released(ActiveCondition):
     """Supports that let the nodes of grids and bodies go at a time."""
 
     def __init__(
-        self, supports: Sequence[Support], actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
+        self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
     ) -> None:
         self._supports, self._actions, self._bodies = supports, actions, bodies
         self._gone: set[int] = set()
@@ -49,11 +52,11 @@ class Released(ActiveCondition):
         constrained[: len(held)][let_go & (held > 0)] = 0
 
 
-def constrain_all(supports: Sequence[Support], assembly: Assembly) -> Sequence[ActiveCondition]:
+def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence[ActiveCondition]:
     """Let supports constrain the nodes of all grids and those of bodies with their own, face by face; what lets them go in a
     run. Raises CaseError for a support without nodes."""
     numbers = [number for number, support in enumerate(supports) for _ in support.on_each_face()]
-    supports = on_each_face(supports)
+    supports = [one for support in supports for one in support.on_each_face()]
     own: dict[NodalBody, list[NodalSupport]] = {}
     for member in assembly.bodies.values():
         if isinstance(member.body, NodalBody):
@@ -73,7 +76,7 @@ def constrain_all(supports: Sequence[Support], assembly: Assembly) -> Sequence[A
     return [*released, *_open_walls(supports, assembly)]
 
 
-def _open_walls(supports: Sequence[Support], assembly: Assembly) -> list[OpenWalls]:
+def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:
     """The walls that open, for each velocity field that moves points."""
     faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]
     found = []
@@ -87,7 +90,7 @@ def _open_walls(supports: Sequence[Support], assembly: Assembly) -> list[OpenWal
 
 def constrain_nodes(
     grid: Grid,
-    supports: Sequence[Support],
+    supports: "Sequence[Support]",
     elsewhere: Collection[int] = (),
     gone: Collection[int] = (),
     numbers: Sequence[int] = (),
@@ -116,7 +119,7 @@ def constrain_nodes(
     return Supports(velocity, np.array([*faces, True], dtype=np.int64), _yielding(supports, constrained))
 
 
-def _yielding(supports: Sequence[Support], constrained: np.ndarray) -> YieldingWalls:
+def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> YieldingWalls:
     """The walls among supports that rub or open, and the nodes that these hold, of all that are constrained."""
     ends = [support.face() for support in supports]
     inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
@@ -132,7 +135,7 @@ def _yielding(supports: Sequence[Support], constrained: np.ndarray) -> YieldingW
     return YieldingWalls(*numbers, held, walls["stuck"].allocate(n), gap, walls["impulse"].allocate(n))
 
 
-def nodal_support(member: AssembledBody, support: Support, number: int) -> NodalSupport:
+def nodal_support(member: AssembledBody, support: "Support", number: int) -> NodalSupport:
     """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them.
     It holds those that lie on it at the start, unless it lets them go.
 
@@ -152,7 +155,7 @@ def nodal_support(member: AssembledBody, support: Support, number: int) -> Nodal
     return NodalSupport(held, axes, support.velocity, wall, label, support.wall_friction())
 
 
-def nodes_of(support: Support, grid: Grid | None, of: Selectable) -> np.ndarray:
+def nodes_of(support: "Support", grid: Grid | None, of: Selectable) -> np.ndarray:
     """Which nodes a support constrains, shape (n,): those of the grid or a body's own."""
     region, face, position = support.region(), support.face(), of.position
     if region is not None:
