@@ -224,28 +224,29 @@ def test_a_fast_flow_is_told_as_what_bounds_the_step():
     assert limit.reason == "what passes the face x-lower moves at 50 m/s through cells of 1 m"
 
 
-SLIT = """\
+def slit(support, pressure, end, *, top="", body="", **material):
+    """A fluid that is led through a slit of 20 x 10 cells, against a pressure."""
+    keys = "\n".join(f"{key} = {value}" for key, value in material.items())
+    return f"""
 schema = 1
-title = "a slow liquid is led through a slit"
+title = "a liquid is led through a slit"
+{top}
 [grid]
 lower = [0, 0, 0]
 upper = [2, 1, 0]
 cell = 0.1
 [time]
-end = 1.5
+end = {end}
 transfer = "apic"
 [[body]]
 name = "liquid"
-shape = { box = { lower = [0, 0, 0], upper = [2, 1, 0] } }
+shape = {{ box = {{ lower = [0, 0, 0], upper = [2, 1, 0] }} }}
 velocity = [1, 0, 0]
+{body}
 [body.material]
 kind = "fluid"
-density = 0.1
-viscosity = 1
-implicit_viscosity = true
-eos = { kind = "tait", sound_speed = 150, carries_tension = true }
-[[support]]
-where = ["y-lower", "y-upper"]
+{keys}
+{support}
 [[inflow]]
 where = "x-lower"
 body = "liquid"
@@ -253,8 +254,19 @@ velocity = 1
 profile = "parabolic"
 [[outflow]]
 where = "x-upper"
-pressure = 0
+pressure = {pressure}
 """
+
+
+SLIT = slit(
+    '[[support]]\nwhere = ["y-lower", "y-upper"]',
+    0,
+    1.5,
+    density=0.1,
+    viscosity=1,
+    implicit_viscosity="true",
+    eos='{ kind = "tait", sound_speed = 150, carries_tension = true }',
+)
 
 
 @pytest.mark.parametrize(("functions", "error"), [("trilinear", 0.05), ("quadratic-bspline", 0.1)])
@@ -278,41 +290,16 @@ def test_a_liquid_comes_in_at_the_pressure_inside(functions, error):
     assert abs(sim.conservation()["energy"]) < 1e-12
 
 
-HEAVY = """\
-schema = 1
-title = "a heavy liquid is led through half a slit"
-gravity = [0, -10, 0]
-[grid]
-lower = [0, 0, 0]
-upper = [2, 1, 0]
-cell = 0.1
-[time]
-end = 0.3
-transfer = "apic"
-[[body]]
-name = "liquid"
-shape = { box = { lower = [0, 0, 0], upper = [2, 1, 0] } }
-velocity = [1, 0, 0]
-hydrostatic = {}
-[body.material]
-kind = "fluid"
-density = 1000
-viscosity = 100
-eos = { kind = "tait", sound_speed = 40, carries_tension = true }
-[[support]]
-where = "y-lower"
-fix = "normal"
-[[support]]
-where = "y-upper"
-[[inflow]]
-where = "x-lower"
-body = "liquid"
-velocity = 1
-profile = "parabolic"
-[[outflow]]
-where = "x-upper"
-pressure = 5000
-"""
+HEAVY = slit(
+    '[[support]]\nwhere = "y-lower"\nfix = "normal"\n[[support]]\nwhere = "y-upper"',
+    5000,
+    0.3,
+    top="gravity = [0, -10, 0]",
+    body="hydrostatic = {}",
+    density=1000,
+    viscosity=100,
+    eos='{ kind = "tait", sound_speed = 40, carries_tension = true }',
+)
 
 
 def test_columns_keep_what_they_differ_by_at_the_start():

@@ -129,12 +129,9 @@ class Support(Condition):
             text = "nothing slides on a wall that sticks, so it has no `friction`"
             yield Finding((*path, "stick"), text, "leave one of them out")
         for place, other in parts.placed(Support):
-            same = [
-                face
-                for face in self.faces()
-                if face in other.faces() and (self.body is None or other.body in (None, self.body))
-            ]
-            if keys and same and place < path and other._wall_keys():
+            same = [face for face in self.faces() if face in other.faces()]
+            meets = self.body is None or other.body in (None, self.body)
+            if keys and same and meets and place < path and other._wall_keys():
                 text = f"support number {int(place[1]) + 1} says already how {listed(same)} rubs or opens"
                 yield Finding((*path, keys[0]), text, "say it once for each face, or name different bodies")
                 break

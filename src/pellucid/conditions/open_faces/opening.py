@@ -9,9 +9,8 @@ from pellucid.conditions.open_faces.columns import Columns, OpenFace
 from pellucid.grid.lattice import Grid
 
 LEAST_WEIGHT = 1e-12  # of a node that points reach
-SAMPLES = tuple(
-    k / 24 for k in range(25)
-)  # of a cell: functions begin and end at some of these, with 1 to 4 or 6 points a cell
+SAMPLES = tuple(k / 24 for k in range(25))
+"""Of a cell: at some of these functions begin and end, those of GIMP with 1 to 4 or 6 points a cell too."""
 
 
 class NodesAcross(NamedTuple):
