@@ -16,7 +16,7 @@ def _surface_area(field: Fetch) -> np.ndarray:
     return _everywhere(field, shape.surface_area(field("position"), field(TRIANGLES)))
 
 
-@surface_quantity("enclosed_volume", "m^3", "volume that a surface encloses, an open one with flat lids over its rims")
+@surface_quantity("enclosed_volume", "m^3", "volume that a surface encloses, an open one with lids over its rims")
 def _enclosed_volume(field: Fetch) -> np.ndarray:
     return _everywhere(field, shape.volume_with_lids(field("position"), field(TRIANGLES)))
 
