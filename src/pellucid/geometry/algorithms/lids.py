@@ -49,7 +49,7 @@ class Lids:
 
 
 def _move_into_planes(centre: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-    """Move a point to where planes across axes meet in which all of these edges lie; leave it where there are no such planes."""
+    """Move a point to where planes across axes meet in which all of these edges lie; without such planes it stays."""
     lengths = np.linalg.norm(second - first, axis=1)
     near = LEVEL * lengths.max()
     level, meeting = np.abs(second - first) <= near, centre.copy()
