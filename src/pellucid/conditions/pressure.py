@@ -45,7 +45,7 @@ class Pressure(ChangesInTime, Condition):
         None,
         gt=0,
     )
-    lids: bool = parameter("", "whether flat lids close the rims of a membrane whose volume is given", False)
+    lids: bool = parameter("", "whether lids close the rims of a membrane whose volume is given", False)
     where: Where | None = parameter("", "which faces; without it all of a membrane, all outer ones of a solid", None)
     choose: Literal["start", "each-step"] = parameter(
         "",

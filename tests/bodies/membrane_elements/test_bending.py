@@ -10,7 +10,7 @@ from pellucid.bodies.membrane_elements.bending_at_start import bending_rate
 from pellucid.bodies.membrane_elements.mesh import hinges_of
 from pellucid.case import loads
 from pellucid.errors import CaseError
-from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.algorithms.lids import rims_of
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.running.forecast.steps import of_case
 from pellucid.simulation.simulation import Simulation
@@ -126,10 +126,10 @@ def test_nothing_bends_what_has_its_reference():
 def test_hinges_and_rims():
     triangles = np.array([[0, 1, 2], [1, 0, 3]])
     assert hinges_of(triangles).tolist() == [[0, 1, 2, 3]]
-    assert np.unique(Lids(triangles).edges).tolist() == [0, 1, 2, 3]
+    assert np.unique(rims_of(triangles).edges).tolist() == [0, 1, 2, 3]
     closed, _ = icosphere(1)
     assert len(hinges_of(closed)) == 3 * len(closed) // 2
-    assert not len(Lids(closed).edges)
+    assert not len(rims_of(closed).edges)
 
 
 def swing(n):

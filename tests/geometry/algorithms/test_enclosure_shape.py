@@ -51,6 +51,12 @@ def test_open_ends_have_flat_lids():
     tube = Surface(tube={"start": [0, 0, -1], "end": [0, 0, 1], "radius": 1, "points": [n, m]}).triangulate()
     polygon = 0.5 * n * np.sin(2.0 * pi / n)
     assert volume_with_lids(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
-    vertices, triangles = Lids(tube[1]).closing(*tube)
+    vertices, triangles = Lids(*tube).closing(*tube)
     assert len(vertices) == len(tube[0]) + 2
     assert surface_area(vertices, triangles) - surface_area(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
+
+
+def test_a_flat_surface_has_no_ellipsoid():
+    disc = Surface(disc={"centre": [1, 2, 3], "normal": [0, 0, 1], "radius": 1, "rings": 3}).triangulate()
+    assert abs(volume_with_lids(*disc)) < 1e-14
+    assert np.isnan(ellipsoid_of(*disc).axes).all()

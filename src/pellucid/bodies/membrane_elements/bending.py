@@ -21,7 +21,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import area_slopes, cross, dot, edges
 from pellucid.bodies.membrane_elements.mesh import Fan, fan_of, hinges_of
-from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.algorithms.lids import rims_of
 from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -63,7 +63,7 @@ class Bending:
         self._corners, self._triangles, self._mass, self.rigidity = corners, triangles, mass, rigidity
         self._about, self._round = fan_of(corners, n), fan_of(triangles, n)
         self._bends = np.ones(n, bool)
-        self._bends[Lids(triangles).edges] = False
+        self._bends[rims_of(triangles).edges] = False
         self._chunks = [(len(part) + CHUNK - 1) // CHUNK for part in (corners, triangles, vertices)]
         self.reference = np.zeros(n)
         self.energies = np.zeros(n)

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from pellucid.bodies.membrane_elements.mesh import hinges_of
-from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.algorithms.lids import rims_of
 
 
 def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, rigidity: float) -> float:
@@ -27,7 +27,7 @@ def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, 
     thirds = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 6.0
     area = np.bincount(triangles.ravel(), np.repeat(thirds, 3), n)
     reach = np.bincount(hinges[:, :2].ravel(), np.repeat(0.5 * length * turned.sum(axis=1), 2), n)
-    reach[Lids(triangles).edges] = 0.0  # nodes of rims do not bend
+    reach[rims_of(triangles).edges] = 0.0  # nodes of rims do not bend
     stiff = rigidity * reach / area
     values = (0.5 * length * stiff[hinges[:, :2]].sum(axis=1))[:, None] * turned
     return 0.5 * sqrt(float((np.bincount(hinges.ravel(), values.ravel(), n) / mass).max()))

@@ -88,7 +88,7 @@ class Enclosed(Condition):
     outside: float = parameter("Pa", "absolute pressure outside of the membrane", 0.0, ge=0)
     lids: bool = parameter(
         "",
-        "whether lids close the rims of an open membrane: flat ones, over which nothing is pushed that is computed",
+        "whether lids close the rims of an open membrane, over which nothing is pushed that is computed",
         False,
     )
     inside: tuple[str, ...] = parameter(

@@ -6,6 +6,7 @@ import numpy as np
 
 from pellucid.findings import Finding, Path
 from pellucid.geometry.algorithms.enclosure_shape import volume_with_lids
+from pellucid.geometry.algorithms.lids import BENT, Lids
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
@@ -31,10 +32,13 @@ def encloses_problems(
         yield Finding(here, text, "use a grid that is more than one cell thick along every axis")
     elif len(start.boundary) and not lids:
         text = f"the surface of body {name} is open: it encloses no volume"
-        closes = "" if at else ", or close its rims by flat lids: `lids = true`"
+        closes = "" if at else ", or close its rims by lids: `lids = true`"
         yield Finding(here, text, f"use a surface that encloses one{closes}")
     elif lids and not len(start.boundary):
         yield Finding((*path, "lids"), f"the surface of body {name} is closed: it has no rim", "leave `lids` out")
+    elif lids and (bend := Lids(start.position, start.faces).bend) > BENT:
+        text = f"a rim of body {name} is bent: its points lie {100 * bend:.2g} % of its extent off a plane, and no lid is flat"
+        yield Finding((*path, "lids"), text, "let each rim lie in a plane, or in planes of symmetry across axes")
     elif not allows_flat and is_flat(start.position, start.faces):
         text = f"body {name} is flat at the start: it encloses nothing"
         yield Finding(here, text, "let its surface bulge at the start")

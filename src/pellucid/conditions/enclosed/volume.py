@@ -34,8 +34,8 @@ class EnclosedVolume:
         """channel: of the work of the pressure. A membrane whose normals point inwards counts as if they did outwards."""
         self.members: list[AssembledBody] = [assembly.bodies[name] for name in (outer, *inside)]
         self._add = [assembly.forces_on(name, channel) for name in (outer, *inside)]
-        self._lids = [Lids(body.cells().surface()) for body in self.bodies]
-        self.is_open = len(self._lids[0].edges) > 0
+        self._lids = [Lids(body.places(), body.cells().surface()) for body in self.bodies]
+        self.is_open = len(self._lids[0].rims.edges) > 0
         self._signs = [1.0] * len(self.members)
         volumes = [self._of(number)[0] for number in range(len(self.members))]
         extent = float(np.ptp(self.bodies[0].places(), axis=0).max())
@@ -56,9 +56,8 @@ class EnclosedVolume:
     def _of(self, number: int) -> tuple[float, np.ndarray, np.ndarray]:
         sign, member = self._signs[number], self.members[number]
         places = member.body.places()
-        areas = sign * member.offers(Membrane).pressed_areas()
-        about = places - places.mean(axis=0)  # less is lost to rounding far from the origin
-        return float(np.sum(about * areas)) / 3.0 + sign * self._lids[number].volume(about), areas, places
+        areas = member.offers(Membrane).pressed_areas()
+        return sign * self._lids[number].volume(places, areas), sign * areas, places
 
     def press(self, now: Enclosure, pressure: float) -> None:
         """Let a pressure [Pa] in it, less that around, push its membranes over this step."""

@@ -1,4 +1,4 @@
-"""Area, enclosed volume and ellipsoid of a triangulated surface; an open one is closed by flat lids over its rims.
+"""Area, enclosed volume and ellipsoid of a triangulated surface; an open one is closed by lids over its rims.
 
 Integrals over what a surface encloses are sums over the tetrahedra between its triangles and a point, exact for a polyhedron.
 The ellipsoid with the same volume and second moments M = ∫ x⊗x dV about the centroid has semi-axes sqrt(5 m/V) along the
@@ -9,8 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import signed_volume
 from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.meshes.cells import vector_areas
+
+NOTHING = 1e-12  # of the third power of its extent: the volume of a flat surface
 
 
 class Ellipsoid(NamedTuple):
@@ -28,13 +30,17 @@ def surface_area(position: np.ndarray, triangles: np.ndarray) -> float:
 
 def volume_with_lids(position: np.ndarray, triangles: np.ndarray) -> float:
     """Volume inside [m³], negative where the normals turn inwards."""
-    return signed_volume(*Lids(triangles).closing(position, triangles))
+    shares = np.repeat(vector_areas(position, triangles) / 3.0, 3, axis=0)
+    areas = np.stack([np.bincount(triangles.ravel(), shares[:, k], len(position)) for k in range(3)], axis=1)
+    return Lids(position, triangles).volume(position, areas)
 
 
 def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """The ellipsoid of the same volume and second moments as what is inside."""
+    """The ellipsoid of the same volume and second moments as what is inside; nan where that is nothing."""
     corners, volumes = _tetrahedra(position, triangles)
     volume = float(volumes.sum())
+    if abs(volume) <= NOTHING * float(np.ptp(position, axis=0).max()) ** 3:
+        return Ellipsoid(np.full(3, np.nan), np.full((3, 3), np.nan))
     centre = (volumes[:, None] * corners.sum(axis=1)).sum(axis=0) / (4.0 * volume)
     first = (volumes[:, None] * corners.sum(axis=1)).sum(axis=0) / 4.0
     sums = corners.sum(axis=1)
@@ -46,6 +52,6 @@ def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
 
 def _tetrahedra(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Corners about the mean of the vertices, the fourth of each, shape (t, 3, 3), and volumes with their sign."""
-    vertices, closed = Lids(triangles).closing(position, triangles)
+    vertices, closed = Lids(position, triangles).closing(position, triangles)
     corners = vertices[closed] - position.mean(axis=0)
     return corners, np.linalg.det(corners) / 6.0

@@ -1,62 +1,115 @@
-"""Lids over the rims of a surface, which close it."""
+"""Lids over the rims of a surface, which close it: flat ones, or planes of symmetry in which a rim lies."""
+
+from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 
-LEVEL = 1e-6  # of the longest edge of a rim: within this all points of a plane across an axis have one coordinate
+LEVEL = 1e-6  # of the longest edge of a rim: within this an edge lies in a plane across an axis
+FLAT = 1e-3  # of the extent of a rim, by which its points may lie off a plane
+BENT = 0.1  # of its extent, from where on a lid to the mean of its points tells nothing of the volume
+
+
+class Rims(NamedTuple):
+    """Edges at the borders of a surface, in the sense of its triangles."""
+
+    edges: np.ndarray  # (k, 2)
+    beside: np.ndarray  # (k,) the third corner of the triangle at each
+    number: np.ndarray  # (k,) of the rim of each
+
+
+def rims_of(triangles: np.ndarray) -> Rims:
+    """Of triangles, shape (m, 3), counterclockwise about the normals."""
+    edges, n = directed_edges(triangles), int(triangles.max(initial=0)) + 1
+    _, place, count = np.unique(np.sort(edges, axis=1) @ (n, 1), return_index=True, return_counts=True)
+    open_ones = np.sort(place[count == 1])
+    edges, beside = edges[open_ones], np.roll(triangles, 1, axis=1).T.ravel()[open_ones]
+    return Rims(edges, beside, np.unique(pieces(edges, n)[edges[:, 0]], return_inverse=True)[1].ravel())
 
 
 class Lids:
-    """Triangles between the edges of each rim and a point that they share: flat where the rim is.
+    """How the rims of a surface are closed, by where they lie at the start.
 
-    It is the mean of the points of the rim. Of a rim that runs through several planes across axes, as that of a quarter of a
-    ball in two planes of symmetry, it is where these planes meet: then the triangles lie in them.
+    Over a flat rim lie triangles to the mean of its points. A bent one whose edges lie in planes across axes, as that of a
+    quarter of a ball in two planes of symmetry, is closed by these planes: n has no component a in planes across other axes,
+    so that V = ∫(x_a - c_a) n_a dA is the volume, with c_a the place of the plane across the axis a, of which there may be one.
     """
 
-    def __init__(self, triangles: np.ndarray) -> None:
-        """triangles: of the surface, shape (m, 3), counterclockwise about the normals."""
-        edges = directed_edges(triangles)
-        n = int(triangles.max(initial=0)) + 1
-        _, place, count = np.unique(np.sort(edges, axis=1) @ (n, 1), return_index=True, return_counts=True)
-        self.edges = edges[np.sort(place[count == 1])]
-        """Of the rims, shape (k, 2), in the sense of the triangles."""
-        self._rim = np.unique(pieces(self.edges, n)[self.edges[:, 0]], return_inverse=True)[1].ravel()
+    def __init__(self, places: np.ndarray, triangles: np.ndarray) -> None:
+        """places [m], shape (n, 3); triangles, shape (m, 3)."""
+        self.rims = rims_of(triangles)
+        number = self.rims.number
+        bends = np.array([_bend(places[self.rims.edges[number == rim]]) for rim in range(number.max(initial=-1) + 1)])
+        across = self._planes(places)
+        in_planes = np.array([bool((across[number == rim] >= 0).all()) for rim in range(len(bends))], dtype=bool)
+        by_planes = (bends > FLAT) & in_planes
+        counts = [self._number_of_planes(places, across, by_planes[number], axis) for axis in range(3)]
+        self._axis = int(np.argmin(counts))
+        """Along which the volume is summed."""
+        if min(counts) > 1:
+            by_planes[:] = False
+        self.bend = float(bends[~by_planes].max(initial=0.0))
+        """By how much of their extent points of a rim lie off the plane of its lid, at most."""
+        self._capped = ~by_planes[number]
+        self._at_plane = self.rims.edges[~self._capped & (across == self._axis)]
 
-    def centres(self, places: np.ndarray) -> np.ndarray:
-        """The point that the lid over each rim shares [m], shape (rims, 3); places [m], (n, 3)."""
-        first, second = places[self.edges[:, 0]], places[self.edges[:, 1]]
-        sums = np.stack([np.bincount(self._rim, first[:, axis]) for axis in range(3)], axis=1)
-        centres = np.asarray(sums / np.bincount(self._rim)[:, None])
-        for number in range(len(centres)):
-            along = self._rim == number
-            _move_into_planes(centres[number], first[along], second[along])
-        return centres
+    def _planes(self, places: np.ndarray) -> np.ndarray:
+        """The axis across which each edge lies in a plane, -1 without one: where there are several, that along which the
+        surface leaves the edge most."""
+        first, second = (places[self.rims.edges[:, end]] for end in (0, 1))
+        lengths = np.linalg.norm(second - first, axis=1)
+        longest = np.zeros(self.rims.number.max(initial=-1) + 1)
+        np.maximum.at(longest, self.rims.number, lengths)
+        level = np.abs(second - first) <= LEVEL * longest[self.rims.number][:, None]
+        leaves = np.where(level, np.abs(places[self.rims.beside] - first), -1.0)
+        return np.where(level.any(axis=1), np.argmax(leaves, axis=1), -1)
+
+    def _number_of_planes(self, places: np.ndarray, across: np.ndarray, chosen: np.ndarray, axis: int) -> int:
+        """Of different ones across an axis, of the chosen edges."""
+        heights = np.sort(places[self.rims.edges[chosen & (across == axis), 0], axis])
+        extent = float(np.ptp(places, axis=0).max(initial=0.0))
+        return int(np.count_nonzero(np.diff(heights, prepend=-np.inf) > FLAT * extent)) if len(heights) else 0
 
     def closing(self, places: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices and triangles of the surface with its lids."""
-        if not len(self.edges):
+        """Vertices and triangles of the surface with a lid to the mean of the points of each rim."""
+        edges, number = self.rims.edges, self.rims.number
+        if not len(edges):
             return places, triangles
-        lids = np.column_stack([self.edges[:, 1], self.edges[:, 0], len(places) + self._rim])
-        return np.concatenate([places, self.centres(places)]), np.concatenate([triangles, lids])
+        caps = np.column_stack([edges[:, 1], edges[:, 0], len(places) + number])
+        return np.concatenate([places, self._means(places)]), np.concatenate([triangles, caps])
 
-    def volume(self, places: np.ndarray) -> float:
-        """Of the cones from the origin over the lids, whose normals point away from the surface [m³]; places [m], (n, 3)."""
-        if not len(self.edges):
-            return 0.0
-        first, second = places[self.edges[:, 0]], places[self.edges[:, 1]]
-        return float(np.sum(self.centres(places)[self._rim] * np.cross(second, first)) / 6.0)
+    def volume(self, places: np.ndarray, areas: np.ndarray) -> float:
+        """Inside the surface and its lids [m³], negative where the normals turn inwards.
+
+        places [m], areas: of the surface about each of them [m²], shape (n, 3) each.
+        """
+        edges, number = self.rims.edges[self._capped], self.rims.number[self._capped]
+        if len(self._at_plane) or not self._capped.all():
+            about, axes = places - self._plane(places), [self._axis]
+        else:
+            about, axes = places - places.mean(axis=0), [0, 1, 2]  # less is lost to rounding far from the origin
+        found = float(np.sum((about * areas)[:, axes]))
+        if len(edges):
+            middles = self._means(about)[number]
+            corners = np.concatenate([about, middles])
+            caps = np.column_stack([edges[:, 1], edges[:, 0], len(about) + np.arange(len(edges))])
+            found += float(np.sum((corners[caps].mean(axis=1) * vector_areas(corners, caps))[:, axes]))
+        return found / len(axes)
+
+    def _plane(self, places: np.ndarray) -> np.ndarray:
+        """A place in the plane across the axis of the sum [m], shape (3,)."""
+        return np.asarray(places[self._at_plane].mean(axis=(0, 1)) if len(self._at_plane) else places.mean(axis=0))
+
+    def _means(self, places: np.ndarray) -> np.ndarray:
+        """Of the points of each rim [m], shape (rims, 3)."""
+        first = places[self.rims.edges[:, 0]]
+        sums = np.stack([np.bincount(self.rims.number, first[:, axis]) for axis in range(3)], axis=1)
+        return np.asarray(sums / np.bincount(self.rims.number)[:, None])
 
 
-def _move_into_planes(centre: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-    """Move a point to where planes across axes meet in which all of these edges lie; without such planes it stays."""
-    lengths = np.linalg.norm(second - first, axis=1)
-    near = LEVEL * lengths.max()
-    level, meeting = np.abs(second - first) <= near, centre.copy()
-    for axis in np.flatnonzero(level.any(axis=0)):
-        heights, weights = first[level[:, axis], axis], lengths[level[:, axis]]
-        shares = np.unique(np.round(heights / near), return_inverse=True)[1].ravel()
-        meeting[axis] = np.median(heights[shares == np.argmax(np.bincount(shares, weights))])
-        level[:, axis] &= np.abs(first[:, axis] - meeting[axis]) <= near
-    if level.any(axis=1).all():
-        centre[:] = meeting
+def _bend(edges: np.ndarray) -> float:
+    """How far the points of a rim lie off a plane, over its extent: root mean squares; edges [m], shape (k, 2, 3)."""
+    sizes = np.linalg.svd(edges[:, 0] - edges[:, 0].mean(axis=0), compute_uv=False)
+    return float(sizes[-1] / sizes[0]) if len(sizes) == 3 and sizes[0] > 0.0 else 0.0
