@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pellucid.conditions.enclosed.contents import Contents
 from pellucid.conditions.enclosed.volume import EnclosedVolume, Enclosure
 from pellucid.energy import INTERNAL, StepWork
+from pellucid.energy.at_stake import ROUNDING_SHARE
 from pellucid.errors import RunStopped
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.annotations import Assembly
@@ -41,6 +42,10 @@ class ActiveEnclosed(ActiveCondition):
         """It bounds the first step too."""
         self._count_power(self._space.growth(self._now))
         self._bound()
+
+    def at_stake(self) -> float:
+        """What covers the rounding of the energy in it and of the work on what is around, while nothing moves."""
+        return ROUNDING_SHARE * (abs(self.contents.energy) + abs(self._model.outside) * self._now.volume)
 
     def _check(self, now: Enclosure) -> None:
         """Raise RunStopped where there is no volume."""

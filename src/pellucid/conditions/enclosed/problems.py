@@ -38,7 +38,11 @@ def encloses_problems(
         yield Finding((*path, "lids"), f"the surface of body {name} is closed: it has no rim", "leave `lids` out")
     elif lids and (bend := Lids(start.position, start.faces).bend) > BENT:
         text = f"a rim of body {name} is bent: its points lie {100 * bend:.2g} % of its extent off a plane, and no lid is flat"
-        yield Finding((*path, "lids"), text, "let each rim lie in a plane, or in planes of symmetry across axes")
+        yield Finding(
+            (*path, "lids"),
+            text,
+            f"let each rim lie in a plane within {100 * BENT:g} %, or in planes of symmetry across x, y or z",
+        )
     elif not allows_flat and is_flat(start.position, start.faces):
         text = f"body {name} is flat at the start: it encloses nothing"
         yield Finding(here, text, "let its surface bulge at the start")
