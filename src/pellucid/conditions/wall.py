@@ -97,4 +97,5 @@ class Wall(Sliding):
         can = [body for body in bodies if not (body.why_no_wall() or is_driven(body.name, parts))]
         if not self.bodies and bodies and parts.are_sound(BodyModel) and not can:
             text = "no body can touch it: only material points and meshless solids can that follow no motion as a whole"
-            yield Finding(path, text, "leave this wall out")
+            remedy = "leave this wall out; a membrane touches a held body in a velocity field of its own by a [[contact]]"
+            yield Finding(path, text, remedy)
