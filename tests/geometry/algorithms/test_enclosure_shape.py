@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pellucid.geometry.algorithms.enclosure_shape import ellipsoid_of, surface_area, volume_with_lids
-from pellucid.geometry.algorithms.lids import Lids
+from pellucid.geometry.algorithms.lids import capped
 from pellucid.geometry.surfaces.surface import Surface
 
 BOX = Surface(box={"lower": [1, 2, 3], "upper": [2, 4, 6], "points": [3, 4, 5]}).triangulate()
@@ -51,7 +51,7 @@ def test_open_ends_have_flat_lids():
     tube = Surface(tube={"start": [0, 0, -1], "end": [0, 0, 1], "radius": 1, "points": [n, m]}).triangulate()
     polygon = 0.5 * n * np.sin(2.0 * pi / n)
     assert volume_with_lids(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
-    vertices, triangles = Lids(*tube).closing(*tube)
+    vertices, triangles = capped(*tube)
     assert len(vertices) == len(tube[0]) + 2
     assert surface_area(vertices, triangles) - surface_area(*tube) == pytest.approx(2.0 * polygon, rel=1e-12)
 

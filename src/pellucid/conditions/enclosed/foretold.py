@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.conditions.enclosed.problems import volume_at_start
-from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.cells import corner_areas, vector_areas
 from pellucid.parts.body_model import BodyModel
 
 
@@ -22,9 +22,10 @@ def membrane_at_start(body: BodyModel) -> AtStart | None:
     if not isinstance(body, MembraneCase):
         return None
     vertices, triangles = body.surface.triangulate()
-    areas, corners = vector_areas(vertices, triangles) / 3.0, triangles.ravel()
-    of_nodes = [np.bincount(corners, np.repeat(part, 3), len(vertices)) for part in areas.T]
-    sizes = np.bincount(corners, np.repeat(np.linalg.norm(areas, axis=1), 3), len(vertices))
+    thirds = np.linalg.norm(vector_areas(vertices, triangles), axis=1) / 3.0
+    sizes = np.bincount(triangles.ravel(), np.repeat(thirds, 3), len(vertices))
     mass = body.material.density * body.thickness * sizes
     volume = volume_at_start(vertices, triangles)
-    return AtStart(volume, float(np.sum(np.square(of_nodes) / mass))) if volume > 0.0 else None
+    return (
+        AtStart(volume, float(np.sum(np.square(corner_areas(vertices, triangles)) / mass[:, None]))) if volume > 0.0 else None
+    )

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pellucid.geometry.algorithms.lids import Lids
-from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.algorithms.lids import Lids, capped
+from pellucid.geometry.meshes.cells import corner_areas
 
 NOTHING = 1e-12  # of the third power of its extent: the volume of a flat surface
 
@@ -30,9 +30,7 @@ def surface_area(position: np.ndarray, triangles: np.ndarray) -> float:
 
 def volume_with_lids(position: np.ndarray, triangles: np.ndarray) -> float:
     """Volume inside [m³], negative where the normals turn inwards."""
-    shares = np.repeat(vector_areas(position, triangles) / 3.0, 3, axis=0)
-    areas = np.stack([np.bincount(triangles.ravel(), shares[:, k], len(position)) for k in range(3)], axis=1)
-    return Lids(position, triangles).volume(position, areas)
+    return Lids(position, triangles).volume(position, corner_areas(position, triangles))
 
 
 def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
@@ -52,6 +50,6 @@ def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
 
 def _tetrahedra(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Corners about the mean of the vertices, the fourth of each, shape (t, 3, 3), and volumes with their sign."""
-    vertices, closed = Lids(position, triangles).closing(position, triangles)
+    vertices, closed = capped(position, triangles)
     corners = vertices[closed] - position.mean(axis=0)
     return corners, np.linalg.det(corners) / 6.0

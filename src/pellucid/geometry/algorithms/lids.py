@@ -72,41 +72,34 @@ class Lids:
         extent = float(np.ptp(places, axis=0).max(initial=0.0))
         return int(np.count_nonzero(np.diff(heights, prepend=-np.inf) > FLAT * extent)) if len(heights) else 0
 
-    def closing(self, places: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices and triangles of the surface with a lid to the mean of the points of each rim."""
-        edges, number = self.rims.edges, self.rims.number
-        if not len(edges):
-            return places, triangles
-        caps = np.column_stack([edges[:, 1], edges[:, 0], len(places) + number])
-        return np.concatenate([places, self._means(places)]), np.concatenate([triangles, caps])
-
     def volume(self, places: np.ndarray, areas: np.ndarray) -> float:
         """Inside the surface and its lids [m³], negative where the normals turn inwards.
 
         places [m], areas: of the surface about each of them [m²], shape (n, 3) each.
         """
-        edges, number = self.rims.edges[self._capped], self.rims.number[self._capped]
-        if len(self._at_plane) or not self._capped.all():
-            about, axes = places - self._plane(places), [self._axis]
-        else:
-            about, axes = places - places.mean(axis=0), [0, 1, 2]  # less is lost to rounding far from the origin
+        axes = [0, 1, 2] if self._capped.all() else [self._axis]
+        at_plane = places[self._at_plane].reshape(-1, 3)
+        about = places - (at_plane if len(at_plane) else places).mean(axis=0)  # less is lost to rounding far from the origin
         found = float(np.sum((about * areas)[:, axes]))
-        if len(edges):
-            middles = self._means(about)[number]
-            corners = np.concatenate([about, middles])
-            caps = np.column_stack([edges[:, 1], edges[:, 0], len(about) + np.arange(len(edges))])
+        if self._capped.any():
+            corners, caps = _caps(self.rims, about)
+            caps = caps[self._capped]
             found += float(np.sum((corners[caps].mean(axis=1) * vector_areas(corners, caps))[:, axes]))
         return found / len(axes)
 
-    def _plane(self, places: np.ndarray) -> np.ndarray:
-        """A place in the plane across the axis of the sum [m], shape (3,)."""
-        return np.asarray(places[self._at_plane].mean(axis=(0, 1)) if len(self._at_plane) else places.mean(axis=0))
 
-    def _means(self, places: np.ndarray) -> np.ndarray:
-        """Of the points of each rim [m], shape (rims, 3)."""
-        first = places[self.rims.edges[:, 0]]
-        sums = np.stack([np.bincount(self.rims.number, first[:, axis]) for axis in range(3)], axis=1)
-        return np.asarray(sums / np.bincount(self.rims.number)[:, None])
+def capped(places: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of a surface with a lid to the mean of the points of each rim."""
+    corners, caps = _caps(rims_of(triangles), places)
+    return corners, np.concatenate([triangles, caps])
+
+
+def _caps(rims: Rims, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The places and the mean of the points of each rim [m], and a triangle from each edge to it, shape (k, 3)."""
+    first = places[rims.edges[:, 0]]
+    sums = np.stack([np.bincount(rims.number, first[:, axis]) for axis in range(3)], axis=1)
+    means = sums / np.bincount(rims.number)[:, None]
+    return np.concatenate([places, means]), np.column_stack([rims.edges[:, 1], rims.edges[:, 0], len(places) + rims.number])
 
 
 def _bend(edges: np.ndarray) -> float:

@@ -78,3 +78,9 @@ def vector_areas(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Areas of triangles between places [m], shape (n, 3), along their normals [m²], shape (m, 3)."""
     a, b, c = places[triangles[:, 0]], places[triangles[:, 1]], places[triangles[:, 2]]
     return np.asarray(0.5 * np.cross(b - a, c - a))
+
+
+def corner_areas(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Thirds of the vector areas of the triangles about each of n places [m²], shape (n, 3)."""
+    thirds = np.repeat(vector_areas(places, triangles) / 3.0, 3, axis=0)
+    return np.stack([np.bincount(triangles.ravel(), part, len(places)) for part in thirds.T], axis=1)
