@@ -147,7 +147,8 @@ def test_panels_stand_side_by_side_over_what_they_differ_by(folder):
         y_unit="cm",
         difference=True,
         measured=[curve],
-        beside=[{"x": "height", "y": ["kinetic_energy", "strain_energy"], "y_limits": [0.0, 2.0]}],
+        x_label="force [pN]",
+        beside=[{"x": "height", "y": ["kinetic_energy", "strain_energy"], "y_limits": [0.0, 2.0], "y_label": "energies"}],
     )
     with house_style():
         height, energies, difference = plot(run, asked).axes
@@ -159,7 +160,8 @@ def test_panels_stand_side_by_side_over_what_they_differ_by(folder):
     assert difference.lines[0].get_ydata()[rows] == pytest.approx((100.0 * run.history["height"] - exact)[rows])
     assert np.isnan(difference.lines[0].get_ydata()[~rows]).all(), "of where the curve is not nothing is known"
     assert energies.get_ylim() == (0.0, 2.0)
-    assert energies.get_xlabel() == "height [m]"
+    assert (energies.get_xlabel(), energies.get_ylabel()) == ("height [m]", "energies")
+    assert (height.get_xlabel(), difference.get_xlabel()) == ("", "force [pN]")
     assert difference.get_ylabel() == "difference [cm]"
 
 

@@ -133,6 +133,7 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes) -> None:
         axes.set_ylim(asked.y_limits)
     several = len(asked.y) + len(asked.measured) > 1
     label(axes, asked.x, commonprefix(asked.y).rstrip("_-"), x_unit, y_unit, legend=several)  # noqa: RUF071 names, not paths
+    axes.set(xlabel=asked.x_label or axes.get_xlabel(), ylabel=asked.y_label or axes.get_ylabel())
     if asked.x == "time":
         mark_stop(run, axes)
 
@@ -145,6 +146,7 @@ def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
     for name in asked.y:
         axes.plot(places / x_size, (run.history[name] - np.interp(places, x, y, np.nan, np.nan)) / y_size)
     label(axes, asked.x, "difference", x_unit, y_unit)
+    axes.set_xlabel(asked.x_label or axes.get_xlabel())
 
 
 def _units(run: Run, asked: Panel) -> Iterator[tuple[str, str, float]]:
