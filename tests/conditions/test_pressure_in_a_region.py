@@ -63,6 +63,16 @@ def test_the_resultant_is_pressure_times_the_area_in_the_region(kind, more, choo
     assert sim.conservation()["momentum"] < 1e-12
 
 
+def test_a_region_that_the_membrane_leaves_is_named():
+    moving, mouth = TRIANGLES | {"velocity": (200.0, 0.0, 0.0)}, {"value": 1.0, "where": MOUTH, "choose": "each-step"}
+    sim = Simulation(made(moving, mouth), threads=1)
+    while sim.n_steps < 99:
+        sim.step()
+    assert 200.0 * sim.time > 2 * 2.2 + 8.0, "the sheet is beyond the mouth"
+    with pytest.warns(UserWarning, match=r"`pressure\.0\.where` presses nothing: no face of body `skin`.*make it larger"):
+        sim.step()
+
+
 def test_a_region_in_each_step_stays_while_the_membrane_moves():
     moving = TRIANGLES | {"velocity": (40.0, 0.0, 0.0)}
     once = Simulation(made(moving, {"value": 1.0, "where": MOUTH}), threads=1)

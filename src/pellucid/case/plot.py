@@ -25,7 +25,7 @@ def unit_problems(unit: str, wanted: str | None, path: Path) -> Iterator[Finding
         yield Finding(path, str(error))
 
 
-RESERVED = "where_it_stopped", "energies", "momentum", "probes", "profiles_of_points"
+RESERVED = "where_it_stopped", "energies", "momentum", "probes", "conditions", "profiles_of_points"
 """Figures that every report may have; the names of others begin with "bodies"."""
 
 

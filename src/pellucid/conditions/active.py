@@ -95,6 +95,10 @@ class ActiveConditions:
         """The tightest bound on the step that is more a condition's than a body's."""
         return tightest(condition.step_limit() for condition in self._active)
 
+    def warnings(self) -> list[str | None]:
+        """What a user should know of each after the step."""
+        return [condition.warning() for condition in self._active]
+
     def at_stake(self) -> float:
         """What they store at the start and could set free [J]."""
         return sum(condition.at_stake() for condition in self._active)

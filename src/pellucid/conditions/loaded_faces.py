@@ -34,6 +34,8 @@ class LoadedFaces:
         self.faces = start.faces if each_step else start.faces[chosen_faces(where, start, member.active_axes, by_centre)]
         self._start = start.position.copy()
         self._shares: FaceShares | None = None
+        self.is_left = False
+        """Whether no face was in a region from which they are chosen anew."""
 
     def shares(self) -> FaceShares:
         """How what acts on them goes to the nodes: known when all conditions are."""
@@ -55,6 +57,7 @@ class LoadedFaces:
             where, start, active = self._now
             chosen = chosen_faces(where, start._replace(position=places), active, by_centre=True)
             faces, shares = faces[chosen], shares.of(chosen)
+            self.is_left = not len(faces)
         return self._stored(shares, -pressure * vector_areas(places, faces))
 
     def _stored(self, shares: FaceShares, on_faces: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Pressure that follows a membrane or the faces of a solid."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -153,8 +153,7 @@ class Pressure(ChangesInTime, Condition):
             each_step, outward = self.choose == "each-step", -1.0 if is_surface else 1.0
             path = ("pressure", number, "where")
             faces = LoadedFaces(member, self.where or "boundary", path, is_surface or each_step, each_step)
-            add = assembly.forces_on(self.body, channel)
-            return AtEachStep(lambda time: add(faces.pressure(outward * self.at(time))))
+            return PressedFaces(faces, lambda time: outward * self.at(time), assembly.forces_on(self.body, channel), path)
         if isinstance(member.body, TakesTractions):
             return surface_load(self.traction, self.body, channel, assembly, f"pressure.{number}")
         membrane, column = member.offers(TakesPressure), assembly.load_column(self.body, channel)
@@ -167,3 +166,24 @@ class Pressure(ChangesInTime, Condition):
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
         return self.at(time) * points.normal
+
+
+class PressedFaces(ActiveCondition):
+    """A pressure on faces in a region."""
+
+    def __init__(
+        self, faces: LoadedFaces, pressure: Callable[[float], float], add: Callable[[np.ndarray], object], path: Path
+    ) -> None:
+        """pressure: against the outward normals at a time; add: takes forces [N], shape (n, 3); path: of the region."""
+        self._faces, self._pressure, self._add, self._path = faces, pressure, add, path
+
+    def begin(self, time: float, dt: float) -> None:
+        """Push."""
+        self._add(self._faces.pressure(self._pressure(time)))
+
+    def warning(self) -> str | None:
+        """Of a region that the body has left."""
+        if not self._faces.is_left:
+            return None
+        what = f"`{'.'.join(map(str, self._path))}` presses nothing: no face of body `{self._faces.body.name}` is in it"
+        return f'{what} now, by its centre; make it larger, or use choose = "start" to press the same faces wherever they go'

@@ -53,6 +53,10 @@ class ActiveCondition:
         """The energy that it stores at the start and could set free [J]."""
         return 0.0
 
+    def warning(self) -> str | None:
+        """What a user should know of the step that was done; None where it is as it should be."""
+        return None
+
     def columns(self) -> Mapping[str, float]:
         """What the history shows of it as it is now, by the names of `Condition.columns`, in SI units."""
         return {}

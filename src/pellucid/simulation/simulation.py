@@ -182,6 +182,7 @@ class Simulation:
         self._watch.energy(self.budget, self.clock, self.bodies)
         self._watch.volumes(self._on_grid, self.clock)
         self._watch.states(self.bodies, self.clock)
+        self._watch.conditions(self.conditions, self.clock)
         if self.contact_pairs:
             self._watch.contact(self.contact_pairs, self.clock)
         else:  # beside impulses of contact on nodes, which have no balance of their own

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from pellucid.conditions.active import ActiveConditions
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
@@ -81,6 +82,14 @@ class Watch:
         for body in bodies:
             if (what := f"state of {body.name}") not in self.warned and (text := body.state_warning()) is not None:
                 self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+
+    def conditions(self, active: ActiveConditions, clock: Clock) -> None:
+        """Look now and then, and in the end, at how conditions act; each warns once."""
+        if clock.n_steps % INTERVAL and not clock.finished(None):
+            return
+        for number, text in enumerate(active.warnings()):
+            if text is not None:
+                self._warn(f"condition {number}", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def contact_energy(self, contact: ContactEnergy, budget: EnergyBudget, clock: Clock) -> None:
         """Judge what surfaces that touch took and gave, not in the first steps of a run, but always in the last."""

@@ -177,7 +177,11 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         """Of a liquid that is squeezed."""
         volume = self.fluid_volume()
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
-        return None if told is None else f"body `{self.name}`: {told}"
+        if told is None:
+            return None
+        comes_in = "mass" not in self.constant_fields
+        passage = "; and let as much out by an [[outflow]] as an [[inflow]] brings in" if comes_in else ""
+        return f"body `{self.name}`: {told}{passage}"
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """Mass and momentum, internal forces. What nothing strains has the stress that it began with: mostly none."""

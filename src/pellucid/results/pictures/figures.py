@@ -23,6 +23,7 @@ from pellucid.results.pictures.style import DPI, LINES, label, new_panels, panel
 Draw = Callable[[], Figure | None]
 
 MOMENTUM = Plot(name="momentum", y=tuple(f"momentum_{axis}" for axis in "xyz"))
+NUMERICAL = ("time", "step", "dt", "energy_error")
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
@@ -31,6 +32,9 @@ MARKERS = "os^D"  # beside LINES: colours come again after seven curves
 WIDE, EQUAL = (3.2, 1.0), 1.6  # of the first curve of the energies and of the last; of all in a steady state [pt]
 SWINGS = 60  # along the time, beyond which lines are drawn thinner
 LEAST_SHOWN = 1e-3  # of the largest energy: less is thinner than a line
+
+
+ROUNDING = 1e-9  # of the largest value: what varies less is constant
 
 
 class Picture(NamedTuple):
@@ -59,6 +63,8 @@ def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, 
             figures["momentum"] = partial(plot, run, MOMENTUM)
     if run.stored.probes:
         figures["probes"] = lambda: columns(run, run.stored.probes, beside=beside)
+    if shown := condition_columns(run):
+        figures["conditions"] = lambda: columns(run, shown, beside=beside)
     return figures
 
 
@@ -95,6 +101,15 @@ def bodies(run: Run) -> dict[str, Draw]:
 def energy_columns(run: Run) -> list[str]:
     """The columns of the history that hold energies."""
     return [name for name, unit in run.units.items() if unit == "J" and name not in run.stored.probes]
+
+
+def condition_columns(run: Run) -> list[str]:
+    """The columns in which conditions tell of enclosed gas, given volumes, and points at open faces, where these change and no
+    plot of the case shows them."""
+    drawn = {name for asked in run.stored.plot for panel in (asked, *asked.beside) for name in (panel.x, *panel.y)}
+    others = {*run.stored.probes, *energy_columns(run), *MOMENTUM.y, *NUMERICAL, *drawn}
+    names = [name for name in run.units if name not in others]
+    return [name for name in names if np.ptp(run.history[name]) > ROUNDING * np.max(np.abs(run.history[name]))]
 
 
 def energies(run: Run) -> Figure:
