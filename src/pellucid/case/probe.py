@@ -159,8 +159,9 @@ class Probe(Part):
     )
     condition: str | None = parameter(
         "",
-        'for quantity = "reaction": name of the support, motion, contact, wall or mean-velocity load; its mean force since the '
-        'row before; for "torque": name of a motion that leads a rigid body; its mean torque about the centre of mass',
+        'for quantity = "reaction": name of the support, motion, contact, wall, inflow, outflow or mean-velocity load; its '
+        'mean force since the row before; for "torque": name of a motion that leads a rigid body; its mean torque about the '
+        "centre of mass",
         None,
     )
 
