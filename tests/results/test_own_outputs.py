@@ -147,7 +147,7 @@ def test_panels_stand_side_by_side_over_what_they_differ_by(folder):
         y_unit="cm",
         difference=True,
         measured=[curve],
-        x_label="force [pN]",
+        x_label="force [p$N",
         beside=[{"x": "height", "y": ["kinetic_energy", "strain_energy"], "y_limits": [0.0, 2.0], "y_label": "energies"}],
     )
     with house_style():
@@ -161,7 +161,9 @@ def test_panels_stand_side_by_side_over_what_they_differ_by(folder):
     assert np.isnan(difference.lines[0].get_ydata()[~rows]).all(), "of where the curve is not nothing is known"
     assert energies.get_ylim() == (0.0, 2.0)
     assert (energies.get_xlabel(), energies.get_ylabel()) == ("height [m]", "energies")
-    assert (height.get_xlabel(), difference.get_xlabel()) == ("", "force [pN]")
+    assert (height.get_xlabel(), difference.get_xlabel()) == ("", r"force [p\$N")
+    height.figure.canvas.draw()
+    assert all(text.get_text() for text in energies.get_xticklabels()), "panels beside have numbers of their own"
     assert difference.get_ylabel() == "difference [cm]"
 
 

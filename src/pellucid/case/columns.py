@@ -48,5 +48,7 @@ def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
     sound = parts.are_sound(Probe) and parts.are_sound(Condition)
     if sound and unit_of(name, parts) is None:
         names = [*parts.names(Probe), "time", *other_columns(parts)]
-        text = f"no column of the history; there are the probes {listed(parts.names(Probe)) or 'none'}, time and energies"
+        told = [column for condition in parts.of(Condition) for column in condition.columns()]
+        text = f"no column of the history; there are the probes {listed(parts.names(Probe)) or 'none'}"
+        text += f", {', '.join(told)}" * bool(told) + ", time and energies"
         yield Finding(path, text, hint(name, names) or "add a [[probe]] of this name")

@@ -50,8 +50,12 @@ class Panel(Model):
     y: Names = parameter("", "columns of the history: probes, energies, momenta; all of one unit")
     x_unit: str = parameter("", "unit of the abscissa, such as ms; without it that of the history", "")
     y_unit: str = parameter("", "unit of the ordinate; without it that of the history", "")
-    x_label: str = parameter("", "what stands along the abscissa; without it the name of the column and the unit", "")
-    y_label: str = parameter("", "what stands along the ordinate; without it the name of the column and the unit", "")
+    x_label: str = parameter(
+        "", "what stands along the abscissa; without it the name of the column and the unit", "", max_length=60
+    )
+    y_label: str = parameter(
+        "", "what stands along the ordinate; without it the name of the column and the unit", "", max_length=60
+    )
     y_limits: tuple[float, float] | None = parameter(
         "", "ends of the ordinate in that unit; without it as the values are", None
     )

@@ -217,7 +217,7 @@ class Probe(Part):
         every = parts.of(Condition)
         names = [name for other in every if (name := other.turning_reaction(parts) if turns else other.reaction())]
         if self.condition not in names and parts.are_sound(Condition):
-            what = "motion of a rigid body" if turns else "support, motion, contact, wall or mean-velocity"
+            what = "motion of a rigid body" if turns else "support, motion, contact, wall, inflow, outflow or mean-velocity"
             text = f"no {what} has this name; there are {listed(names) or 'none with a name'}"
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "give it a `name`")
 

@@ -176,14 +176,17 @@ class PressedFaces(ActiveCondition):
     ) -> None:
         """pressure: against the outward normals at a time; add: takes forces [N], shape (n, 3); path: of the region."""
         self._faces, self._pressure, self._add, self._path = faces, pressure, add, path
+        self._misses = False
 
     def begin(self, time: float, dt: float) -> None:
         """Push."""
-        self._add(self._faces.pressure(self._pressure(time)))
+        pressure = self._pressure(time)
+        self._add(self._faces.pressure(pressure))
+        self._misses = pressure != 0.0 and self._faces.is_left
 
     def warning(self) -> str | None:
-        """Of a region that the body has left."""
-        if not self._faces.is_left:
+        """Of a region that the body has left while a pressure acts there."""
+        if not self._misses:
             return None
         what = f"`{'.'.join(map(str, self._path))}` presses nothing: no face of body `{self._faces.body.name}` is in it"
         return f'{what} now, by its centre; make it larger, or use choose = "start" to press the same faces wherever they go'

@@ -111,6 +111,7 @@ def test_a_volume_may_stand_in_a_file(tmp_path):
         ({"volume": {"times": [0, 1], "ratios": [1, 2, 3]}}, "2 times and 3 volumes"),
         ({"volume": {"times": [0, 0], "ratios": [1, 2]}}, "does not come after"),
         ({"volume": {"times": [0, 1], "ratios": [1, -2]}}, "encloses less than nothing"),
+        ({"volume": {"times": [0, 1], "ratios": [1, 0]}}, "give ratios above 0"),
     ],
 )
 def test_given_volumes_that_make_no_sense(change, words):

@@ -179,8 +179,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         if told is None:
             return None
-        comes_in = "mass" not in self.constant_fields
-        passage = "; and let as much out by an [[outflow]] as an [[inflow]] brings in" if comes_in else ""
+        passage = "; and let as much out by an [[outflow]] as an [[inflow]] brings in" if self._takes_in else ""
         return f"body `{self.name}`: {told}{passage}"
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:

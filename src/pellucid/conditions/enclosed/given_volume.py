@@ -41,6 +41,8 @@ class GivenVolume(Model):
             check_order(self.times)
         if min(self.rows[1]) < 0.0:
             raise ValueError(f"{min(self.rows[1]):g}: no membrane encloses less than nothing")
+        if self.ratios is not None and min(self.ratios) == 0.0:
+            raise ValueError("0: no membrane that encloses something gives all of it away; give ratios above 0")
 
     @cached_property
     def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -23,7 +23,7 @@ from pellucid.results.pictures.style import DPI, LINES, label, new_panels, panel
 Draw = Callable[[], Figure | None]
 
 MOMENTUM = Plot(name="momentum", y=tuple(f"momentum_{axis}" for axis in "xyz"))
-NUMERICAL = ("time", "step", "dt", "energy_error")
+NUMERICAL = ("time", "step", "dt", "energy_error", "inflow_points", "outflow_points")
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
@@ -35,6 +35,7 @@ LEAST_SHOWN = 1e-3  # of the largest energy: less is thinner than a line
 
 
 ROUNDING = 1e-9  # of the largest value: what varies less is constant
+SAME = 1e-4  # of the extent of curves: those that differ by less cannot be told apart
 
 
 class Picture(NamedTuple):
@@ -104,12 +105,26 @@ def energy_columns(run: Run) -> list[str]:
 
 
 def condition_columns(run: Run) -> list[str]:
-    """The columns in which conditions tell of enclosed gas, given volumes, and points at open faces, where these change and no
-    plot of the case shows them."""
-    drawn = {name for asked in run.stored.plot for panel in (asked, *asked.beside) for name in (panel.x, *panel.y)}
-    others = {*run.stored.probes, *energy_columns(run), *MOMENTUM.y, *NUMERICAL, *drawn}
-    names = [name for name in run.units if name not in others]
-    return [name for name in names if np.ptp(run.history[name]) > ROUNDING * np.max(np.abs(run.history[name]))]
+    """The columns in which conditions tell of enclosed gas, given volumes, and points at open faces, where these change, and no
+    plot of the case and none before shows the same curve in the same unit, as absolute and gauge pressure do."""
+    plotted = {name for asked in run.stored.plot for panel in (asked, *asked.beside) for name in (panel.x, *panel.y)}
+    known = {*run.stored.probes, *energy_columns(run), *MOMENTUM.y, *NUMERICAL, *plotted}
+    drawn, found = sorted(plotted), []
+    for name in run.units:
+        values = run.history[name]
+        if name in known or not np.ptp(values) > ROUNDING * np.max(np.abs(values)):
+            continue
+        alike = (other for other in drawn if run.units[other] == run.units[name])
+        if not any(np.allclose(_between_ends(values), _between_ends(run.history[other]), atol=SAME) for other in alike):
+            drawn.append(name)
+            found.append(name)
+    return found
+
+
+def _between_ends(values: np.ndarray) -> np.ndarray:
+    """A curve from 0 at its least value to 1 at its largest."""
+    extent = np.ptp(values)
+    return (values - np.min(values)) / extent if extent > 0.0 else np.zeros_like(values)
 
 
 def energies(run: Run) -> Figure:

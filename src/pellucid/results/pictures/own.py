@@ -22,7 +22,7 @@ from pellucid.results.pictures.rendering.axes import INK
 from pellucid.results.pictures.rendering.camera import Plane, View
 from pellucid.results.pictures.stage import Stage, film_of, side_by_side
 from pellucid.results.pictures.stopped import mark_stop
-from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels
+from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels, plain
 from pellucid.units import to_si
 
 INSTANTS = 4
@@ -100,19 +100,22 @@ def plot(run: Run, asked: Plot) -> Figure:
     """A plot of a case: columns of the history and curves from files in its panels, and below what they differ by."""
     shown = (asked, *asked.beside)
     rows = 2 if any(panel.difference for panel in shown) else 1
-    room: dict[str, Any] = {"sharex": "col" if rows == 2 else False, "squeeze": False, "height_ratios": (3, 1)[:rows]}
+    room: dict[str, Any] = {"squeeze": False, "height_ratios": (3, 1)[:rows]}
     figure, axes = new_panels(rows, len(shown), height=3.8 if rows == 1 else 5.2, **room)
     for panel, column in zip(shown, axes.T, strict=True):
-        _draw_panel(run, panel, column[0])
+        _draw_panel(run, panel, column[0], narrow=len(shown) > 2)
         if panel.difference:
             _draw_difference(run, panel, column[1])
+            column[1].sharex(column[0])
             column[0].set_xlabel("")
+            column[0].tick_params(labelbottom=False)
         elif rows == 2:
             column[1].remove()
     return figure
 
 
-def _draw_panel(run: Run, asked: Panel, axes: Axes) -> None:
+def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
+    """narrow: its legend stands above it where it has more than two entries."""
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     lines, marks, places = cycle(LINES), cycle(MARKS), run.history[asked.x]
     for number, name in enumerate(asked.y):
@@ -128,12 +131,14 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes) -> None:
         look: dict[str, Any] = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "capsize": 2.5, "linewidth": 0.9}
         bars = None if deviation is None else deviation / y_size
         form = next(lines if curve.line else marks)
-        axes.errorbar(x / x_size, y / y_size, bars, fmt=form, label=curve.title, zorder=3, **look)
+        axes.errorbar(x / x_size, y / y_size, bars, fmt=form, label=plain(curve.title), zorder=3, **look)
     if asked.y_limits is not None:
         axes.set_ylim(asked.y_limits)
     several = len(asked.y) + len(asked.measured) > 1
     label(axes, asked.x, commonprefix(asked.y).rstrip("_-"), x_unit, y_unit, legend=several)  # noqa: RUF071 names, not paths
-    axes.set(xlabel=asked.x_label or axes.get_xlabel(), ylabel=asked.y_label or axes.get_ylabel())
+    axes.set(xlabel=plain(asked.x_label) or axes.get_xlabel(), ylabel=plain(asked.y_label) or axes.get_ylabel())
+    if narrow and len(asked.y) + len(asked.measured) > 2:
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))
     if asked.x == "time":
         mark_stop(run, axes)
 
@@ -146,7 +151,7 @@ def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
     for name in asked.y:
         axes.plot(places / x_size, (run.history[name] - np.interp(places, x, y, np.nan, np.nan)) / y_size)
     label(axes, asked.x, "difference", x_unit, y_unit)
-    axes.set_xlabel(asked.x_label or axes.get_xlabel())
+    axes.set_xlabel(plain(asked.x_label) or axes.get_xlabel())
 
 
 def _units(run: Run, asked: Panel) -> Iterator[tuple[str, str, float]]:

@@ -135,6 +135,11 @@ def with_unit(name: str, unit: str) -> str:
     return f"{words} [{pretty(unit)}]".lstrip() if unit and unit != "1" else words
 
 
+def plain(text: str) -> str:
+    """Words of a user, of which matplotlib would take what stands between dollars for a formula."""
+    return text.replace("$", r"\$")
+
+
 def pretty(unit: str) -> str:
     """A unit for the eye: "kg/m^3" with a raised 3."""
     for power, raised in (("^2", "²"), ("^3", "³"), ("^-1", "⁻¹")):

@@ -34,7 +34,7 @@ CAPTIONS = {
     "take energy, have given counts as an error too, so that swings of their sums about zero show on one side only.",
     "momentum": "Total momentum.",
     "probes": "The probes of the case.",
-    "conditions": "Contents of membranes and points through open faces, as far as they change and no plot above shows them.",
+    "conditions": "Contents of membranes and points through open faces, as far as they change and no other curve shows them.",
     "bodies_displacement": "The bodies, coloured by how far they are from where they began.",
     "bodies_displacement_inside": "Solids cut open through the middle of the largest, coloured by how far they have moved.",
     "bodies_speed": "The bodies, coloured by speed.",
