@@ -92,9 +92,11 @@ def _default(field: dict[str, Any], needed: bool) -> str:
 
 
 def _limits(field: dict[str, Any]) -> str:
-    found = [f"{sign} {field[key]:g}" for key, sign in LIMITS.items() if key in field]
-    for option in field.get("anyOf", []):
+    found = []
+    for option in (field, *field.get("anyOf", [])):
         found += [f"{sign} {option[key]:g}" for key, sign in LIMITS.items() if key in option]
+        if "maxLength" in option:
+            found.append(f"at most {option['maxLength']} characters")
     return ", ".join(found)
 
 
