@@ -188,5 +188,6 @@ class PressedFaces(ActiveCondition):
         """Of a region that the body has left while a pressure acts there."""
         if not self._misses:
             return None
-        what = f"`{'.'.join(map(str, self._path))}` presses nothing: no face of body `{self._faces.body.name}` is in it"
-        return f'{what} now, by its centre; make it larger, or use choose = "start" to press the same faces wherever they go'
+        where, name = ".".join(map(str, self._path)), self._faces.body.name
+        what = f"`{where}` presses nothing: no face of body `{name}` has its centre in it now"
+        return f'{what}; make it larger, or use choose = "start" to press the same faces wherever they go'

@@ -26,6 +26,6 @@ def membrane_at_start(body: BodyModel) -> AtStart | None:
     sizes = np.bincount(triangles.ravel(), np.repeat(thirds, 3), len(vertices))
     mass = body.material.density * body.thickness * sizes
     volume = volume_at_start(vertices, triangles)
-    return (
-        AtStart(volume, float(np.sum(np.square(corner_areas(vertices, triangles)) / mass[:, None]))) if volume > 0.0 else None
-    )
+    if volume <= 0.0:
+        return None
+    return AtStart(volume, float(np.sum(np.square(corner_areas(vertices, triangles)) / mass[:, None])))

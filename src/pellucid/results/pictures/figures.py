@@ -23,7 +23,7 @@ from pellucid.results.pictures.style import DPI, LINES, label, new_panels, panel
 Draw = Callable[[], Figure | None]
 
 MOMENTUM = Plot(name="momentum", y=tuple(f"momentum_{axis}" for axis in "xyz"))
-NUMERICAL = ("time", "step", "dt", "energy_error", "inflow_points", "outflow_points")
+NUMERICAL = ("time", "step", "dt", "energy_error", "inflow_points", "outflow_points")  # columns of the method, not of the case
 RESIDUE = ("kinetic_energy", "transfer_error", "time_integration_error")  # of no meaning in a steady state
 
 
@@ -32,7 +32,6 @@ MARKERS = "os^D"  # beside LINES: colours come again after seven curves
 WIDE, EQUAL = (3.2, 1.0), 1.6  # of the first curve of the energies and of the last; of all in a steady state [pt]
 SWINGS = 60  # along the time, beyond which lines are drawn thinner
 LEAST_SHOWN = 1e-3  # of the largest energy: less is thinner than a line
-
 
 ROUNDING = 1e-9  # of the largest value: what varies less is constant
 SAME = 1e-4  # of the extent of curves: those that differ by less cannot be told apart

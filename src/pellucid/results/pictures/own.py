@@ -22,11 +22,12 @@ from pellucid.results.pictures.rendering.axes import INK
 from pellucid.results.pictures.rendering.camera import Plane, View
 from pellucid.results.pictures.stage import Stage, film_of, side_by_side
 from pellucid.results.pictures.stopped import mark_stop
-from pellucid.results.pictures.style import COLOURS, LINES, label, new_panels, plain
+from pellucid.results.pictures.style import COLOURS, LINES, new_panels, plain, with_unit
 from pellucid.units import to_si
 
 INSTANTS = 4
 MARKS = "osD^v"
+ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}
 
 
 def bodies_at(run: Run, look: Look, times: np.ndarray | None = None) -> Figure:
@@ -134,11 +135,11 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
         axes.errorbar(x / x_size, y / y_size, bars, fmt=form, label=plain(curve.title), zorder=3, **look)
     if asked.y_limits is not None:
         axes.set_ylim(asked.y_limits)
-    several = len(asked.y) + len(asked.measured) > 1
-    label(axes, asked.x, commonprefix(asked.y).rstrip("_-"), x_unit, y_unit, legend=several)  # noqa: RUF071 names, not paths
-    axes.set(xlabel=plain(asked.x_label) or axes.get_xlabel(), ylabel=plain(asked.y_label) or axes.get_ylabel())
-    if narrow and len(asked.y) + len(asked.measured) > 2:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    common = commonprefix(asked.y).rstrip("_-")  # noqa: RUF071 names, not paths
+    axes.set(xlabel=_abscissa(asked, x_unit), ylabel=plain(asked.y_label) or with_unit(common, y_unit))
+    entries = len(asked.y) + len(asked.measured)
+    if entries > 1:
+        axes.legend(**(ABOVE if narrow and entries > 2 else {}))
     if asked.x == "time":
         mark_stop(run, axes)
 
@@ -150,8 +151,12 @@ def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
     places = run.history[asked.x]
     for name in asked.y:
         axes.plot(places / x_size, (run.history[name] - np.interp(places, x, y, np.nan, np.nan)) / y_size)
-    label(axes, asked.x, "difference", x_unit, y_unit)
-    axes.set_xlabel(plain(asked.x_label) or axes.get_xlabel())
+    axes.set(xlabel=_abscissa(asked, x_unit), ylabel=with_unit("difference", y_unit))
+
+
+def _abscissa(asked: Panel, unit: str) -> str:
+    """The words along it."""
+    return plain(asked.x_label) or with_unit(asked.x, unit)
 
 
 def _units(run: Run, asked: Panel) -> Iterator[tuple[str, str, float]]:
