@@ -98,13 +98,13 @@ def test_binary_stl_also_of_a_header_that_begins_with_solid():
         contents = read_stl(binary_stl(header=header))
         assert contents.format == "STL, binary"
         assert np.array_equal(contents.points, SQUARE[[0, 1, 2, 0, 2, 3]])
-    assert read_stl(binary_stl() + b"end").notes == ("3 bytes after its last facet were not read",)
+    assert read_stl(binary_stl() + b"end").notes == ("3 bytes after the 2 facets that its header counts were not read",)
 
 
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (b"a poem", "neither text that begins with `solid`"),
+        (b"a poem", "neither text with lines `facet` and `vertex`"),
         (b"solid as a rock\n" + 200 * b"-", "it holds no facet"),
         (binary_stl(count=4_000_000_000), "counts 4000000000 facets, and 2 are there"),
         (("solid\n" + FACET_TEXT[:60]).encode(), "breaks off within a facet, in line 6"),
@@ -207,8 +207,10 @@ $ENDELM
 
 def test_the_first_format_of_gmsh():
     contents = read_gmsh1(GMSH_1.encode())
-    assert elements(contents) == {"tetra": [[0, 1, 2, 3]], "triangle": [[0, 1, 2]], "vertex": [[4]]}
+    assert elements(contents) == {"tetra": [[0, 1, 2, 3]], "triangle": [[0, 1, 2]], "vertex": []}
     assert {name: [part.tolist() for part in parts] for name, parts in contents.cell_sets.items()} == {"12": [[0], [], []]}
+    assert len(contents.points) == 4
+    assert contents.notes[0].startswith("1 point that belongs to no line, surface or solid element left out")
 
 
 @pytest.mark.parametrize(

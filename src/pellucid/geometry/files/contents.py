@@ -38,7 +38,8 @@ class Block(NamedTuple):
 class Contents:
     """Points, shape (n, 3), in the unit of the file, elements and named sets.
 
-    cell_sets: by name, the numbers of the elements of each block; notes: what the reader has to tell beside.
+    cell_sets: by name, the numbers of the elements of each block; notes: remarks of the reader; is_single: whether the file
+    stores coordinates in single precision.
     """
 
     format: str
@@ -47,6 +48,7 @@ class Contents:
     node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     cell_sets: Mapping[str, list[np.ndarray]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    is_single: bool = False
 
     def nodes_of_sets(self) -> dict[str, np.ndarray]:
         """Sets of nodes by name: those of the file, and the nodes of its sets and groups of cells."""

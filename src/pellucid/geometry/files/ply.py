@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
+from pellucid.geometry.files.strips import triangles_of_fan, triangles_of_strip
 from pellucid.geometry.files.words import text_of
 
 TYPES = {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
@@ -13,6 +14,7 @@ for _letter, _prefix in (("i", ""), ("u", "u")):
     TYPES |= {f"{_prefix}int{8 * size}": f"{_letter}{size}" for size in (1, 2, 4, 8)}
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 CORNERS = ("vertex_indices", "vertex_index")
+STRIPS, FANS = ("tristrips", "tristrip", "strips", "strip"), ("trifans", "trifan")
 
 
 Column = np.ndarray | list[np.ndarray]
@@ -42,8 +44,28 @@ def read_ply(data: bytes) -> Contents:
     if not {"x", "y", "z"} <= vertices.keys():
         raise Damaged("its vertices have no x, y and z")
     points = np.stack([np.asarray(vertices[axis], float).reshape(-1) for axis in "xyz"], axis=1)
-    corners = next((faces[name] for name in CORNERS if name in faces), [])
-    return Contents(f"PLY, {'binary' if order else 'text'}", points, _blocks(points, corners))
+    blocks = _blocks(points, _lists(faces))
+    more: list[list[int]] = []
+    for name, table in columns.items():
+        if name in (*STRIPS, *FANS):
+            for row in _lists(table):
+                values = [int(corner) for corner in np.atleast_1d(row)]
+                more += triangles_of_fan(values) if name in FANS else triangles_of_strip(values)
+    if more:
+        blocks += (Block("triangle", np.array(more, np.int64)),)
+    known = {"vertex", "face", "edge", *STRIPS, *FANS}
+    notes = tuple(
+        f"its {len(_lists(table))} rows of `{name[:40]}`, which have lists of vertices, were not read"
+        for name, table in columns.items()
+        if name not in known and len(_lists(table))
+    )
+    of_vertex = next(element for element in elements if element.name == "vertex").properties
+    is_single = bool(order) and any(one.name == "x" and one.type == "f4" for one in of_vertex)
+    return Contents(f"PLY, {'binary' if order else 'text'}", points, blocks, notes=notes, is_single=is_single)
+
+
+def _lists(table: dict[str, Column]) -> Column:
+    return next((table[name] for name in CORNERS if name in table), [])
 
 
 def _blocks(points: np.ndarray, corners: Column) -> tuple[Block, ...]:

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.findings import Refusal, hint
+from pellucid.geometry.files.abaqus import read_abaqus
 from pellucid.geometry.files.contents import Contents, Damaged
+from pellucid.geometry.files.gmsh import is_gmsh, read_gmsh
 from pellucid.geometry.files.gmsh1 import is_gmsh1, read_gmsh1
 from pellucid.geometry.files.obj import read_obj
 from pellucid.geometry.files.ply import read_ply
@@ -14,22 +16,24 @@ from pellucid.geometry.files.stl import read_stl
 from pellucid.geometry.files.through_meshlane import read_through_meshlane
 from pellucid.geometry.files.vtk_polydata import is_polydata, read_polydata
 from pellucid.geometry.files.vtp import read_vtp
+from pellucid.geometry.files.words import as_utf8
 from pellucid.system.input_files import file_bytes
 
 SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtp, .vtu)"
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 ANY = f"{SURFACES}, Abaqus (.inp), Nastran (.bdf, .nas)"
-HEAD = 1000
-"""Bytes that tell formats of one ending apart."""
+NODES_OF_ANSYS, HEAD = b"NBLOCK", 100_000
+"""What distinguishes files of Ansys from those of Abaqus, both with the ending .inp, and within how many bytes."""
 FARTHEST = 1e30
 """Of a coordinate in the file's unit: volumes of such elements, and their squares, are still numbers."""
 
 Read = Callable[[bytes], Contents]
 BY_ENDING: dict[str, Read] = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".vtp": read_vtp}
-BY_BEGINNING: dict[str, tuple[Callable[[bytes], bool], Read]] = {
-    ".msh": (is_gmsh1, read_gmsh1),
-    ".vtk": (is_polydata, read_polydata),
+BY_BEGINNING: dict[str, tuple[tuple[Callable[[bytes], bool], Read], ...]] = {
+    ".msh": ((is_gmsh, read_gmsh), (is_gmsh1, read_gmsh1)),
+    ".vtk": ((is_polydata, read_polydata),),
 }
+"""Readers by ending, each with the test of the first bytes that it applies to."""
 
 
 def read_file(path: str, what: str, readable: str) -> Contents:
@@ -56,11 +60,18 @@ def _read(path: str, ending: str) -> Contents:
         head = file.read(HEAD)
     if not head.strip():
         raise Damaged("it is empty")
+    if ending == ".inp" and NODES_OF_ANSYS not in head.upper():
+        return read_abaqus(path)
     read = BY_ENDING.get(ending)
-    applies, of_beginning = BY_BEGINNING.get(ending, (None, None))
-    if applies is not None and applies(head):
-        read = of_beginning
-    return read_through_meshlane(path) if read is None else read(file_bytes(path))
+    for applies, of_beginning in BY_BEGINNING.get(ending, ()):
+        if applies(as_utf8(head)[:1000]):
+            read = of_beginning
+    if read is not None:
+        data = file_bytes(path)
+        return read(data if read is read_stl else as_utf8(data))
+    if ending == ".msh":
+        raise Damaged("it does not hold what .msh files of Gmsh do")
+    return read_through_meshlane(path)
 
 
 def _check(contents: Contents) -> None:

@@ -1,38 +1,64 @@
 """STL, text and binary. Every triangle repeats its corners."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 
 from pellucid.geometry.files.contents import Block, Contents, Damaged
-from pellucid.geometry.files.words import numbers, text_of
+from pellucid.geometry.files.words import as_utf8, numbers, text_of
 
-BEGIN, BYTE_ORDER_MARK = 100, b"\xef\xbb\xbf"
+BEGIN = 1000  # bytes in which a text says what it is
+FACET_OF_TEXT = re.compile(rb"^\s*facet\s+normal\b", re.IGNORECASE | re.MULTILINE)
+UNCOUNTED = (0, 2**32 - 1)
 HEADER = 84  # bytes: a text and the number of facets
 FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def read_stl(data: bytes) -> Contents:
-    """What is in an STL file. Raises Damaged."""
+    """Read an STL file. Raises Damaged."""
     count = int.from_bytes(data[80:HEADER], "little") if len(data) >= HEADER else -1
-    begins_as_text = data[:BEGIN].lower().removeprefix(BYTE_ORDER_MARK).lstrip().startswith(b"solid")
-    if begins_as_text and len(data) != HEADER + count * FACET.itemsize and (b"vertex" in data.lower() or data.isascii()):
-        return _text(text_of(data))
+    there, left = divmod(len(data) - HEADER, FACET.itemsize)
+    if not (count == there and left == 0):
+        text = as_utf8(data)
+        if is_text(text):
+            return _text(text_of(text))
     if count < 0:
-        raise Damaged("it is neither text that begins with `solid` nor as long as the header of a binary file")
-    there = (len(data) - HEADER) // FACET.itemsize
+        raise Damaged("it is neither text with lines `facet` and `vertex` nor as long as the header of a binary file")
+    notes: tuple[str, ...] = ()
+    if count in UNCOUNTED and there and not left:  # written before the number was known
+        notes = (f"its header counts {count} facets; all {there} that follow were read",)
+        count = there
     if count > there:
         raise Damaged(f"its header counts {count} facets, and {there} are there: it is cut off, or no STL file")
     corners = np.frombuffer(data, FACET, count, HEADER)["corners"].astype(float)
-    left = len(data) - HEADER - count * FACET.itemsize
-    return _contents("STL, binary", corners, (f"{left} bytes after its last facet were not read",) if left else ())
+    behind = len(data) - HEADER - count * FACET.itemsize
+    if behind:
+        facets = f", as long as {there - count} facets," if not left else ""
+        notes = (f"{behind} bytes after the {count} facets that its header counts{facets} were not read",)
+    return replace(_contents("STL, binary", corners, notes), is_single=True)
+
+
+def is_text(data: bytes) -> bool:
+    """Return True if bytes are a text STL file, which begins with `solid` or `facet`, maybe after comments."""
+    for line in data[:BEGIN].lower().splitlines():
+        words = line.split()
+        if not words or words[0][:1] in (b"#", b";", b"%") or words[0].startswith(b"//"):
+            continue
+        if words[0] in (b"solid", b"facet"):
+            return b"vertex" in data.lower() or data.isascii()
+        break
+    return data[:BEGIN].isascii() and b"\0" not in data[:BEGIN] and FACET_OF_TEXT.search(data) is not None
 
 
 def _text(text: str) -> Contents:
     """Facets by their words: lines may break anywhere, and `end loop` is as good as `endloop`."""
     corners: list[list[float]] = []
-    start, line_number, finished = 0, 0, False
+    start, line_number, finished, begun = 0, 0, False, False
     for line_number, line in enumerate(text.splitlines(), 1):
         words = line.lower().split()
-        if not words or words[0] == "solid":
+        begun = begun or (bool(words) and words[0] in ("solid", "facet"))
+        if not words or words[0] == "solid" or not begun or words[0][0] in "#;":
             continue
         if words[0] == "vertex" and len(words) == 4:
             corners.append(numbers(words[1:], line_number))

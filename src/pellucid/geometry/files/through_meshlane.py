@@ -1,26 +1,27 @@
-"""Formats that meshlane reads: Gmsh 2 and 4, VTK, Abaqus, Nastran, Medit and more."""
+"""Formats that meshlane reads: VTK, Nastran, Medit and more."""
 
 import io
+import re
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from pellucid.errors import cut
 from pellucid.findings import Refusal
-from pellucid.geometry.files.abaqus_surfaces import abaqus_surfaces
 from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged
 from pellucid.geometry.files.patience import TooLong, within
 from pellucid.geometry.files.sets import sets_of_cells, sets_of_nodes
+from pellucid.geometry.files.words import as_utf8
+from pellucid.system.input_files import file_bytes
 
-GMSH = "gmsh"
-"""What a .msh file is read as: the reader of another program's files of this ending may never end."""
-ABAQUS, ANSYS = "abaqus", "ansysInp"
-NODES_OF_ANSYS, HEAD = b"NBLOCK", 100_000
-"""What tells the files of two programs of the ending .inp apart, and within how many bytes."""
+FORMS = {".inp": "ansysInp"}
+"""Formats of endings that several programs use."""
+NASTRAN, BEGIN_BULK = "nastran", re.compile(rb"^\s*BEGIN\s+BULK", re.IGNORECASE | re.MULTILINE)
 LEAST_TIME, SLOWEST = 4.0, 100_000.0  # s and bytes/s: readers of text take 1 to 2 MB/s
 """Time that a reader has, as some of them wait for ever for the end of a section that a damaged file has not."""
 LONGEST = 200
@@ -41,16 +42,18 @@ def read_through_meshlane(path: str) -> Contents:
     known = [ending for k in range(len(endings)) if (ending := "." + ".".join(endings[k:])) in meshlane.extension_to_filetypes]
     if not known:
         raise Damaged(f"no format of meshes has the ending .{endings[-1]}" if endings else "its name has no ending")
-    form = GMSH if known[0] == ".msh" else meshlane.extension_to_filetypes[known[0]][0]
-    if known[0] == ".inp":
-        with Path(path).open("rb") as file:
-            form = ANSYS if NODES_OF_ANSYS in file.read(HEAD).upper() else ABAQUS
+    form = FORMS.get(known[0], meshlane.extension_to_filetypes[known[0]][0])
     said, ended = io.StringIO(), io.StringIO()
     seconds = LEAST_TIME + Path(path).stat().st_size / SLOWEST
 
     def read() -> Contents:
         with np.errstate(all="ignore"):
-            return _contents(path, meshlane.read(path, form), form)
+            if (data := _corrected(path, form)) is None:
+                return _contents(meshlane.read(path, form), form)
+            with TemporaryDirectory() as folder:
+                copy = Path(folder) / f"copy{known[0]}"
+                copy.write_bytes(data)
+                return _contents(meshlane.read(str(copy), form), form)
 
     try:
         with redirect_stdout(said), redirect_stderr(ended):
@@ -69,6 +72,15 @@ def read_through_meshlane(path: str) -> Contents:
     return replace(contents, notes=(cut(noted, LONGEST),) if noted else ())
 
 
+def _corrected(path: str, form: str) -> bytes | None:
+    """Text that its reader does not take as it is: UTF-16, and Nastran's cards without their first line. None otherwise."""
+    data = file_bytes(path)
+    text = as_utf8(data)
+    if form == NASTRAN and not BEGIN_BULK.search(text):
+        return b"BEGIN BULK\n" + text
+    return None if text == data else text
+
+
 def _block(kind: str, nodes: np.ndarray) -> Block:
     """Elements as they are, where they have whole numbers for all of their corners. Raises ReadError."""
     import meshlane
@@ -79,11 +91,9 @@ def _block(kind: str, nodes: np.ndarray) -> Block:
     return block
 
 
-def _contents(path: str, mesh: Any, form: str) -> Contents:
+def _contents(mesh: Any, form: str) -> Contents:
     points = np.zeros((len(mesh.points), 3))
     points[:, : np.shape(mesh.points)[1]] = mesh.points
     blocks = tuple(_block(block.type, np.asarray(block.data)) for block in mesh.cells)
-    node_sets, cell_sets = sets_of_nodes(mesh), sets_of_cells(mesh)
-    if form == ABAQUS:
-        node_sets |= abaqus_surfaces(path, blocks, cell_sets, node_sets)
-    return Contents(f"{form}, through meshlane", points, blocks, node_sets, cell_sets)
+    is_single = np.asarray(mesh.points).dtype == np.float32
+    return Contents(f"{form}, through meshlane", points, blocks, sets_of_nodes(mesh), sets_of_cells(mesh), is_single=is_single)

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from pellucid.geometry.files.contents import Contents, Damaged, flat_blocks
+from pellucid.geometry.files.strips import triangles_of_strip
 from pellucid.geometry.files.words import floats, integers, text_of
 
 TYPES = {"float": "f4", "double": "f8", "vtktypeint64": "i8", "vtkidtype": "i8"}
@@ -28,6 +29,7 @@ def read_polydata(data: bytes) -> Contents:
     source.line()  # its title
     binary = [word.upper() for word in source.line()] == ["BINARY"]
     points: np.ndarray | None = None
+    is_single = False
     faces: list[list[int]] = []
     while (words := source.line()) is not None and (not words or words[0].upper() not in ENDS):
         key = words[0].upper() if words else ""
@@ -36,6 +38,7 @@ def read_polydata(data: bytes) -> Contents:
                 pass
         elif key == "POINTS" and len(words) == 3:
             points = source.values(_count(words[1]) * 3, words[2], binary).astype(float).reshape(-1, 3)
+            is_single = binary and words[2].lower() == "float"
         elif key in LISTS and len(words) == 3:
             lists = (_new_lists if is_new else _old_lists)(source, _count(words[1]), _count(words[2]), binary)
             if key == POLYGONS:
@@ -44,7 +47,8 @@ def read_polydata(data: bytes) -> Contents:
                 faces += [triangle for strip in lists for triangle in triangles_of_strip(strip)]
     if points is None:
         raise Damaged("it has no points")
-    return Contents(f"VTK polydata, {'binary' if binary else 'text'}", points, flat_blocks(points, faces, "polygon"))
+    form = f"VTK polydata, {'binary' if binary else 'text'}"
+    return Contents(form, points, flat_blocks(points, faces, "polygon"), is_single=is_single)
 
 
 def _old_lists(source: "_Source", count: int, size: int, binary: bool) -> list[list[int]]:
@@ -72,12 +76,6 @@ def _new_lists(source: "_Source", count: int, size: int, binary: bool) -> list[l
     if len(ends) and not (ends[0] == 0 and (np.diff(ends) >= 0).all() and ends[-1] == size):
         raise Damaged("the places where its lists begin do not ascend from 0 to their end")
     return [part.tolist() for part in np.split(corners, ends[1:-1])] if len(ends) > 1 else []
-
-
-def triangles_of_strip(strip: list[int]) -> list[list[int]]:
-    """The triangles of a strip, of which every second one turns the other way."""
-    corners = zip(strip, strip[1:], strip[2:], strict=False)
-    return [[a, b, c] if k % 2 == 0 else [b, a, c] for k, (a, b, c) in enumerate(corners)]
 
 
 def _count(word: str) -> int:

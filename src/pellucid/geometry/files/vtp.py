@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
-from pellucid.geometry.files.vtk_polydata import triangles_of_strip
+from pellucid.geometry.files.strips import triangles_of_strip
 from pellucid.geometry.files.words import floats, integers
 
 TYPES = {f"{kind}{bits}": f"{letter}{bits // 8}" for kind, letter in (("Int", "i"), ("UInt", "u")) for bits in (8, 16, 32, 64)}
@@ -53,12 +53,13 @@ class _Reader:
 
     def contents(self) -> Contents:
         """Points and polygons of all pieces."""
-        points, faces, n = [np.zeros((0, 3))], list[list[int]](), 0
+        points, faces, n, is_single = [np.zeros((0, 3))], list[list[int]](), 0, False
         for piece in self._root.findall("PolyData/Piece"):
             table = piece.find("Points/DataArray")
             if table is None:
                 continue
             here = self._values(table).astype(float)
+            is_single = is_single or (table.get("type") == "Float32" and table.get("format", "ascii") != "ascii")
             if len(here) % 3:
                 raise Damaged("its points have not three coordinates each")
             for name in ("Polys", "Strips"):
@@ -69,7 +70,7 @@ class _Reader:
             n += len(points[-1])
         places = np.concatenate(points)
         blocks: tuple[Block, ...] = flat_blocks(places, faces, "polygon")
-        return Contents("VTK polydata, XML", places, blocks)
+        return Contents("VTK polydata, XML", places, blocks, is_single=is_single)
 
     def _lists(self, group: ElementTree.Element | None) -> list[list[int]]:
         tables = {table.get("Name"): table for table in group.findall("DataArray")} if group is not None else {}

@@ -1,15 +1,38 @@
 """Words and numbers of text files."""
 
+import codecs
 from collections.abc import Sequence
 
 import numpy as np
 
 from pellucid.geometry.files.contents import Damaged
 
+MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+"""Encodings by the byte order marks with which texts begin."""
+
+
+def as_utf8(data: bytes) -> bytes:
+    """Return UTF-16 text as UTF-8, other bytes as they are; a byte order mark is left out."""
+    mark = next((mark for mark in MARKS if data.startswith(mark)), b"")
+    encoding = MARKS.get(mark, "utf-8")
+    if not mark and len(data) > 3:  # UTF-16 without its mark: every second byte of letters is 0
+        encoding = "utf-16-be" if not any(data[:64:2]) else "utf-16-le" if not any(data[1:64:2]) else ""
+        encoding = encoding if any(data[:64]) else ""
+    if encoding in ("utf-8", ""):
+        return data[len(mark) :]
+    try:
+        return data[len(mark) :].decode(encoding).encode()
+    except UnicodeDecodeError:
+        return data
+
 
 def text_of(data: bytes) -> str:
-    """The text of a file; what is no UTF-8, as in comments, becomes question marks."""
-    return data.decode("utf-8-sig", errors="replace")
+    """The text of a file: UTF-8, UTF-16 with its mark, or else what Windows writes in western Europe."""
+    data = as_utf8(data)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", errors="replace")
 
 
 def numbers(words: Sequence[str], line: int, count: int | None = None) -> list[float]:

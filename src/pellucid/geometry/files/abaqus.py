@@ -1,0 +1,392 @@
+"""Abaqus input files (also CalculiX): nodes, elements, parts and their instances, sets and surfaces.
+
+Source: Abaqus Keywords Reference Guide; element types and faces: Abaqus Analysis User's Guide, element library.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pellucid.geometry.files.abaqus_keywords import Keyword, keywords
+from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged
+from pellucid.geometry.files.words import floats, integers
+
+_SOLIDS = {4: "tetra", 5: "pyramid", 6: "wedge", 8: "hexahedron", 10: "tetra10", 13: "pyramid13", 15: "wedge15"}
+_SOLIDS |= {20: "hexahedron20", 27: "hexahedron27"}
+_FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
+_LINES = {2: "line", 3: "line3"}
+_TYPES: tuple[tuple[re.Pattern[str], dict[int, str]], ...] = tuple(
+    (re.compile(pattern), kinds)
+    for pattern, kinds in (
+        (r"(?:D?C|AC|DCC|EMC|Q|GK|COH)3D(\d+)[A-Z]*\d?[A-Z]*", _SOLIDS),
+        (r"SC(\d)[A-Z]*", _SOLIDS),
+        (r"CSS(\d)[A-Z]*", _SOLIDS),
+        (r"(?:SF)?M3D(\d)[A-Z]*", _FLAT),
+        (r"[RF]3D([34])", _FLAT),
+        (r"D?STRI(3)", _FLAT),
+        (r"STRI(6)5", _FLAT),
+        (r"D?S([34689])[A-Z]*\d?[A-Z]*", _FLAT),
+        (r"(?:C|DC|AC|DCC|Q)(?:PS|PE|PEG|AX|GAX|AXA|2D)(\d+)[A-Z]*\d*", _FLAT),
+        (r"(?:T|DC|AC|R)[123]D([23])[A-Z]*", _LINES),
+        (r"B[23]([12])[A-Z]*\d*", {1: "line", 2: "line3"}),
+        (r"(B)33H?", {2: "line"}),
+    )
+)
+FACES: dict[str, dict[str, tuple[int, ...]]] = {
+    "tetra": {"S1": (0, 1, 2), "S2": (0, 3, 1), "S3": (1, 3, 2), "S4": (2, 3, 0)},
+    "wedge": {"S1": (0, 1, 2), "S2": (3, 5, 4), "S3": (0, 3, 4, 1), "S4": (1, 4, 5, 2), "S5": (2, 5, 3, 0)},
+    "hexahedron": {
+        "S1": (0, 1, 2, 3),
+        "S2": (4, 7, 6, 5),
+        "S3": (0, 4, 5, 1),
+        "S4": (1, 5, 6, 2),
+        "S5": (2, 6, 7, 3),
+        "S6": (3, 7, 4, 0),
+    },
+    "triangle": {f"{side}{k + 1}": (k, (k + 1) % 3) for side in "SE" for k in range(3)},
+    "quad": {f"{side}{k + 1}": (k, (k + 1) % 4) for side in "SE" for k in range(4)},
+}
+"""Corners of the faces of solid elements, and of the edges of flat ones, by Abaqus' names (C3D4, C3D6, C3D8, S3, CPS4)."""
+_SIDES = ("SPOS", "SNEG")
+_GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION", "SUBSTRUCTURE GENERATE"}
+_NONE = np.zeros(0, np.int64)
+
+
+@dataclass
+class _Scope:
+    """Nodes, elements and sets with labels of their own: the file, a part, or an instance of a part."""
+
+    nodes: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    elements: list[tuple[str, np.ndarray]] = field(default_factory=list)  # kind; rows of a label and the labels of nodes
+    sets: dict[tuple[str, str], list[tuple[str, str, list[list[str]], bool]]] = field(default_factory=dict)
+    """By "N" or "E" and the name in capitals: name as written, instance, data lines, whether these are ranges."""
+    surfaces: list[tuple[str, bool, list[list[str]]]] = field(default_factory=list)
+    node_labels: np.ndarray = field(default_factory=lambda: _NONE)  # ascending, with the number of each in the mesh
+    node_numbers: np.ndarray = field(default_factory=lambda: _NONE)
+    element_labels: np.ndarray = field(default_factory=lambda: _NONE)
+    element_numbers: np.ndarray = field(default_factory=lambda: _NONE)
+
+
+def read_abaqus(path: str) -> Contents:
+    """Read an Abaqus input file and the files that it includes. Raises Damaged."""
+    return _Model(keywords(path)).contents()
+
+
+class _Model:
+    """What the keywords define, and the mesh that it makes."""
+
+    def __init__(self, found: list[Keyword]) -> None:
+        self._file, self._parts, self._instances = _Scope(), dict[str, _Scope](), dict[str, _Scope]()
+        self._left_out: Counter[str] = Counter()
+        self._notes: list[str] = []
+        self._placed: set[str] = set()
+        self._rotation, self._origin = np.eye(3), np.zeros(3)
+        scope = self._file
+        for keyword in found:
+            name, parameters = keyword.name, keyword.parameters
+            if name in _GENERATORS:
+                raise Damaged(f"*{name} in {keyword.where} generates nodes or elements, which cannot be read: list them all")
+            if name == "PART":
+                scope = self._parts.setdefault(parameters.get("NAME", "").upper(), _Scope())
+            elif name == "INSTANCE":
+                part = parameters.get("PART", "").upper()
+                if part and part not in self._parts:
+                    raise Damaged(f"*INSTANCE in {keyword.where} places a part that the file does not define")
+                self._placed.add(part)
+                scope = self._instances[parameters.get("NAME", "").upper()] = _moved(self._parts.get(part, _Scope()), keyword)
+            elif name in ("END PART", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"):
+                scope = self._file
+            else:
+                self._read(keyword, scope)
+
+    def _read(self, keyword: Keyword, scope: _Scope) -> None:
+        name, parameters = keyword.name, keyword.parameters
+        if name == "SYSTEM":
+            self._rotation, self._origin = _system(keyword)
+        elif name == "NODE":
+            labels, places = _nodes(keyword)
+            scope.nodes.append((labels, places @ self._rotation + self._origin))
+            self._define(scope, "N", parameters.get("NSET"), labels)
+        elif name == "ELEMENT":
+            self._read_elements(keyword, scope)
+        elif name in ("NSET", "ELSET") and (set_name := parameters.get(name)):
+            rows = [[word for word in words if word] for words in keyword.words()]
+            if name == "NSET" and "ELSET" in parameters:
+                rows = [[f"<{parameters['ELSET']}"]]
+            entry = (set_name, parameters.get("INSTANCE", "").upper(), rows, "GENERATE" in parameters)
+            scope.sets.setdefault((name[0], set_name.upper()), []).append(entry)
+        elif name == "SURFACE" and "NAME" in parameters:
+            rows = [words for words in keyword.words() if words[0]]
+            scope.surfaces.append((parameters["NAME"], parameters.get("TYPE", "").upper() == "NODE", rows))
+
+    def _read_elements(self, keyword: Keyword, scope: _Scope) -> None:
+        kind = _kind(keyword.parameters.get("TYPE", ""))
+        if kind is None:
+            self._left_out[keyword.parameters.get("TYPE", "no name")[:20]] += len(keyword.lines)
+            return
+        digits = re.sub(r"\D", "", kind)
+        rows = _rows(keyword, 1 + (int(digits) if digits else CORNERS[kind]))
+        scope.elements.append((kind, rows))
+        self._define(scope, "E", keyword.parameters.get("ELSET"), rows[:, 0])
+
+    @staticmethod
+    def _define(scope: _Scope, what: str, name: str | None, labels: np.ndarray) -> None:
+        if name:
+            entry = (name, "", [list(map(str, labels.tolist()))], False)
+            scope.sets.setdefault((what, name.upper()), []).append(entry)
+
+    def contents(self) -> Contents:
+        """Number nodes and elements through, and resolve sets and surfaces."""
+        scopes = {"": self._file, **self._instances}
+        scopes |= {part: scope for part, scope in self._parts.items() if part not in self._placed and part not in scopes}
+        points, rows = [np.zeros((0, 3))], dict[str, list[np.ndarray]]()
+        n = 0
+        for scope in scopes.values():
+            labels, places = (np.concatenate([some[k] for some in scope.nodes]) if scope.nodes else _NONE for k in (0, 1))
+            last = len(labels) - 1 - np.unique(labels[::-1], return_index=True)[1]  # a node that is defined again is moved
+            last = np.sort(last)
+            order = np.argsort(labels[last], kind="stable")
+            scope.node_labels, scope.node_numbers = labels[last][order], n + order
+            points.append(places[last] if len(last) else np.zeros((0, 3)))
+            n += len(last)
+        for scope in scopes.values():
+            for kind, table in scope.elements:
+                known = scope if len(scope.node_labels) else self._file
+                rows.setdefault(kind, []).append(_numbers(known, table[:, 1:], f"an element ({kind})"))
+        self._blocks = tuple(Block(kind, np.concatenate(parts)) for kind, parts in rows.items())
+        self._starts = np.cumsum([0, *(len(block.nodes) for block in self._blocks)])
+        filled = dict(zip(rows, self._starts.tolist(), strict=False))
+        for scope in scopes.values():
+            labels_of, numbers_of = [_NONE], [_NONE]
+            for kind, table in scope.elements:
+                labels_of.append(table[:, 0])
+                numbers_of.append(filled[kind] + np.arange(len(table)))
+                filled[kind] += len(table)
+            order = np.argsort(labels := np.concatenate(labels_of), kind="stable")
+            scope.element_labels, scope.element_numbers = labels[order], np.concatenate(numbers_of)[order]
+        self._scopes = scopes
+        node_sets, element_sets = self._named("N"), self._named("E")
+        cell_sets = {name: self._by_block(numbers) for name, numbers in element_sets.items()}
+        self._add_surfaces(node_sets)
+        for name in node_sets.keys() & element_sets.keys():
+            nodes = self._nodes_of(element_sets[name])
+            if not np.array_equal(nodes, node_sets[name]):
+                self._notes.append(f"a set of nodes and another set have the name `{name}`: the set of nodes was read")
+        self._notes += [f"{count} lines of elements of type {kind} were not read" for kind, count in self._left_out.items()]
+        return Contents("Abaqus", np.concatenate(points), self._blocks, node_sets, cell_sets, tuple(self._notes))
+
+    def _named(self, what: str) -> dict[str, np.ndarray]:
+        """Sets by name. A name that several instances have is that of their union; each of them is `INSTANCE.NAME` too."""
+        found: dict[str, np.ndarray] = {}
+        written: dict[str, str] = {}
+        owners: dict[str, list[str]] = {}
+        for place, scope in self._scopes.items():
+            for (kind, upper), entries in scope.sets.items():
+                if kind == what:
+                    name = written.setdefault(upper, entries[0][0])
+                    owners.setdefault(name, []).append(place)
+                    members = self._members(scope, what, upper, ())
+                    found[name] = np.union1d(found.get(name, _NONE), members)
+        for name, places in owners.items():
+            if len(places) > 1:
+                for place in filter(None, places):
+                    found[f"{place}.{name}"] = self._members(self._scopes[place], what, name.upper(), ())
+        return found
+
+    def _members(self, scope: _Scope, what: str, name: str, within: tuple[str, ...]) -> np.ndarray:
+        """Numbers of the nodes ("N") or elements ("E") of a set; sets may name others."""
+        if name in within:
+            raise Damaged(f"the set {name[:60]} contains itself")
+        found = [_NONE]
+        for _, instance, rows, is_range in scope.sets[what, name]:
+            inner = self._scopes.get(instance, self._file) if instance else scope
+            if is_range:
+                known = inner.node_labels if what == "N" else inner.element_labels
+                found += [self._known(inner, what, _in_range(known, words, name)) for words in rows if words]
+                continue
+            plain = [word for words in rows for word in words if word.isdecimal()]
+            if plain:
+                found.append(self._known(inner, what, integers(plain, f"the members of the set {name[:60]}")))
+            for word in (word for words in rows for word in words if not word.isdecimal()):
+                found.append(self._named_in(inner, what, word, name, (*within, name)))
+        return np.unique(np.concatenate(found))
+
+    def _named_in(self, scope: _Scope, what: str, word: str, name: str, within: tuple[str, ...]) -> np.ndarray:
+        """Members that a word stands for: `SET`, `INSTANCE.SET`, `INSTANCE.7`, or `<SET`: the nodes of a set of elements."""
+        if word.startswith("<"):
+            return self._nodes_of(self._named_in(scope, "E", word[1:], name, within))
+        upper = word.strip('"').upper()
+        if (what, upper) in scope.sets:
+            return self._members(scope, what, upper, within)
+        owner, _, rest = upper.rpartition(".")
+        if owner in self._instances and rest.isdecimal():
+            return self._known(self._instances[owner], what, integers([rest], "the members of sets"))
+        if owner in self._instances and (what, rest) in self._instances[owner].sets:
+            return self._members(self._instances[owner], what, rest, ())
+        self._notes.append(f"the set `{name[:60]}` names `{word[:60]}`, which the file does not define")
+        return _NONE
+
+    def _known(self, scope: _Scope, what: str, labels: np.ndarray) -> np.ndarray:
+        """Numbers of labels in a scope; elements that were left out, and labels of none, are no part of a set."""
+        if what == "N":
+            known, numbers = scope.node_labels, scope.node_numbers
+        else:
+            known, numbers = scope.element_labels, scope.element_numbers
+        low, high = np.searchsorted(known, labels), np.searchsorted(known, labels, side="right")
+        if (high == low).any() and not self._left_out:
+            missing = labels[high == low]
+            what_kind = "node" if what == "N" else "element"
+            self._notes.append(f"a set names {what_kind} {missing[0]}, which the file does not define")
+        return numbers[low[high > low]]
+
+    def _by_block(self, numbers: np.ndarray) -> list[np.ndarray]:
+        ends = np.searchsorted(numbers, self._starts)
+        spans = zip(ends[:-1], ends[1:], self._starts[:-1], strict=True)
+        return [numbers[low:high] - start for low, high, start in spans]
+
+    def _nodes_of(self, numbers: np.ndarray, face: str = "") -> np.ndarray:
+        """Nodes of elements, or of one of their faces."""
+        found = [_NONE]
+        for block, part in zip(self._blocks, self._by_block(numbers), strict=True):
+            if not face or (face in _SIDES and block.base in ("triangle", "quad")):
+                found.append(block.nodes[part].ravel())
+            elif corners := FACES.get(block.base or "", {}).get(face):
+                found.append(block.nodes[part][:, corners].ravel())
+        return np.unique(np.concatenate(found))
+
+    def _add_surfaces(self, node_sets: dict[str, np.ndarray]) -> None:
+        """Nodes of each surface, by its name; one with a line that cannot be read is named in a note."""
+        for scope in self._scopes.values():
+            for name, is_of_nodes, rows in scope.surfaces:
+                parts: list[np.ndarray] = []
+                for words in rows:
+                    face = words[1].upper() if len(words) > 1 and not is_of_nodes else ""
+                    labels = words[0].isdecimal()
+                    what = "N" if is_of_nodes else "E"
+                    if not is_of_nodes and face not in _SIDES and not any(face in faces for faces in FACES.values()):
+                        break
+                    if labels:
+                        members = self._known(scope, what, integers([words[0]], "the members of surfaces"))
+                    elif (what, words[0].strip('"').upper()) in scope.sets or "." in words[0]:
+                        members = self._named_in(scope, what, words[0], name, ())
+                    else:
+                        break
+                    parts.append(members if is_of_nodes else self._nodes_of(members, face))
+                else:
+                    if parts:
+                        node_sets[name] = np.unique(np.concatenate(parts))
+                        continue
+                self._notes.append(f"the surface `{name[:60]}` was not read: it lists no sets or elements with faces")
+
+
+def _kind(type_name: str) -> str | None:
+    """The kind of elements of an Abaqus type; None for those that are no part of a mesh, such as springs."""
+    name = type_name.strip().upper()
+    for pattern, kinds in _TYPES:
+        if found := pattern.fullmatch(name):
+            return kinds.get(2 if found[1] == "B" else int(found[1]))
+    return None
+
+
+def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
+    """Labels and places; of cylindrical (C) and spherical (S) coordinates, angles are in degrees."""
+    words = [[*row[:4], "", "", ""][:4] for row in keyword.words()]
+    where = f"the nodes after {keyword.where}"
+    labels = integers([row[0] for row in words], where)
+    flat = [word or "0" for row in words for word in row[1:]]
+    try:
+        places = floats(flat, where)
+    except Damaged:
+        places = floats([word.upper().replace("D", "E") for word in flat], where)
+    r, second, third = places.reshape(-1, 3).T
+    system = keyword.parameters.get("SYSTEM", "R").upper()[:1]
+    if system == "C":
+        angle = np.radians(second)
+        return labels, np.column_stack([r * np.cos(angle), r * np.sin(angle), third])
+    if system == "S":
+        longitude, latitude = np.radians(second), np.radians(third)
+        flat_r = r * np.cos(latitude)
+        return labels, np.column_stack([flat_r * np.cos(longitude), flat_r * np.sin(longitude), r * np.sin(latitude)])
+    return labels, places.reshape(-1, 3)
+
+
+def _rows(keyword: Keyword, width: int) -> np.ndarray:
+    """Labels of elements and of their nodes, shape (m, width); a data line that ends in a comma goes on in the next one."""
+    where = f"the elements after {keyword.where}"
+    rows: list[list[str]] = []
+    row: list[str] = []
+    for line in keyword.lines:
+        row += [word for word in (word.strip() for word in line.split(",")) if word]
+        if len(row) >= width:  # further values, as of a beam's direction, are left out
+            rows.append(row[:width])
+            row = []
+        elif not line.endswith(",") and width <= 15:
+            raise Damaged(f"an element among {where} has {len(row) - 1} nodes, and its type has {width - 1}")
+    if row:
+        raise Damaged(f"{where} break off")
+    return integers([word for some in rows for word in some], where).reshape(-1, width)
+
+
+def _numbers(scope: _Scope, labels: np.ndarray, what: str) -> np.ndarray:
+    """Numbers of nodes by their labels. Raises Damaged for a label that is none."""
+    known = scope.node_labels
+    place = np.searchsorted(known, labels).clip(max=max(len(known) - 1, 0))
+    if labels.size and (not len(known) or (known[place] != labels).any()):
+        wrong = labels.flat[0] if not len(known) else labels[known[place] != labels][0]
+        raise Damaged(f"{what} has node {wrong}, which is none of the {len(known)} nodes that the file defines")
+    return scope.node_numbers[place] if labels.size else np.zeros(labels.shape, np.int64)
+
+
+def _in_range(known: np.ndarray, words: list[str], name: str) -> np.ndarray:
+    """Those of ascending labels from the first to the last one of a range, in steps, which are of 1 without a third number."""
+    values = integers(words[:3], f"the ranges of the set {name[:60]}").tolist()
+    first, last, step = values[0], values[min(len(values), 2) - 1], values[2] if len(values) > 2 else 1
+    if step < 1:
+        raise Damaged(f"the set {name[:60]} has a range in steps of {step}, and these are 1 at least")
+    within = known[(known >= first) & (known <= last)]
+    return within[(within - first) % step == 0]
+
+
+def _numbers_of(lines: Iterable[list[str]], where: str) -> list[list[float]]:
+    return [floats([word or "0" for word in words], where).tolist() for words in lines]
+
+
+def _system(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
+    """Axes in rows and origin of the coordinates of the nodes that follow (*SYSTEM); without data the global ones."""
+    values = [x for row in _numbers_of(keyword.words(), f"the data of *SYSTEM in {keyword.where}") for x in row]
+    if not values:
+        return np.eye(3), np.zeros(3)
+    origin, along, beside = (np.array([*values, *[0.0] * 9][k : k + 3]) for k in (0, 3, 6))
+    if len(values) < 6:
+        return np.eye(3), origin
+    first = along - origin
+    third = np.cross(first, (beside if len(values) > 6 else origin + np.cross([0.0, 0.0, 1.0], first)) - origin)
+    second = np.cross(third, first)
+    axes = np.array([first, second, third])
+    lengths = np.linalg.norm(axes, axis=1, keepdims=True)
+    if not (lengths > 0.0).all():
+        raise Damaged(f"*SYSTEM in {keyword.where} has points on one line, from which no axes follow")
+    return axes / lengths, origin
+
+
+def _moved(part: _Scope, keyword: Keyword) -> _Scope:
+    """An instance of a part: translated by the first data line, then rotated about the axis of the second one."""
+    lines = _numbers_of(keyword.words(), f"the data of *INSTANCE in {keyword.where}")
+    nodes = [(labels, places.copy()) for labels, places in part.nodes]
+    shift = np.array([*(lines[0] if lines else []), 0.0, 0.0, 0.0][:3])
+    nodes = [(labels, places + shift) for labels, places in nodes]
+    if len(lines) > 1:
+        if len(lines[1]) < 7:
+            raise Damaged(f"*INSTANCE in {keyword.where} has a rotation of fewer than 7 numbers: two points and an angle")
+        start, end, angle = np.array(lines[1][:3]), np.array(lines[1][3:6]), np.radians(lines[1][6])
+        length = float(np.linalg.norm(end - start))
+        if not length > 0.0:
+            raise Damaged(f"*INSTANCE in {keyword.where} has a rotation about an axis between equal points")
+        k = (end - start) / length
+        cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
+        turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+        nodes = [(labels, start + (places - start) @ turn.T) for labels, places in nodes]
+    return _Scope(nodes, list(part.elements), {key: list(some) for key, some in part.sets.items()}, list(part.surfaces))
