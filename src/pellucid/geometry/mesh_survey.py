@@ -24,7 +24,7 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 from pellucid.geometry.solid_meshes.file import SOLID, solid_of
 from pellucid.geometry.surfaces.file import mended, surface_of
 
-MOST_CROSSED = 50_000  # triangles: where a larger surface crosses itself is not looked for, as that takes a while
+MOST_CROSSED = 300_000  # triangles: of a larger surface crossings are not looked for, which takes half a minute then
 METRES, MILLIMETRES = 3.0, 1000.0
 """Sizes up to which numbers mostly are metres and millimetres: people measure organs, cells, airbags."""
 HEAD = 2000
@@ -54,8 +54,10 @@ def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
         nodes, corners = in_metres.nodes, [in_metres.cells]
         about, faults = _about_solid(in_metres), list(solid_faults(in_metres))
     else:
-        found = surface_of(path, contents.points, contents.blocks)
-        found, notes = mended(path, found, close_holes) if repair else (found, [])
+        found, _, notes = surface_of(path, contents)
+        if repair:
+            found, done = mended(path, found, close_holes)
+            notes += done
         scaled = found._replace(vertices=metres * found.vertices)
         nodes, corners = scaled.vertices, [scaled.quads, scaled.triangles]
         about, faults = _about_surface(scaled)
@@ -150,8 +152,11 @@ def _about_surface(mesh: Mesh) -> tuple[list[tuple[str, str]], list[Fault]]:
         rows += [("closed", "yes"), ("volume", f"{enclosed_volume(vertices, triangles):.6g} m^3")]
     if not faults:
         rows.append(("turned", "all elements alike" + ("" if holes else ", normals outward")))
-        crossed = self_crossing(mesh.triangulated()) if len(triangles) <= MOST_CROSSED else None
-        if crossed is not None:
+        if len(triangles) > MOST_CROSSED:
+            rows.append(("crossings", f"not looked for in more than {MOST_CROSSED} triangles"))
+            return rows, faults
+        has_layers = len(np.unique(vertices, axis=0)) < len(vertices)
+        if (crossed := self_crossing(mesh.triangulated(), in_plane=not has_layers)) is not None:
             faults.append(
                 (f"the surface crosses itself near {_at(crossed)} m", "mend it there, or keep one of two pieces that overlap")
             )

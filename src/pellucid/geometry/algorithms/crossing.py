@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pellucid.geometry.algorithms.bounding_tree import BoundingTree
 from pellucid.geometry.meshes.triangulation import Triangulation
 
 ROUNDING = 1e-9  # of an edge
@@ -10,42 +11,49 @@ ROUNDING = 1e-9  # of an edge
 def crossing(first: Triangulation, second: Triangulation) -> np.ndarray | None:
     """A place [m], shape (3,), where an edge of one goes through a triangle of the other or a vertex lies on one; else None."""
     for one, other in ((first, second), (second, first)):
-        found = _piercing(one, other)
-        if len(found):
-            return np.asarray(found[0])
+        place = _piercing(one, other, np.arange(len(one.vertices)), -2 - np.arange(len(other.vertices)), True)
+        if place is not None:
+            return place
     return None
 
 
-def self_crossing(surface: Triangulation) -> np.ndarray | None:
-    """A place [m], shape (3,), where an edge of a surface meets a triangle that has none of its vertices; else None."""
-    found = _piercing(surface, surface, apart=True)
-    return np.asarray(found[0]) if len(found) else None
+def self_crossing(surface: Triangulation, in_plane: bool = True) -> np.ndarray | None:
+    """A place [m], shape (3,), where an edge of a surface meets a triangle that has none of its vertices; else None.
+
+    Vertices at one place are one here. in_plane: whether an edge that lies in a triangle meets it, which layers on each other
+    do not.
+    """
+    number = np.unique(surface.vertices + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
+    return _piercing(surface, surface, number, number, in_plane)
 
 
-def _piercing(one: Triangulation, other: Triangulation, apart: bool = False) -> np.ndarray:
-    """Where edges of one meet triangles of the other, shape (n, 3) (Möller & Trumbore 1997, J. Graph. Tools 2, 21); `apart`:
-    both are one surface, and an edge does not meet the triangles at its own vertices."""
-    from scipy.spatial import cKDTree
-
+def _piercing(
+    one: Triangulation, other: Triangulation, of_one: np.ndarray, of_other: np.ndarray, in_plane: bool
+) -> np.ndarray | None:
+    """The first place where an edge of one meets a triangle of the other that has no vertex of the same number."""
     edges = np.unique(np.sort(one.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     start, end = one.vertices[edges[:, 0]], one.vertices[edges[:, 1]]
-    corners = other.vertices[other.triangles]
+    corners, numbers = other.vertices[other.triangles], of_other[other.triangles]
     slack = ROUNDING * float(np.ptp(corners, axis=(0, 1)).max())
     lower, upper = other.vertices.min(axis=0) - slack, other.vertices.max(axis=0) + slack
     inside = np.all((np.maximum(start, end) >= lower) & (np.minimum(start, end) <= upper), axis=1)
-    edges, start, end = edges[inside], start[inside], end[inside]
+    edges, start, end = of_one[edges[inside]], start[inside], end[inside]
     if not len(edges):
-        return np.zeros((0, 3))
-    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    reach = 0.5 * float(np.linalg.norm(end - start, axis=1).max()) + float(sides.max())
-    near = cKDTree(0.5 * (start + end)).query_ball_tree(cKDTree(corners.mean(axis=1)), reach)
-    e = np.repeat(np.arange(len(edges)), [len(found) for found in near])
-    t = np.array([triangle for found in near for triangle in found], dtype=int)
-    if apart:
-        strange = (edges[e][:, :, None] != other.triangles[t][:, None, :]).all(axis=(1, 2))
+        return None
+    for e, t in BoundingTree(corners, numbers, slack).near(edges, start, end):
+        strange = (edges[e][:, :, None] != numbers[t][:, None, :]).all(axis=(1, 2))
         e, t = e[strange], t[strange]
-    p, d, a = start[e], (end - start)[e], corners[t, 0]
-    u, v = corners[t, 1] - a, corners[t, 2] - a
+        meets, places = _meeting(start[e], (end - start)[e], corners[t], slack, in_plane)
+        if meets.any():
+            found = np.flatnonzero(meets)
+            return np.asarray(places[found[np.lexsort((t[found], e[found]))[0]]])
+    return None
+
+
+def _meeting(p: np.ndarray, d: np.ndarray, corners: np.ndarray, slack: float, in_plane: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Which edges from places p along d meet their triangles, and where (Möller & Trumbore 1997, J. Graph. Tools 2, 21)."""
+    a = corners[:, 0]
+    u, v = corners[:, 1] - a, corners[:, 2] - a
     normal, h = np.cross(u, v), np.cross(d, v)
     determinant = np.sum(u * h, axis=1)
     along = np.abs(determinant) <= ROUNDING * np.linalg.norm(d, axis=1) * np.linalg.norm(normal, axis=1)
@@ -60,4 +68,4 @@ def _piercing(one: Triangulation, other: Triangulation, apart: bool = False) -> 
     height = np.abs(np.sum(s * normal, axis=1)) / np.linalg.norm(normal, axis=1)
     within = (U >= -ROUNDING) & (V >= -ROUNDING) & (U + V <= 1.0 + ROUNDING)
     meets = within & (share >= -ROUNDING) & (share <= 1.0 + ROUNDING) & (~along | (height <= slack))
-    return np.asarray((p + share[:, None] * d)[meets])
+    return meets & (in_plane | ~along), p + share[:, None] * d

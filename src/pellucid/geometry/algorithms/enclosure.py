@@ -6,6 +6,7 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 
 NUDGE = np.array([0.7548776662e-9, 0.5698402910e-9])
 """Shift of the rays over the extent of the surface, in two incommensurable parts: no ray then meets a vertex or an edge."""
+NO_VOLUME = 1e-12  # of the cube of the extent
 PAIRS_AT_ONCE = 2_000_000  # of a ray and a triangle; bounds the memory
 
 
@@ -48,6 +49,12 @@ def signed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
     """Volume [m³] inside a closed surface whose normals point outward; negative where they point inward."""
     a, b, c = (vertices - vertices.mean(axis=0))[triangles.T]
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def is_inside_out(vertices: np.ndarray, triangles: np.ndarray) -> bool:
+    """Return True if the normals of a closed surface point inward; one that encloses nothing but rounding, such as a flat bag,
+    has no inside."""
+    return signed_volume(vertices, triangles) < -NO_VOLUME * float(np.ptp(vertices, axis=0).max()) ** 3
 
 
 def _rays(yz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,10 +4,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import signed_volume
+from pellucid.geometry.algorithms.enclosure import is_inside_out, signed_volume
 from pellucid.geometry.checks.surface_holes import rims
 from pellucid.geometry.checks.words import REPAIR, Fault, counted
 from pellucid.geometry.meshes.cells import cut_in_two
+from pellucid.geometry.meshes.joining import layers_parted
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces
 
@@ -48,7 +49,8 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
     if closed:
         holes = list(_holes(elements))
         yield from holes
-        if not (flipped or holes) and (volume := signed_volume(*mesh.triangulated())) < 0.0:
+        if not (flipped or holes) and is_inside_out(*mesh.triangulated()):
+            volume = signed_volume(*mesh.triangulated())
             text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
             yield text, f"turn the {elements.many} round: of a file, `repair = true` or `reverse = true` does it"
 
@@ -135,8 +137,14 @@ def _repeated(elements: _Elements) -> Iterator[Fault]:
         found += [start + np.sort(order[[k, k + 1]]) for k in again]
     if found:
         one, other = found[0]
+        are_layers = layers_parted(Mesh(elements.vertices, elements.quads, elements.triangles)) is not None
         text = f"{elements.count(len(found), 'is', 'are')} there twice, for example numbers {one} and {other}"
-        yield text + _place(elements.corner(other)), f"keep each {elements.one} once: {REPAIR}"
+        remedy = (
+            "if these are the two layers of a flat bag, set `closed = true`, or save it as OBJ or PLY with vertices of its "
+        )
+        remedy += f"own for each layer; otherwise keep each {elements.one} once: {REPAIR}"
+        plain = f"keep each {elements.one} once: {REPAIR}"
+        yield text + _place(elements.corner(other)), remedy if are_layers else plain
 
 
 def _crowded(elements: _Elements) -> Iterator[Fault]:

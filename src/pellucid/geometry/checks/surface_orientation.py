@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellucid.geometry.algorithms.enclosure import inside, signed_volume
+from pellucid.geometry.algorithms.enclosure import inside, is_inside_out
 from pellucid.geometry.checks.words import in_file
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges, pieces
@@ -57,7 +57,8 @@ def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
         corner = mesh.vertices[part[:1, 0]]
         is_hole = sum(bool(inside(corner, mesh.vertices, parts[other])[0]) for other in larger if other != k) % 2 == 1
         used, which = np.unique(part, return_inverse=True)
-        if (signed_volume(mesh.vertices[used], which.reshape(-1, 3)) < 0.0) != is_hole:
+        own = mesh.vertices[used], which.reshape(-1, 3)
+        if is_inside_out(*own) if not is_hole else is_inside_out(own[0], own[1][:, ::-1]):
             turned[members[name]] = True
             side = "inward, as it is a hole" if is_hole else "outward"
             notes.append(f"a closed piece was turned {side}, {in_file(mesh.centres()[name])}")

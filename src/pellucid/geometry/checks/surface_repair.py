@@ -10,7 +10,8 @@ from pellucid.geometry.checks.surface_holes import without_holes
 from pellucid.geometry.checks.surface_orientation import outward, turned_alike
 from pellucid.geometry.checks.words import counted, in_file
 from pellucid.geometry.meshes.cells import cut_in_two
-from pellucid.geometry.meshes.coincident import same_place
+from pellucid.geometry.meshes.coincident import width_of_place
+from pellucid.geometry.meshes.joining import joined
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import first_of_each
 
@@ -43,15 +44,15 @@ def repaired(mesh: Mesh, close_holes: int = 0) -> Mended:
 
 
 def _merged(mesh: Mesh) -> Mended:
-    place = same_place(mesh.vertices, [mesh.quads, mesh.triangles])
+    place, _ = joined(mesh.vertices, mesh.quads, mesh.triangles, width_of_place(mesh.vertices, [mesh.quads, mesh.triangles]))
     merged = np.flatnonzero(place != np.arange(len(place)))
     if not len(merged):
         return mesh, []
     kept = place == np.arange(len(place))
     number = (np.cumsum(kept) - 1)[place]
     note = f"{counted(len(merged), 'vertex was', 'vertices were')} merged with another one at the same place, the first"
-    joined = Mesh(mesh.vertices[kept], number[mesh.quads], number[mesh.triangles])
-    return joined, [f"{note} {in_file(mesh.vertices[merged[0]])}"]
+    merged_mesh = Mesh(mesh.vertices[kept], number[mesh.quads], number[mesh.triangles])
+    return merged_mesh, [f"{note} {in_file(mesh.vertices[merged[0]])}"]
 
 
 def _of_different_corners(mesh: Mesh) -> Mended:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from pellucid.findings import Refusal
+from pellucid.geometry.files.abaqus_keywords import included_files
 from pellucid.geometry.files.read import check_there
 from pellucid.model import InputFile, Model, Vector, check, parameter
 
@@ -48,4 +49,7 @@ def states_of_files(model: Model) -> tuple[FileState, ...]:
             check_there(value)
             found = Path(value).stat()
             states.append((value, found.st_mtime_ns, found.st_size))
+            for included in included_files(value) if value.lower().endswith(".inp") else []:
+                inner = Path(included).stat()
+                states.append((included, inner.st_mtime_ns, inner.st_size))
     return tuple(states)

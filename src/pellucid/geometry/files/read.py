@@ -1,6 +1,7 @@
 """Any file of a mesh, by its ending and its first bytes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from pellucid.geometry.files.gmsh import is_gmsh, read_gmsh
 from pellucid.geometry.files.gmsh1 import is_gmsh1, read_gmsh1
 from pellucid.geometry.files.obj import read_obj
 from pellucid.geometry.files.ply import read_ply
+from pellucid.geometry.files.precision import precision_notes
 from pellucid.geometry.files.stl import read_stl
 from pellucid.geometry.files.through_meshlane import read_through_meshlane
 from pellucid.geometry.files.vtk_polydata import is_polydata, read_polydata
@@ -52,7 +54,7 @@ def read_file(path: str, what: str, readable: str) -> Contents:
     except (MemoryError, OSError) as error:
         reason = "it needs more memory than there is" if isinstance(error, MemoryError) else error.strerror or str(error)
         raise Refusal(f"{path} cannot be read as {what}: {reason}", "mend this, or name another file") from None
-    return contents
+    return replace(contents, notes=(*contents.notes, *precision_notes(contents)))
 
 
 def _read(path: str, ending: str) -> Contents:

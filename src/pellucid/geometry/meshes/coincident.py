@@ -9,20 +9,32 @@ SINGLE = 2.0**-22  # of the largest coordinate: two units in the last place of s
 MOST = 1e-3  # of the mean edge, however far from the origin the mesh lies
 
 
-def same_place(points: np.ndarray, elements: list[np.ndarray]) -> np.ndarray:
-    """For each of n points [any unit], shape (n, 3), the smallest number of a point at its place, shape (n,).
+def width_of_place(points: np.ndarray, elements: list[np.ndarray]) -> float:
+    """Distance below which two of n points [any unit], shape (n, 3), are at one place: as wide as the precision of a file may
+    make it.
 
-    elements: corners, shape (m, corners) each. One place is as wide as the precision of a file may make it.
+    elements: corners, shape (m, corners) each.
     """
-    from scipy.spatial import cKDTree
-
     edges = [np.linalg.norm(points[corners] - np.roll(points[corners], 1, axis=1), axis=2).ravel() for corners in elements]
     lengths = np.concatenate([np.zeros(0), *edges])
     lengths = lengths[lengths > 0.0]
     if not len(lengths):
-        return np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
+        return 0.0
     mean = float(lengths.mean())
-    limit = min(max(NEAR * mean, SINGLE * float(np.abs(points).max())), MOST * mean)
+    return min(max(NEAR * mean, SINGLE * float(np.abs(points).max())), MOST * mean)
+
+
+def same_place(points: np.ndarray, elements: list[np.ndarray]) -> np.ndarray:
+    """For each of n points [any unit], shape (n, 3), the smallest number of a point at its place, shape (n,).
+
+    elements: corners, shape (m, corners) each.
+    """
+    from scipy.spatial import cKDTree
+
+    limit = width_of_place(points, elements)
+    if limit == 0.0:
+        _, first, which = np.unique(points, axis=0, return_index=True, return_inverse=True)
+        return np.asarray(first[which.reshape(-1)])
     return pieces(cKDTree(points).query_pairs(limit, output_type="ndarray").reshape(-1, 2), len(points))
 
 

@@ -8,10 +8,11 @@ import numpy as np
 from pellucid.findings import Refusal
 from pellucid.geometry.checks.surface_holes import MOST_EDGES
 from pellucid.geometry.checks.surface_repair import repaired
-from pellucid.geometry.files.contents import Block, Contents, flat_blocks
+from pellucid.geometry.files.contents import Contents, flat_blocks
 from pellucid.geometry.files.first_order import first_order
 from pellucid.geometry.files.mesh_files import FileState, MeshFile, states_of_files
 from pellucid.geometry.files.read import SURFACES, read_file
+from pellucid.geometry.meshes.joining import joined, layers_parted, rounding_of
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh, Meshed
 from pellucid.model import InputFile, check, parameter
 
@@ -39,46 +40,56 @@ class SurfaceFile(MeshFile, Meshed):
 
     def mesh(self) -> Mesh:
         """Vertices in the order of their first mention. Raises ValueError where the file cannot be read."""
-        (vertices, quads, triangles), _ = _read(*states_of_files(self), self.repair, self.close_holes)
+        (vertices, quads, triangles), _ = _read(states_of_files(self), self.repair, self.close_holes, self.closed)
         mesh = Mesh(self.placed(vertices), quads.copy(), triangles.copy())
         return mesh.reversed() if self.reverse else mesh
 
     def sets(self) -> dict[str, np.ndarray]:
         """Numbers of the vertices of the sets of nodes, and of the groups of elements, that the file names."""
-        return _read(*states_of_files(self), self.repair, self.close_holes)[1]
+        return _read(states_of_files(self), self.repair, self.close_holes, self.closed)[1]
 
 
 @lru_cache(maxsize=8)
-def _read(state: FileState, repair: bool, close_holes: int) -> tuple[Mesh, dict[str, np.ndarray]]:
+def _read(states: tuple[FileState, ...], repair: bool, close_holes: int, closed: bool) -> tuple[Mesh, dict[str, np.ndarray]]:
     """The file's elements and sets, read once for each of its states, in its unit."""
-    path = state[0]
+    path = states[0][0]
     contents = first_order(read_file(path, "a surface", SURFACES))
-    mesh = surface_of(path, contents.points, contents.blocks)
-    notes = list(contents.notes)
+    mesh, number, done = surface_of(path, contents)
+    notes = [*contents.notes, *done]
+    if closed and (parted := layers_parted(mesh)) is not None:
+        apart = len(parted.vertices) - len(mesh.vertices)
+        mesh, number = parted, None
+        notes.append(f"two layers at one place are kept apart and joined at their rim; {apart} vertices were doubled for that")
     if repair:
+        before = mesh
         mesh, done = mended(path, mesh, close_holes)
+        number = number if mesh.vertices is before.vertices else None
         notes += done
     for note in notes:
         warnings.warn(f"{path}: {note}", stacklevel=2)
-    return mesh, _sets_of(contents, mesh.vertices)
+    return mesh, _sets_of(contents, mesh.vertices, number)
 
 
-def _sets_of(contents: Contents, vertices: np.ndarray) -> dict[str, np.ndarray]:
-    """Its sets by the numbers of the vertices at the same places; what is at none of them is no part of the surface."""
+def _sets_of(contents: Contents, vertices: np.ndarray, number: np.ndarray | None) -> dict[str, np.ndarray]:
+    """Its sets by the numbers of the vertices: those of its points, or without these the vertices at the same places; what is
+    at none of them is no part of the surface."""
     named = contents.nodes_of_sets()
     if not named:
         return {}
-    n = len(vertices)
-    which = np.unique(np.concatenate([vertices, contents.points]) + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
-    vertex = np.full(which.max() + 1, -1)
-    vertex[which[:n]] = np.arange(n)
-    number = vertex[which[n:]]
-    sets = {name: np.unique(number[nodes]) for name, nodes in named.items()}
-    return {name: nodes[nodes >= 0] for name, nodes in sets.items() if (nodes >= 0).any()}
+    if number is not None:
+        return {name: np.unique(number[nodes]) for name, nodes in named.items() if len(nodes)}
+    places = np.unique(np.concatenate([vertices, contents.points]) + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
+    of_vertices, of_points = places[: len(vertices)], places[len(vertices) :]
+    sets = {name: np.flatnonzero(np.isin(of_vertices, of_points[nodes])) for name, nodes in named.items()}
+    return {name: nodes for name, nodes in sets.items() if len(nodes)}
 
 
-def surface_of(path: str, points: np.ndarray, blocks: tuple[Block, ...]) -> Mesh:
-    """The surface elements of a file, with one vertex at each place. Raises Refusal for other elements, or where none is."""
+def surface_of(path: str, contents: Contents) -> tuple[Mesh, np.ndarray, list[str]]:
+    """The surface elements of a file with one vertex at each place, the vertex of each of its points, and remarks.
+
+    Layers that the file keeps apart stay apart. Raises Refusal for other elements, or where none is.
+    """
+    points, blocks = contents.points, contents.blocks
     flat = [block for block in blocks if block.kind in FLAT]
     for block in blocks:
         if block.kind == "polygon":
@@ -92,8 +103,15 @@ def surface_of(path: str, points: np.ndarray, blocks: tuple[Block, ...]) -> Mesh
         np.concatenate([none[kind], *(block.nodes for block in flat if block.kind == kind)]).astype(np.int64) for kind in FLAT
     )
     if not len(quads) + len(triangles):
+        if not any(len(block.nodes) for block in blocks):
+            text = f"{path} holds {len(points)} points and no element: no triangle and no quadrilateral"
+            raise Refusal(text, "save the elements of the mesh too, or name the file that includes this one")
         raise Refusal(f"{path} holds no triangle and no quadrilateral", "save the surface elements of the mesh too")
-    return _merged(points, quads, triangles)
+    place, apart = joined(points, quads, triangles, rounding_of(points, [quads, triangles], contents.is_single))
+    kept = place == np.arange(len(place))
+    number = (np.cumsum(kept) - 1)[place]
+    notes = [f"{apart} vertices share their place with another one and are kept apart, as layers on each other"] * (apart > 0)
+    return Mesh(points[kept], number[quads], number[triangles]), number, notes
 
 
 def mended(path: str, mesh: Mesh, close_holes: int) -> tuple[Mesh, list[str]]:
@@ -102,13 +120,3 @@ def mended(path: str, mesh: Mesh, close_holes: int) -> tuple[Mesh, list[str]]:
     if not len(mesh.quads) + len(mesh.triangles):
         raise Refusal(f"the repair leaves nothing of {path}: none of its elements has an area", "save the surface again")
     return mesh, done
-
-
-def _merged(points: np.ndarray, quads: np.ndarray, triangles: np.ndarray) -> Mesh:
-    """Points at the same place made one, in the order of their first mention."""
-    _, first, which = np.unique(points + 0.0, axis=0, return_index=True, return_inverse=True)  # + 0.0 makes -0.0 one with 0.0
-    order = np.argsort(first)
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order))
-    number = place[which.reshape(-1)]
-    return Mesh(points[first[order]], number[quads], number[triangles])

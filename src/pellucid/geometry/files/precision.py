@@ -1,0 +1,54 @@
+"""How exactly a file states its coordinates, compared with the edges of its mesh."""
+
+import numpy as np
+
+from pellucid.geometry.files.contents import Contents
+
+WORST = 0.01  # of the edges: spacing of the coordinates above which the mesh is not what was exported
+SHARE = 0.1  # of the edges are shorter than those that the spacing is compared with
+FAR = 100.0  # extents from the origin, beyond which the digits of a text are counted
+MOST_DIGITS = 7  # of a text, as single precision has and many programs write
+
+
+def precision_notes(contents: Contents) -> tuple[str, ...]:
+    """Warn where the coordinates of a file are too coarse for its edges, as of single precision far from the origin."""
+    points = contents.points
+    edges = [
+        np.linalg.norm(points[nodes[:, k]] - points[nodes[:, k - 1]], axis=1)
+        for base, nodes in ((block.base, block.nodes) for block in contents.blocks)
+        if base not in (None, "vertex") and nodes.dtype.kind in "iu"
+        for k in range(2 if base == "line" else 3)
+    ]
+    lengths = np.concatenate([np.zeros(0), *edges])
+    lengths = lengths[lengths > 0.0]
+    if not len(lengths):
+        return ()
+    spacing, reason = _spacing(points, contents.is_single)
+    typical = float(np.quantile(lengths, SHARE, method="lower"))
+    if not spacing > WORST * typical:
+        return ()
+    largest = float(np.abs(points).max())
+    text = f"coordinates are known to {spacing:.2g} only ({reason} at {largest:.3g}), and edges are {typical:.2g} long"
+    return (f"{text}, in the unit of the file: move the mesh to the origin before you export it",)
+
+
+def _spacing(points: np.ndarray, is_single: bool) -> tuple[float, str]:
+    """Distance of neighbouring values at the largest coordinate, in the unit of the file; 0 where the file has more digits than
+    single precision. The reason in words."""
+    size = np.abs(points)
+    largest = float(size.max())
+    if not 0.0 < largest < float(np.finfo(np.float32).max):
+        return 0.0, ""
+    single = float(np.spacing(np.float32(largest)))
+    coarse = points[size > 0.5 * largest]
+    if is_single:
+        return single, "single precision"
+    if (points.astype(np.float32) == points).all() and (coarse / single % 2 == 1).any():
+        return single, "numbers of single precision"
+    if largest <= FAR * float(np.ptp(points, axis=0).max()):
+        return 0.0, ""
+    for digits in range(3, MOST_DIGITS + 1):
+        step = 10.0 ** (np.floor(np.log10(largest)) + 1 - digits)
+        if (np.abs(coarse / step - np.round(coarse / step)) < 1e-6).all():
+            return step, f"{digits} digits"
+    return 0.0, ""

@@ -1,0 +1,116 @@
+"""Vertices of a surface joined by place, while layers that lie on each other stay apart."""
+
+import numpy as np
+
+from pellucid.geometry.meshes.coincident import SINGLE
+from pellucid.geometry.meshes.surface_mesh import Mesh
+from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces
+
+ROUNDING = 1e-9  # of the mean edge: distance below which two points of a file are one place
+MOST = 1e-6  # the same of files in single precision, however far from the origin they lie
+
+
+def rounding_of(points: np.ndarray, elements: list[np.ndarray], is_single: bool) -> float:
+    """Distance below which two points of a file differ by rounding alone, in the unit of the points.
+
+    elements: corners, shape (m, corners) each; is_single: whether the file stores single precision.
+    """
+    edges = [np.linalg.norm(points[corners] - points[np.roll(corners, 1, axis=1)], axis=2).ravel() for corners in elements]
+    lengths = np.concatenate([np.zeros(0), *edges])
+    mean = float(lengths.mean()) if len(lengths) else 0.0
+    return min(max(ROUNDING * mean, SINGLE * float(np.abs(points).max())), MOST * mean) if is_single else ROUNDING * mean
+
+
+def place_of_each(points: np.ndarray, limit: float) -> np.ndarray:
+    """For each of n points, shape (n, 3), the smallest number of a point no further away than `limit`, shape (n,)."""
+    from scipy.spatial import cKDTree
+
+    different, first, which = np.unique(points + 0.0, axis=0, return_index=True, return_inverse=True)  # + 0.0: -0.0 is 0.0
+    if limit > 0.0 and len(pairs := cKDTree(different).query_pairs(limit, output_type="ndarray")):
+        group = pieces(pairs, len(different))
+        smallest = np.full(len(different), len(points))
+        np.minimum.at(smallest, group, first)
+        first = smallest[group]
+    return np.asarray(first[which.reshape(-1)])
+
+
+def joined(points: np.ndarray, quads: np.ndarray, triangles: np.ndarray, limit: float) -> tuple[np.ndarray, int]:
+    """Return for each of n points the number of the point that it becomes, shape (n,), and how many vertices stay apart from
+    another one at their place.
+
+    Points at one place, no further apart than `limit`, become the first of them. Where elements would then lie on each other
+    although the file has them with vertices of their own, as the two layers of a flat bag, only vertices on the rims of its
+    sheets are joined.
+    """
+    place = place_of_each(points, limit)
+    if not _is_crowded(place[quads], place[triangles], len(points)):
+        return place, 0
+    edges = np.concatenate([directed_edges(quads), directed_edges(triangles)])
+    code, count = np.unique(edges.min(axis=1) * len(points) + edges.max(axis=1), return_counts=True)
+    is_rim, is_used = np.zeros(len(points), bool), np.zeros(len(points), bool)
+    is_used[edges] = True
+    once = code[count == 1]
+    is_rim[once // len(points)] = is_rim[once % len(points)] = True
+    has_rim, has_inner = np.zeros(len(points), bool), np.zeros(len(points), bool)
+    has_rim[place[is_rim]], has_inner[place[is_used & ~is_rim]] = True, True
+    apart = np.where(is_used & ~is_rim, np.arange(len(points)), place)
+    if (has_rim & has_inner).any() or _is_crowded(apart[quads], apart[triangles], len(points)):
+        return place, 0
+    inner = np.flatnonzero(is_used & ~is_rim)
+    return apart, len(inner) - len(np.unique(place[inner]))
+
+
+def layers_parted(mesh: Mesh) -> Mesh | None:
+    """Return a mesh whose elements are there twice, turned to opposite sides, as two layers that are joined at their rim; None
+    where these are no such layers.
+
+    A file that repeats the corners of every element (STL) stores a flat bag so. Elements are neighbours across an edge where
+    they turn the same way and are not the two of one place, but at the rim, where there are no others.
+    """
+    corners = [*mesh.quads.tolist(), *mesh.triangles.tolist()]
+    twins: dict[frozenset[int], list[int]] = {}
+    for number, element in enumerate(corners):
+        twins.setdefault(frozenset(element), []).append(number)
+    twin = {some[k]: some[1 - k] for some in twins.values() if len(some) == 2 for k in (0, 1)}
+    if not twin or any(len(some) > 2 for some in twins.values()):
+        return None
+    of_edge: dict[frozenset[int], list[tuple[int, int]]] = {}  # element and start of the edge
+    for number, element in enumerate(corners):
+        for start, end in zip(element, element[1:] + element[:1], strict=True):
+            of_edge.setdefault(frozenset((start, end)), []).append((number, start))
+    starts = np.cumsum([0, *map(len, corners)])
+    links = []
+    for edge, users in of_edge.items():
+        rest = dict(users)
+        if len(users) > 2 and not all(number in twin for number in rest):
+            return None
+        while rest:
+            one, start = rest.popitem()
+            fitting = [other for other, its_start in rest.items() if its_start != start]
+            chosen = [other for other in fitting if other != twin.get(one)] or fitting
+            if not chosen:
+                continue
+            del rest[chosen[0]]
+            links += [[starts[k] + corners[k].index(vertex) for k in (one, chosen[0])] for vertex in edge]
+    group = pieces(np.array(links, np.int64).reshape(-1, 2), int(starts[-1]))
+    vertex_of = np.array([vertex for element in corners for vertex in element])
+    _, first = np.unique(group, return_index=True)
+    order = np.argsort(vertex_of[first], kind="stable")
+    number = np.empty(len(group), np.int64)
+    number[group[first[order]]] = np.arange(len(first))
+    new = number[group]
+    n_quads = mesh.quads.size
+    parted = Mesh(mesh.vertices[vertex_of[first[order]]], new[:n_quads].reshape(-1, 4), new[n_quads:].reshape(-1, 3))
+    piece = pieces(np.concatenate([directed_edges(parted.quads), directed_edges(parted.triangles)]), len(parted.vertices))
+    of_element = piece[new[starts[:-1]]]
+    is_joined = all(of_element[one] == of_element[other] for one, other in twin.items())
+    return parted if is_joined and not _is_crowded(parted.quads, parted.triangles, len(parted.vertices)) else None
+
+
+def _is_crowded(quads: np.ndarray, triangles: np.ndarray, n: int) -> bool:
+    """Return True if elements are there twice, or an edge has more than two."""
+    if not (first_of_each(quads).all() and first_of_each(triangles).all()):
+        return True
+    edges = np.concatenate([directed_edges(quads), directed_edges(triangles)])
+    code = np.sort(edges.min(axis=1) * n + edges.max(axis=1))
+    return bool((code[2:] == code[:-2]).any())
