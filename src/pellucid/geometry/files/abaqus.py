@@ -4,7 +4,6 @@ Source: Abaqus Keywords Reference Guide; element types and faces: Abaqus Analysi
 """
 
 import re
-from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -80,7 +79,7 @@ class _Model:
 
     def __init__(self, found: list[Keyword]) -> None:
         self._file, self._parts, self._instances = _Scope(), dict[str, _Scope](), dict[str, _Scope]()
-        self._left_out: Counter[str] = Counter()
+        self._left_out: dict[str, None] = {}  # types, in order
         self._notes: list[str] = []
         self._placed: set[str] = set()
         self._rotation, self._origin = np.eye(3), np.zeros(3)
@@ -125,7 +124,7 @@ class _Model:
     def _read_elements(self, keyword: Keyword, scope: _Scope) -> None:
         kind = _kind(keyword.parameters.get("TYPE", ""))
         if kind is None:
-            self._left_out[keyword.parameters.get("TYPE", "no name")[:20]] += len(keyword.lines)
+            self._left_out[keyword.parameters.get("TYPE", "no name")[:20]] = None
             return
         digits = re.sub(r"\D", "", kind)
         rows = _rows(keyword, 1 + (int(digits) if digits else CORNERS[kind]))
@@ -175,7 +174,7 @@ class _Model:
             nodes = self._nodes_of(element_sets[name])
             if not np.array_equal(nodes, node_sets[name]):
                 self._notes.append(f"a set of nodes and another set have the name `{name}`: the set of nodes was read")
-        self._notes += [f"{count} lines of elements of type {kind} were not read" for kind, count in self._left_out.items()]
+        self._notes += [f"elements of type {kind} were not read: they are none of a mesh" for kind in self._left_out]
         return Contents("Abaqus", np.concatenate(points), self._blocks, node_sets, cell_sets, tuple(self._notes))
 
     def _named(self, what: str) -> dict[str, np.ndarray]:

@@ -72,8 +72,11 @@ class _Reader:
             elif name == "PhysicalNames":
                 self._physical_names(text_of(self._data[start:end]))
             at = end
-        if not self._version:
-            raise Damaged("it has no section $MeshFormat")
+        missing = [
+            name for name, found in zip(("Nodes", "Elements"), (self._tags[1:], self._elements), strict=True) if not found
+        ]
+        if not self._version or missing:
+            raise Damaged(f"it has no section ${missing[0] if self._version else 'MeshFormat'}, or nothing in it")
         return self._assembled(notes)
 
     def _end(self, name: str, at: int) -> int:

@@ -104,7 +104,7 @@ def surface_of(path: str, contents: Contents) -> tuple[Mesh, np.ndarray, list[st
     )
     if not len(quads) + len(triangles):
         if not any(len(block.nodes) for block in blocks):
-            text = f"{path} holds {len(points)} points and no element: no triangle and no quadrilateral"
+            text = f"{path} holds no triangle and no quadrilateral: it has {len(points)} points and no element"
             raise Refusal(text, "save the elements of the mesh too, or name the file that includes this one")
         raise Refusal(f"{path} holds no triangle and no quadrilateral", "save the surface elements of the mesh too")
     place, apart = joined(points, quads, triangles, rounding_of(points, [quads, triangles], contents.is_single))
