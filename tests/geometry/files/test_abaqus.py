@@ -4,55 +4,13 @@ import os
 
 import numpy as np
 import pytest
+from abaqus_files import CAE, ELEMENTS, EVERY, HIGH, LOW, NODES, PLACES, ROWS
 
 from pellucid.geometry.files.abaqus import read_abaqus
 from pellucid.geometry.files.contents import Damaged
 from pellucid.geometry.files.mesh_files import states_of_files
 from pellucid.geometry.solid_meshes.file import SolidFile
 from pellucid.geometry.surfaces.file import SurfaceFile
-
-PLACES = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-ROWS = [f"{k}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(PLACES, 1)]
-NODES = "*NODE\n" + "\n".join(ROWS) + "\n"
-CELLS = "1, 1, 2, 4, 5\n2, 2, 3, 4, 7\n3, 2, 5, 6, 7\n4, 4, 5, 7, 8\n5, 2, 4, 5, 7\n"
-ELEMENTS = "*ELEMENT, TYPE=C3D4, ELSET=CONT\n" + CELLS
-LOW, HIGH, EVERY = [0, 1, 2, 3], [4, 5, 6, 7], list(range(8))
-CAE = f"""*Heading
-** Job name: Job-1
-*Part, name=Part-1
-*Node
-{chr(10).join(ROWS)}
-*Element, type=C3D4
-{CELLS}*Nset, nset=Set-1, generate
- 1,  4,  1
-*Elset, elset="Set 1"
- 1, 3
-*Solid Section, elset="Set 1", material=Rubber
-,
-*End Part
-*Assembly, name=Assembly
-*Instance, name=Part-1-1, part=Part-1
-*End Instance
-*Instance, name=Part-1-2, part=Part-1
- 3., 0., 0.
- 3., 0., 0., 3., 0., 1., 90.
-*End Instance
-*Nset, nset=Top, instance=Part-1-1
- 5, 6, 7, 8
-*Nset, nset=Top, instance=Part-1-2
- 5, 6, 7, 8
-*Nset, nset=some
- Part-1-2.1, Part-1-1.Set-1
-*Elset, elset=_Surf-1_S1, internal, instance=Part-1-2
- 1,
-*Surface, type=ELEMENT, name=Surf-1
-_Surf-1_S1, S1
-*End Assembly
-*Step
-*Boundary
-Top, 1, 1
-*End Step
-"""
 
 
 def read(tmp_path, text, name="cube.inp"):
@@ -160,7 +118,7 @@ def test_shells_are_a_surface_with_its_sides_and_edges(tmp_path):
     path.write_text("\n".join(line for line in text.splitlines() if line not in ROWS[4:]) + "\n")
     with pytest.warns(UserWarning, match="the surface `open` was not read"):
         surface = SurfaceFile(path=str(path))
-        sets = surface.sets()
+    sets = surface.sets()
     assert surface.mesh().triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
     assert {name: nodes.tolist() for name, nodes in sets.items()} == {"top": LOW, "edge": [0, 1], "sheet": LOW}
 

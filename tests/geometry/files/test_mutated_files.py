@@ -6,6 +6,9 @@ import warnings
 
 import numpy as np
 import pytest
+from abaqus_files import CAE
+from abaqus_files import PLACES as CUBE
+from gmsh_files import gmsh_file
 from vtp_files import vtp
 
 from pellucid.findings import Refusal
@@ -26,10 +29,15 @@ SOLIDS = {
     "nastran.bdf": ("nastran", {}),
     "medit.mesh": ("medit", {}),
 }
+GMSH = {f"gmsh{version}{'b' * binary}.msh": (version, binary) for version in ("2.2", "4.0", "4.1") for binary in (False, True)}
 SURFACES = ("drum.stl", "drum.obj", "drum.ply", "binary.stl", "binary.ply", "old.msh", "drum.vtk", "drum.vtp")
+MORE = ("utf16.stl", "strips.ply", "assembly.inp", *GMSH)
+STRIPS = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n"
+STRIPS += "property list int int vertex_indices\nend_header\n" + "".join(f"{-x} {y} {z}\n" for x, y, z in CUBE)
+STRIPS += "20 0 1 3 2 7 6 4 5 0 1 -1 1 5 2 6 -1 0 3 4 7\n"
 WORDS = [b"nan", b"inf", b"-1", b"1e308", b"0", b"99999999999999999999", b"-7", b"1e-320", b"x", b"2147483648", b"1000000000"]
 BYTES = [b"\xff\xff\xff\xff", b"\x00\x00\x00\x00", b"\xff\xff\xff\x7f", b"\x00\x00\xc0\x7f"]
-ROUNDS = 12
+ROUNDS = 8
 LONGEST = 5.0  # s
 
 
@@ -55,6 +63,15 @@ def write(path):
         form, options = SOLIDS[path.name]
         mesh = meshlane.Mesh(BOX.nodes, [("tetra", BOX.cells)], point_sets={"bottom": np.flatnonzero(BOX.nodes[:, 2] == 0.0)})
         meshlane.write(str(path), mesh, file_format=form, **options)
+    elif path.name in GMSH:
+        path.write_bytes(gmsh_file(*GMSH[path.name], parametric=True))
+    elif path.name == "assembly.inp":
+        path.write_text(CAE)
+    elif path.name == "utf16.stl":
+        write_surface(path, ".stl", *DRUM)
+        path.write_bytes(path.read_text().encode("utf-16"))
+    elif path.name == "strips.ply":
+        path.write_text(STRIPS)
     elif path.name.startswith("binary"):
         meshlane = pytest.importorskip("meshlane")
         tables = [("triangle", DRUM.triangulated().triangles.astype(np.int32))]
@@ -98,7 +115,7 @@ def damaged(data, dice):
     return bytes(found)
 
 
-@pytest.mark.parametrize("name", [*SURFACES, *SOLIDS])
+@pytest.mark.parametrize("name", [*SURFACES, *SOLIDS, *MORE])
 def test_damaged_files_are_read_or_refused(name, tmp_path):
     path = tmp_path / name
     write(path)

@@ -297,7 +297,7 @@ class _Bytes:
 
     def rows(self, n: int, layout: Layout) -> list[np.ndarray]:
         """See `_Words`."""
-        if n < 0 or min(width for _, width in layout) < 0:
+        if n < 0 or not all(0 <= width <= len(self._data) - self.at for _, width in layout):
             raise Damaged(f"its section ${self._name} breaks off")
         row = np.dtype([(f"f{k}", self._types[kind], (width,)) for k, (kind, width) in enumerate(layout)])
         if n * row.itemsize > len(self._data) - self.at:
