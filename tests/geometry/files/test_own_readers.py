@@ -87,6 +87,19 @@ def test_stl_text_in_all_its_forms(text):
     assert contents.notes == ()
 
 
+@pytest.mark.parametrize(
+    "before",
+    ["# exported by X\n", "; a remark\n\n", "// facet vertex 1 2 3\n", "\ufeff", "exported by X, 2024\nunits: mm\n"],
+    ids=["hash", "semicolon", "slashes", "mark", "plain"],
+)
+def test_stl_text_behind_a_comment(before):
+    text = before + "solid a\n" + FACET_TEXT + "# between\n" + "endsolid a\n"
+    for data in (text.encode(), text.replace("solid a\n", "", 1).encode(), text.encode("utf-16"), text.encode("utf-16-be")):
+        contents = read_stl(data)
+        assert contents.format == "STL, text"
+        assert np.array_equal(contents.points, SQUARE[:3])
+
+
 def binary_stl(count=2, header=b"made by hand", there=2):
     facets = np.zeros(there, FACET)
     facets["corners"] = SQUARE[[[0, 1, 2], [0, 2, 3]]][:there]
@@ -99,6 +112,17 @@ def test_binary_stl_also_of_a_header_that_begins_with_solid():
         assert contents.format == "STL, binary"
         assert np.array_equal(contents.points, SQUARE[[0, 1, 2, 0, 2, 3]])
     assert read_stl(binary_stl() + b"end").notes == ("3 bytes after the 2 facets that its header counts were not read",)
+
+
+@pytest.mark.parametrize("count", [0, 2**32 - 1])
+def test_binary_stl_that_was_written_before_its_facets_were_counted(count):
+    for header in (b"streamed", b"solid of a program that should not"):
+        contents = read_stl(binary_stl(count=count, header=header))
+        assert np.array_equal(contents.points, SQUARE[[0, 1, 2, 0, 2, 3]])
+        assert contents.notes == (f"its header counts {count} facets; all 2 that follow were read",)
+    assert read_stl(binary_stl(count=1)).notes == (
+        "50 bytes after the 1 facets that its header counts, as long as 1 facets, were not read",
+    )
 
 
 @pytest.mark.parametrize(
@@ -151,6 +175,35 @@ def test_ply_text_keeps_quadrilaterals_beside_other_elements():
     contents = read_ply(PLY.encode())
     assert elements(contents) == MIXED
     assert np.array_equal(contents.points[:4], SQUARE)
+
+
+STRIPS = (
+    PLY[: PLY.index("element face")]
+    + """element tristrips 1
+property list int int vertex_indices
+element material 1
+property list uchar uchar vertex_index
+end_header
+"""
+    + PLY[PLY.index("0 0 0 9") : PLY.index("4 0 1 2 3")]
+)
+
+
+@pytest.mark.parametrize(
+    ("row", "found"),
+    [
+        ("4 0 1 3 2", [[0, 1, 3], [3, 1, 2]]),
+        ("8 0 1 3 -1 3 2 4 -1", [[0, 1, 3], [3, 2, 4]]),
+        ("6 0 1 3 3 2 4", [[0, 1, 3], [2, 3, 4]]),
+    ],
+    ids=["one", "two", "joined"],
+)
+def test_strips_of_triangles_of_ply(row, found):
+    contents = read_ply((STRIPS + f"{row}\n1 2\n").encode())
+    assert elements(contents) == {"triangle": found}
+    assert contents.notes == ("its 1 rows of `material`, which have lists of vertices, were not read",)
+    fan = (STRIPS + "4 0 1 2 3\n1 2\n").replace("tristrips", "trifans")
+    assert elements(read_ply(fan.encode())) == {"triangle": [[0, 1, 2], [0, 2, 3]]}
 
 
 @pytest.mark.parametrize("order", ["<", ">"])

@@ -1,16 +1,22 @@
 """How exactly a file states its coordinates, compared with the edges of its mesh."""
 
+import re
+
 import numpy as np
 
 from pellucid.geometry.files.contents import Contents
+from pellucid.geometry.files.words import as_utf8
+from pellucid.system.input_files import file_bytes
 
 WORST = 0.01  # of the edges: spacing of the coordinates above which the mesh is not what was exported
 SHARE = 0.1  # of the edges are shorter than those that the spacing is compared with
 FAR = 100.0  # extents from the origin, beyond which the digits of a text are counted
 MOST_DIGITS = 7  # of a text, as single precision has and many programs write
+MOST_BYTES = 20_000_000  # of a text that are looked at
+NUMBER = re.compile(rb"(?<![\w.])[-+]?(\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
 
-def precision_notes(contents: Contents) -> tuple[str, ...]:
+def precision_notes(path: str, contents: Contents) -> tuple[str, ...]:
     """Warn where the coordinates of a file are too coarse for its edges, as of single precision far from the origin."""
     points = contents.points
     edges = [
@@ -23,7 +29,7 @@ def precision_notes(contents: Contents) -> tuple[str, ...]:
     lengths = lengths[lengths > 0.0]
     if not len(lengths):
         return ()
-    spacing, reason = _spacing(points, contents.is_single)
+    spacing, reason = _spacing(path, points, contents.is_single)
     typical = float(np.quantile(lengths, SHARE, method="lower"))
     if not spacing > WORST * typical:
         return ()
@@ -32,7 +38,7 @@ def precision_notes(contents: Contents) -> tuple[str, ...]:
     return (f"{text}, in the unit of the file: move the mesh to the origin before you export it",)
 
 
-def _spacing(points: np.ndarray, is_single: bool) -> tuple[float, str]:
+def _spacing(path: str, points: np.ndarray, is_single: bool) -> tuple[float, str]:
     """Distance of neighbouring values at the largest coordinate, in the unit of the file; 0 where the file has more digits than
     single precision. The reason in words."""
     size = np.abs(points)
@@ -47,8 +53,17 @@ def _spacing(points: np.ndarray, is_single: bool) -> tuple[float, str]:
         return single, "numbers of single precision"
     if largest <= FAR * float(np.ptp(points, axis=0).max()):
         return 0.0, ""
-    for digits in range(3, MOST_DIGITS + 1):
-        step = 10.0 ** (np.floor(np.log10(largest)) + 1 - digits)
-        if (np.abs(coarse / step - np.round(coarse / step)) < 1e-6).all():
-            return step, f"{digits} digits"
-    return 0.0, ""
+    digits = _digits(path, largest)
+    return (10.0 ** (np.floor(np.log10(largest)) + 1 - digits), f"{digits} digits") if 0 < digits <= MOST_DIGITS else (0.0, "")
+
+
+def _digits(path: str, largest: float) -> int:
+    """Most digits of a coordinate near the largest one in a text file, zeros at the end included; 0 of a binary file."""
+    data = as_utf8(file_bytes(path)[:MOST_BYTES])
+    if b"\0" in data:
+        return 0
+    found = 0
+    for word in NUMBER.finditer(data):
+        if 0.5 * largest <= abs(float(word[0])) <= largest * (1.0 + 1e-12):
+            found = max(found, len(word[1].replace(b".", b"").lstrip(b"0")))
+    return found

@@ -54,7 +54,7 @@ def read_file(path: str, what: str, readable: str) -> Contents:
     except (MemoryError, OSError) as error:
         reason = "it needs more memory than there is" if isinstance(error, MemoryError) else error.strerror or str(error)
         raise Refusal(f"{path} cannot be read as {what}: {reason}", "mend this, or name another file") from None
-    return replace(contents, notes=(*contents.notes, *precision_notes(contents)))
+    return replace(contents, notes=(*contents.notes, *precision_notes(path, contents)))
 
 
 def _read(path: str, ending: str) -> Contents:

@@ -21,7 +21,7 @@ def as_utf8(data: bytes) -> bytes:
     if encoding in ("utf-8", ""):
         return data[len(mark) :]
     try:
-        return data[len(mark) :].decode(encoding).encode()
+        return data[len(mark) :].decode(encoding).removeprefix("\ufeff").encode()
     except UnicodeDecodeError:
         return data
 
