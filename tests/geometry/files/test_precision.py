@@ -25,18 +25,16 @@ def binary_stl(path, places):
 
 
 def scientific_stl(path, places):
-    facets = "\n".join(
-        " facet normal 0 0 1\n outer loop\n"
-        + "".join("  vertex %.6e %.6e %.6e\n" % tuple(x) for x in places[t])
-        + " endloop\n endfacet"
-        for t in CUBE.triangles
-    )
-    path.write_text(f"solid a\n{facets}\nendsolid a\n")
+    lines = ["solid a"]
+    for corners in places[CUBE.triangles]:
+        lines += ["facet normal 0 0 1", "outer loop", *(f"vertex {x:.6e} {y:.6e} {z:.6e}" for x, y, z in corners)]
+        lines += ["endloop", "endfacet"]
+    path.write_text("\n".join([*lines, "endsolid a", ""]))
 
 
 def rounded_obj(path, places):
-    lines = ["v %g %g %g" % tuple(place) for place in places]
-    path.write_text("\n".join(lines + ["f %d %d %d" % tuple(corners + 1) for corners in CUBE.triangles]) + "\n")
+    lines = [f"v {x:g} {y:g} {z:g}" for x, y, z in places]
+    path.write_text("\n".join([*lines, *(f"f {a} {b} {c}" for a, b, c in CUBE.triangles + 1), ""]))
 
 
 def binary_ply(path, places):
@@ -77,7 +75,7 @@ COARSE = {
 def test_a_mesh_far_from_the_origin_in_few_digits(name, tmp_path):
     write, told = COARSE[name]
     path = tmp_path / name
-    write(path, 20.0 * CUBE.vertices + UTM + 0.123)
+    write(path, 20.3 * CUBE.vertices + UTM + 0.123)
     with pytest.warns(UserWarning, match=told + ".*: move the mesh to the origin before you export it"):
         Surface(file={"path": str(path)})
     write(path, 20.0 * CUBE.vertices)
@@ -87,12 +85,11 @@ def test_a_mesh_far_from_the_origin_in_few_digits(name, tmp_path):
         assert read_file(str(path), "a surface", ANY).notes == (), "edges of 10 000 are known well enough"
 
 
-@pytest.mark.parametrize(
-    "places", [0.3 * CUBE.vertices + UTM, 50.0 * CUBE.vertices, 20.0 * CUBE.vertices + UTM, 6.0 * CUBE.vertices - 3.0]
-)
-def test_numbers_with_enough_digits_or_near_the_origin_are_not_told(places, tmp_path):
+@pytest.mark.parametrize("place", [UTM, UTM + 1e-5, np.zeros(3)])
+@pytest.mark.parametrize("size", [0.3, 20.0, 6.0])
+def test_numbers_with_enough_digits_or_near_the_origin_are_not_told(size, place, tmp_path):
     path = tmp_path / "cube.obj"
-    write_surface(path, ".obj", places, NO_QUADS, CUBE.triangles)
+    write_surface(path, ".obj", size * CUBE.vertices + place, NO_QUADS, CUBE.triangles)
     assert read_file(str(path), "a surface", ANY).notes == ()
 
 
