@@ -8,7 +8,7 @@ from pellucid.geometry.files.ply import read_ply
 from pellucid.geometry.files.precision import precision_notes
 from pellucid.geometry.files.read import ANY, read_file
 from pellucid.geometry.files.stl import FACET
-from pellucid.geometry.files.vtk_polydata import read_polydata
+from pellucid.geometry.files.vtk_legacy import read_grid
 from pellucid.geometry.files.writing import write_surface
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS
 from pellucid.geometry.surfaces.box import BoxSurface
@@ -97,7 +97,7 @@ def test_readers_know_the_precision_of_a_file(tmp_path):
     binary_ply(tmp_path / "a.ply", CUBE.vertices)
     assert read_ply((tmp_path / "a.ply").read_bytes()).is_single
     binary_vtk(tmp_path / "a.vtk", CUBE.vertices)
-    assert read_polydata((tmp_path / "a.vtk").read_bytes()).is_single
+    assert read_grid((tmp_path / "a.vtk").read_bytes()).is_single
     (tmp_path / "a.vtp").write_bytes(vtp(CUBE.vertices, CUBE.triangles.tolist(), "binary"))
     contents = read_file(str(tmp_path / "a.vtp"), "a surface", ANY)
     assert not contents.is_single

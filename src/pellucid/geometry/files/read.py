@@ -16,8 +16,8 @@ from pellucid.geometry.files.ply import read_ply
 from pellucid.geometry.files.precision import precision_notes
 from pellucid.geometry.files.stl import read_stl
 from pellucid.geometry.files.through_meshlane import read_through_meshlane
-from pellucid.geometry.files.vtk_polydata import is_polydata, read_polydata
-from pellucid.geometry.files.vtp import read_vtp
+from pellucid.geometry.files.vtk_legacy import is_grid, read_grid
+from pellucid.geometry.files.vtk_xml import read_vtp, read_vtu
 from pellucid.geometry.files.words import as_utf8
 from pellucid.system.input_files import file_bytes
 
@@ -30,10 +30,10 @@ FARTHEST = 1e30
 """Of a coordinate in the file's unit: volumes of such elements, and their squares, are still numbers."""
 
 Read = Callable[[bytes], Contents]
-BY_ENDING: dict[str, Read] = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".vtp": read_vtp}
+BY_ENDING: dict[str, Read] = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".vtp": read_vtp, ".vtu": read_vtu}
 BY_BEGINNING: dict[str, tuple[tuple[Callable[[bytes], bool], Read], ...]] = {
     ".msh": ((is_gmsh, read_gmsh), (is_gmsh1, read_gmsh1)),
-    ".vtk": ((is_polydata, read_polydata),),
+    ".vtk": ((is_grid, read_grid),),
 }
 """Readers by ending, each with the test of the first bytes that it applies to."""
 

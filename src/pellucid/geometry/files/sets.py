@@ -15,7 +15,7 @@ def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
     """By name, the numbers of nodes."""
     sets = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (mesh.point_sets or {}).items()}
     for name, values in (mesh.point_data or {}).items():
-        if (marked := _marked(values)) is not None:
+        if (marked := marked_places(values)) is not None:
             sets.setdefault(name, marked)
     return sets
 
@@ -27,7 +27,7 @@ def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
         if not name.startswith(OF_THE_READER):
             found[name] = [np.asarray([] if part is None else part, np.int64) for part in parts]
     for name, blocks in (mesh.cell_data or {}).items():
-        if name not in GROUPS and (marked := _marked(np.concatenate(blocks))) is not None:
+        if name not in GROUPS and (marked := marked_places(np.concatenate(blocks))) is not None:
             ends = np.cumsum([len(block) for block in blocks])
             parts = np.split(marked, np.searchsorted(marked, ends[:-1]))
             found.setdefault(name, [part - start for part, start in zip(parts, [0, *ends[:-1]], strict=True)])
@@ -50,7 +50,7 @@ def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
     return found
 
 
-def _marked(values: np.ndarray) -> np.ndarray | None:
+def marked_places(values: np.ndarray) -> np.ndarray | None:
     """Where an array of whole numbers has the larger of its two values 0 and 1, or -1 and 0; None for any other array."""
     values = np.asarray(values)
     if values.ndim != 1 or values.dtype.kind not in "biu":

@@ -1,34 +1,83 @@
-"""VTK's XML files of polygons (.vtp), text, binary and appended, packed by zlib or not; their data are left out."""
+"""VTK's XML files of polygons (.vtp) and of unstructured grids (.vtu): text, binary and appended, packed or not."""
 
 import base64
 import binascii
+import lzma
 import re
 import zlib
+from collections.abc import Callable
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 
 from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
 from pellucid.geometry.files.strips import triangles_of_strip
+from pellucid.geometry.files.vtk_cells import grid_contents
+from pellucid.geometry.files.vtk_legacy import UNREAD
 from pellucid.geometry.files.words import floats, integers
 
+_NONE = np.zeros(0, np.int64)
 TYPES = {f"{kind}{bits}": f"{letter}{bits // 8}" for kind, letter in (("Int", "i"), ("UInt", "u")) for bits in (8, 16, 32, 64)}
 TYPES |= {"Float32": "f4", "Float64": "f8"}
-PACKERS = ("", "vtkZLibDataCompressor")
+
+
+def lz4_block(data: bytes, most: int) -> bytes:
+    """Unpack a block of LZ4 (LZ4 block format description, Y. Collet) of at most so many bytes. Raises Damaged."""
+    out, at = bytearray(), 0
+
+    def length(first: int) -> int:
+        nonlocal at
+        if first == 15:
+            while at < len(data):
+                at += 1
+                first += data[at - 1]
+                if data[at - 1] != 255:
+                    break
+        return first
+
+    while at < len(data) and len(out) <= most:
+        token = data[at]
+        at += 1
+        literals = length(token >> 4)
+        out += data[at : at + literals]
+        at += literals
+        if at >= len(data):
+            break
+        offset = int.from_bytes(data[at : at + 2], "little")
+        at += 2
+        count = length(token & 15) + 4
+        if not 0 < offset <= len(out):
+            raise Damaged("a packed table is damaged")
+        part = bytes(out[len(out) - offset :])
+        out += (part * (count // offset + 1))[:count]
+    return bytes(out[:most])
+
+
+PACKERS: dict[str, Callable[[bytes, int], bytes]] = {
+    "vtkZLibDataCompressor": lambda data, most: zlib.decompressobj().decompress(data, most),
+    "vtkLZMADataCompressor": lambda data, most: lzma.LZMADecompressor().decompress(data, most),
+    "vtkLZ4DataCompressor": lz4_block,
+}
 APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_")
 PACKED = 1000
-"""What is unpacked is at most so many times as long as it was: zlib packs no better."""
+"""What is unpacked is at most so many times as long as it was: VTK packs blocks of 32 kB, and zlib packs no better."""
 
 
 def read_vtp(data: bytes) -> Contents:
-    """What is in such a file. Raises Damaged."""
-    return _Reader(data).contents()
+    """Read a file of polygons. Raises Damaged."""
+    return _Reader(data, "PolyData").polygons()
+
+
+def read_vtu(data: bytes) -> Contents:
+    """Read a file of an unstructured grid. Raises Damaged."""
+    return _Reader(data, "UnstructuredGrid").grid()
 
 
 class _Reader:
     """The tree of a file, and what is appended to it."""
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data: bytes, kind: str) -> None:
         self._appended = b""
         found = APPENDED.search(data)
         if found:  # raw bytes are no XML
@@ -41,33 +90,75 @@ class _Reader:
             self._root = ElementTree.fromstring(data)
         except ElementTree.ParseError as error:
             raise Damaged(f"it is no XML from line {error.position[0]} on") from None
-        if self._root.tag != "VTKFile" or self._root.get("type") != "PolyData":
-            raise Damaged("it is no VTKFile of type PolyData")
-        if (packer := self._root.get("compressor", "")) not in PACKERS:
-            raise Damaged("it is packed in another way than by zlib" if packer else "it does not say how it is packed")
-        self._packed = bool(self._root.get("compressor"))
+        if self._root.tag != "VTKFile" or self._root.get("type") != kind:
+            raise Damaged(f"it is no VTKFile of type {kind}")
+        if (packer := self._root.get("compressor", "")) and packer not in PACKERS:
+            raise Damaged("it is packed in another way than by zlib, LZ4 or LZMA")
+        self._unpack = PACKERS.get(packer)
         self._order = ">" if self._root.get("byte_order") == "BigEndian" else "<"
         self._header = np.dtype(self._order + TYPES.get(self._root.get("header_type", "UInt32"), "u4"))
         encoding = self._root.find("AppendedData")
         self._raw = encoding is not None and encoding.get("encoding") == "raw"
 
-    def contents(self) -> Contents:
+    def grid(self) -> Contents:
+        """Points, cells and arrays of all pieces."""
+        points, corners, ends, types = [np.zeros((0, 3))], [_NONE], [_NONE], [_NONE]
+        arrays: tuple[dict[str, list[np.ndarray]], dict[str, list[np.ndarray]]] = ({}, {})
+        pieces = self._root.findall("UnstructuredGrid/Piece")
+        n, is_single, unread = 0, False, False
+        for piece in pieces:
+            here, single = self._points(piece)
+            is_single = is_single or single
+            cells = {table.get("Name"): table for table in piece.findall("Cells/DataArray")}
+            if not {"connectivity", "offsets", "types"} <= cells.keys():
+                raise Damaged("a piece has no cells with connectivity, offsets and types")
+            own, own_ends, own_types = (
+                self._values(cells[name]).astype(np.int64) for name in ("connectivity", "offsets", "types")
+            )
+            if own.size and not 0 <= own.min() <= own.max() < len(here):
+                raise Damaged(f"a cell has a corner that is none of the {len(here)} points of its piece")
+            ends.append(own_ends + sum(map(len, corners)))
+            corners.append(own + n)
+            types.append(own_types)
+            points.append(here)
+            n += len(here)
+            for found, name, count in zip(arrays, ("PointData", "CellData"), (len(here), len(own_types)), strict=True):
+                for table in piece.findall(f"{name}/DataArray"):
+                    try:
+                        values = self._values(table) if table.get("NumberOfComponents", "1") == "1" else _NONE
+                    except Damaged:
+                        values, unread = _NONE, True
+                    if len(values) == count:
+                        found.setdefault(table.get("Name", ""), []).append(values)
+        whole = tuple(
+            {name: np.concatenate(parts) for name, parts in some.items() if len(parts) == len(pieces)} for some in arrays
+        )
+        joined = (np.concatenate(parts) for parts in (points, corners, ends, types))
+        contents = grid_contents("VTK grid, XML", *joined, (whole[0], whole[1]), is_single)
+        return replace(contents, notes=(UNREAD,)) if unread else contents
+
+    def _points(self, piece: ElementTree.Element) -> tuple[np.ndarray, bool]:
+        """Points of a piece, shape (n, 3), and whether they are binary numbers of single precision."""
+        table = piece.find("Points/DataArray")
+        if table is None:
+            return np.zeros((0, 3)), False
+        values = self._values(table).astype(float)
+        if len(values) % 3:
+            raise Damaged("its points have not three coordinates each")
+        return values.reshape(-1, 3), table.get("type") == "Float32" and table.get("format", "ascii") != "ascii"
+
+    def polygons(self) -> Contents:
         """Points and polygons of all pieces."""
         points, faces, n, is_single = [np.zeros((0, 3))], list[list[int]](), 0, False
         for piece in self._root.findall("PolyData/Piece"):
-            table = piece.find("Points/DataArray")
-            if table is None:
-                continue
-            here = self._values(table).astype(float)
-            is_single = is_single or (table.get("type") == "Float32" and table.get("format", "ascii") != "ascii")
-            if len(here) % 3:
-                raise Damaged("its points have not three coordinates each")
+            here, single = self._points(piece)
+            is_single = is_single or single
             for name in ("Polys", "Strips"):
                 lists = self._lists(piece.find(name))
                 lists = [t for strip in lists for t in triangles_of_strip(strip)] if name == "Strips" else lists
                 faces += [[n + corner for corner in corners] for corners in lists]
-            points.append(here.reshape(-1, 3))
-            n += len(points[-1])
+            points.append(here)
+            n += len(here)
         places = np.concatenate(points)
         blocks: tuple[Block, ...] = flat_blocks(places, faces, "polygon")
         return Contents("VTK polydata, XML", places, blocks, is_single=is_single)
@@ -96,7 +187,7 @@ class _Reader:
             source = _Bytes(self._appended[int(offset) :], self._raw)
         else:
             source = _Bytes((table.text or "").strip().encode(), raw=False)
-        data = self._unpacked(source) if self._packed else source.take_behind_count(self._header)
+        data = self._unpacked(source) if self._unpack else source.take_behind_count(self._header)
         found = np.dtype(self._order + kind)
         if len(data) % found.itemsize:
             raise Damaged("a table ends within a number")
@@ -110,10 +201,9 @@ class _Reader:
         packed = source.take(int(sizes.sum()))
         parts, at = [], 0
         for size in sizes.tolist():
-            unpacker = zlib.decompressobj()
             try:
-                parts.append(unpacker.decompress(packed[at : at + size], PACKED * max(size, 1)))
-            except zlib.error:
+                parts.append(self._unpack(packed[at : at + size], PACKED * max(size, 1)) if self._unpack else b"")
+            except (zlib.error, lzma.LZMAError, EOFError):
                 raise Damaged("a packed table is damaged") from None
             at += size
         return b"".join(parts)

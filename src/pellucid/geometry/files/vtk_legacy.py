@@ -1,0 +1,205 @@
+"""Legacy VTK files of polygons and of unstructured grids, text and binary, versions up to 5.1."""
+
+from dataclasses import replace
+from itertools import pairwise
+from urllib.parse import unquote
+
+import numpy as np
+
+from pellucid.geometry.files.contents import Contents, Damaged, flat_blocks
+from pellucid.geometry.files.strips import triangles_of_strip
+from pellucid.geometry.files.vtk_cells import grid_contents
+from pellucid.geometry.files.words import floats, integers, text_of
+
+TYPES = {"float": "f4", "double": "f8", "vtktypeint64": "i8", "vtkidtype": "i8"}
+for _name, _size in (("char", 1), ("short", 2), ("int", 4), ("long", 8)):
+    TYPES |= {_name: f"i{_size}", f"unsigned_{_name}": f"u{_size}"}
+POLYGONS, STRIPS, CELLS = "POLYGONS", "TRIANGLE_STRIPS", "CELLS"
+LISTS = (POLYGONS, STRIPS, "LINES", "VERTICES", CELLS)
+DATASETS = ((b"DATASET", b"POLYDATA"), (b"DATASET", b"UNSTRUCTURED_GRID"))
+DATA = ("POINT_DATA", "CELL_DATA")
+WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1}
+"""Numbers of a row of an array by its keyword; its name and type follow."""
+UNREAD = "some of its arrays were not read, and sets that they mark are missing"
+
+
+def is_grid(data: bytes) -> bool:
+    """Return True if a file begins as one of these kinds."""
+    head = data.upper().split()
+    return head[:4] == [b"#", b"VTK", b"DATAFILE", b"VERSION"] and any(pair in DATASETS for pair in pairwise(head))
+
+
+def read_grid(data: bytes) -> Contents:
+    """Read such a file. Raises Damaged."""
+    return _Reader(data).contents()
+
+
+class _Reader:
+    """Points, lists of corners, and arrays of points and cells."""
+
+    def __init__(self, data: bytes) -> None:
+        self._source = source = _Source(data)
+        self._is_new = source.line()[-1:] >= ["5"]
+        source.line()  # its title
+        self._binary = [word.upper() for word in source.line()] == ["BINARY"]
+        self._arrays: dict[str, dict[str, np.ndarray]] = {name: {} for name in DATA}
+
+    def contents(self) -> Contents:
+        source, binary = self._source, self._binary
+        points, types, cells = None, None, list[list[int]]()
+        is_single, is_polydata = False, False
+        faces: list[list[int]] = []
+        while not source.ended and ((words := source.line()) == [] or words[0].upper() not in DATA):
+            key = words[0].upper() if words else ""
+            if key == "METADATA":
+                self._skip_metadata()
+            elif key == "DATASET":
+                is_polydata = words[1:2] == ["POLYDATA"] or words[-1].upper() == "POLYDATA"
+            elif key == "FIELD" and len(words) == 3:
+                self._field(words, {})
+            elif key == "POINTS" and len(words) == 3:
+                points = source.values(_count(words[1]) * 3, words[2], binary).astype(float).reshape(-1, 3)
+                is_single = binary and words[2].lower() == "float"
+            elif key == "CELL_TYPES" and len(words) == 2:
+                types = source.values(_count(words[1]), "int", binary)
+            elif key in LISTS and len(words) == 3:
+                lists = (_new_lists if self._is_new else _old_lists)(source, _count(words[1]), _count(words[2]), binary)
+                if key == CELLS:
+                    cells = lists
+                elif key == POLYGONS:
+                    faces += lists
+                elif key == STRIPS:
+                    faces += [triangle for strip in lists for triangle in triangles_of_strip(strip)]
+        if points is None:
+            raise Damaged("it has no points")
+        form = f"VTK {'polydata' if is_polydata else 'grid'}, {'binary' if binary else 'text'}"
+        if is_polydata:
+            return Contents(form, points, flat_blocks(points, faces, "polygon"), is_single=is_single)
+        notes = () if source.ended else self._read_arrays(words)
+        ends = np.cumsum([len(cell) for cell in cells], dtype=np.int64)
+        connectivity = np.array([corner for cell in cells for corner in cell], np.int64)
+        types = np.zeros(0, np.int64) if types is None else types
+        of_points, of_cells = (self._arrays[name] for name in DATA)
+        found = grid_contents(form, points, connectivity, ends, types, (of_points, of_cells), is_single)
+        return replace(found, notes=notes)
+
+    def _skip_metadata(self) -> None:
+        while not self._source.ended and self._source.line():
+            pass
+
+    def _read_arrays(self, words: list[str]) -> tuple[str, ...]:
+        """Read arrays up to one that cannot be read, of which a note tells."""
+        arrays, n = self._arrays[DATA[0]], 0
+        try:
+            while True:
+                key = words[0].upper() if words else ""
+                if key in DATA:
+                    arrays, n = self._arrays[key], _count(words[1])
+                elif key == "METADATA":
+                    self._skip_metadata()
+                elif key == "FIELD":
+                    self._field(words, arrays)
+                elif key in WIDTHS:
+                    self._array(arrays, words[1], n, WIDTHS[key], words[2])
+                elif key == "TEXTURE_COORDINATES":
+                    self._array(arrays, words[1], n, _count(words[2]), words[3])
+                elif key == "SCALARS":
+                    self._source.line()  # the name of a table of colours
+                    self._array(arrays, words[1], n, _count(words[3]) if len(words) > 3 else 1, words[2])
+                elif key in ("COLOR_SCALARS", "LOOKUP_TABLE"):
+                    size = _count(words[2]) * (n if key == "COLOR_SCALARS" else 4)
+                    self._source.values(size, "unsigned_char" if self._binary else "float", self._binary)
+                elif key:
+                    return (UNREAD,)
+                if self._source.ended:
+                    return ()
+                words = self._source.line()
+        except (Damaged, IndexError):
+            return (UNREAD,)
+
+    def _field(self, words: list[str], arrays: dict[str, np.ndarray]) -> None:
+        for _ in range(_count(words[2])):
+            while not (head := self._source.line()) or head[0] == "METADATA":
+                if head:
+                    self._skip_metadata()
+                if self._source.ended:
+                    raise Damaged("a field breaks off")
+            self._array(arrays, head[0], _count(head[2]), _count(head[1]), head[3])
+
+    def _array(self, arrays: dict[str, np.ndarray], name: str, n: int, width: int, kind: str) -> None:
+        values = self._source.values(n * width, kind, self._binary)
+        if width == 1:
+            arrays[unquote(name)] = values
+
+
+def _old_lists(source: "_Source", count: int, size: int, binary: bool) -> list[list[int]]:
+    """Each list as its length and its numbers, `size` of all in all."""
+    values = source.values(size, "int", binary).tolist()
+    lists, at = [], 0
+    for _ in range(count):
+        n = values[at] if at < size else -1
+        if not 0 <= n <= size - at - 1:
+            raise Damaged("a list of corners breaks off")
+        lists.append(values[at + 1 : at + 1 + n])
+        at += 1 + n
+    return lists
+
+
+def _new_lists(source: "_Source", count: int, size: int, binary: bool) -> list[list[int]]:
+    """Where each list begins, one more than there are lists, then all numbers."""
+    parts = []
+    for name, n in (("OFFSETS", count), ("CONNECTIVITY", size)):
+        while not (words := source.line()) and not source.ended:
+            pass  # a line that is full is followed by an empty one
+        if len(words) != 2 or words[0].upper() != name:
+            raise Damaged(f"{name} does not stand where it belongs")
+        parts.append(source.values(n, words[1], binary))
+    ends, corners = parts
+    if len(ends) and not (ends[0] == 0 and (np.diff(ends) >= 0).all() and ends[-1] == size):
+        raise Damaged("the places where its lists begin do not ascend from 0 to their end")
+    return [part.tolist() for part in np.split(corners, ends[1:-1])] if len(ends) > 1 else []
+
+
+def _count(word: str) -> int:
+    if not word.isdecimal() or len(word) > 18:
+        raise Damaged("something else stands where a count belongs")
+    return int(word)
+
+
+class _Source:
+    """Lines and values of a file, one after the other."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data, self._at = data, 0
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing is left."""
+        return self._at >= len(self._data)
+
+    def line(self) -> list[str]:
+        """The words of the next line; none at the end of the file."""
+        end = self._data.find(b"\n", self._at)
+        end = len(self._data) if end < 0 else end
+        line, self._at = self._data[self._at : end], end + 1
+        return text_of(line).split()
+
+    def values(self, count: int, kind: str, binary: bool) -> np.ndarray:
+        """The next `count` values; binary ones have their highest byte first."""
+        if kind.lower() not in TYPES:
+            raise Damaged("its points or lists have a type of numbers that VTK has not")
+        found = np.dtype(">" + TYPES[kind.lower()])
+        if binary:
+            if count * found.itemsize > len(self._data) - self._at:
+                raise Damaged(f"it ends within {count} values")
+            values = np.frombuffer(self._data, found, count, self._at)
+            self._at += count * found.itemsize
+            if self._data[self._at : self._at + 1] == b"\n":
+                self._at += 1
+            return values.astype(found.newbyteorder("="))
+        words: list[str] = []
+        while len(words) < count and self._at < len(self._data):
+            words += self.line()
+        if len(words) != count:
+            raise Damaged(f"it has not the {count} values that it counts, or more in their last line")
+        return floats(words, "its points") if found.kind == "f" else integers(words, "its lists")
