@@ -144,12 +144,13 @@ class _Model:
         points, rows = [np.zeros((0, 3))], dict[str, list[np.ndarray]]()
         n = 0
         for scope in scopes.values():
-            labels, places = (np.concatenate([some[k] for some in scope.nodes]) if scope.nodes else _NONE for k in (0, 1))
+            labels = np.concatenate([_NONE, *(some for some, _ in scope.nodes)])
+            places = np.concatenate([np.zeros((0, 3)), *(some for _, some in scope.nodes)])
             last = len(labels) - 1 - np.unique(labels[::-1], return_index=True)[1]  # a node that is defined again is moved
             last = np.sort(last)
             order = np.argsort(labels[last], kind="stable")
             scope.node_labels, scope.node_numbers = labels[last][order], n + order
-            points.append(places[last] if len(last) else np.zeros((0, 3)))
+            points.append(places[last])
             n += len(last)
         for scope in scopes.values():
             for kind, table in scope.elements:

@@ -133,8 +133,9 @@ class _Reader:
         whole = tuple(
             {name: np.concatenate(parts) for name, parts in some.items() if len(parts) == len(pieces)} for some in arrays
         )
-        joined = (np.concatenate(parts) for parts in (points, corners, ends, types))
-        contents = grid_contents("VTK grid, XML", *joined, (whole[0], whole[1]), is_single)
+        all_points, connectivity = np.concatenate(points), np.concatenate(corners)
+        tables = connectivity, np.concatenate(ends), np.concatenate(types)
+        contents = grid_contents("VTK grid, XML", all_points, *tables, (whole[0], whole[1]), is_single)
         return replace(contents, notes=(UNREAD,)) if unread else contents
 
     def _points(self, piece: ElementTree.Element) -> tuple[np.ndarray, bool]:

@@ -96,9 +96,9 @@ def layers_parted(mesh: Mesh) -> Mesh | None:
     vertex_of = np.array([vertex for element in corners for vertex in element])
     _, first = np.unique(group, return_index=True)
     order = np.argsort(vertex_of[first], kind="stable")
-    number = np.empty(len(group), np.int64)
-    number[group[first[order]]] = np.arange(len(first))
-    new = number[group]
+    number_of = np.empty(len(group), np.int64)
+    number_of[group[first[order]]] = np.arange(len(first))
+    new = number_of[group]
     n_quads = mesh.quads.size
     parted = Mesh(mesh.vertices[vertex_of[first[order]]], new[:n_quads].reshape(-1, 4), new[n_quads:].reshape(-1, 3))
     piece = pieces(np.concatenate([directed_edges(parted.quads), directed_edges(parted.triangles)]), len(parted.vertices))

@@ -25,7 +25,7 @@ class SurfaceFile(MeshFile, Meshed):
 
     path: InputFile = parameter("", "STL, OBJ, PLY, Gmsh or VTK file; a relative path starts from the case file's folder")
     close_holes: int = parameter("", "with `repair`: holes of up to so many edges are closed", 0, ge=0, le=MOST_EDGES)
-    closed: bool = parameter("", "whether the surface encloses a volume; then it must have no holes", False)
+    closed: bool = parameter("", "whether the surface encloses a volume: without holes; doubled elements are layers", False)
     reverse: bool = parameter("", "turn all elements round, where the file's normals point inward", False)
 
     @check
@@ -54,6 +54,7 @@ def _read(states: tuple[FileState, ...], repair: bool, close_holes: int, closed:
     """The file's elements and sets, read once for each of its states, in its unit."""
     path = states[0][0]
     contents = first_order(read_file(path, "a surface", SURFACES))
+    number: np.ndarray | None
     mesh, number, done = surface_of(path, contents)
     notes = [*contents.notes, *done]
     if closed and (parted := layers_parted(mesh)) is not None:
