@@ -7,8 +7,11 @@ from pellucid.case.reading import loads
 from pellucid.simulation.simulation import Simulation
 
 RIM, HEIGHT, VOLUME = 0.762760, 0.456947, 1.218524
-"""Inflated radius, half of the thickness and volume of a bag of inextensible foil whose flat radius is 1: they are
-a = 4 / B(1/4, 1/2), a B(3/4, 1/2) / 4 and the integral of 4 pi r z(r), where z(r) is that of s^2 / sqrt(a^4 - s^4) from r to a."""
+"""Inflated radius, half of the thickness and volume of a bag of inextensible foil whose flat radius is 1.
+
+They are a = 4 / B(1/4, 1/2), a B(3/4, 1/2) / 4 and the integral of 4 pi r z(r) to a, where z(r) is the integral of
+s^2 / sqrt(a^4 - s^4) from r to a.
+"""
 CASE = """
 title = "A bag"
 time = { end = 1 }
