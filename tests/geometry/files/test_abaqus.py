@@ -96,6 +96,16 @@ def test_parts_of_an_assembly_are_placed_with_their_sets(tmp_path):
     assert sets["Set 1"] == sorted([0, 1, 3, 4, 5, 6, 8, 9, 11, 12, 13, 14])
 
 
+def test_reference_points_of_an_assembly_are_left_out_with_their_sets(tmp_path):
+    text = CAE.replace("*End Assembly", "*Node\n 1, 9., 9., 9.\n*Nset, nset=RP-1\n 1,\n*Nset, nset=all\n 1, Top\n*End Assembly")
+    contents = read(tmp_path, text)
+    assert len(contents.points) == 16
+    assert "RP-1" not in contents.node_sets
+    assert contents.node_sets["all"].tolist() == contents.node_sets["Top"].tolist()
+    [note] = contents.notes
+    assert note == "nodes of the assembly that no element uses were left out, such as reference points, with the sets `RP-1`"
+
+
 def test_a_part_without_an_assembly_is_read_where_it_is(tmp_path):
     text = CAE[: CAE.index("*Assembly")]
     assert np.array_equal(read(tmp_path, text).points, PLACES)
@@ -107,7 +117,7 @@ def test_elements_over_several_lines_and_of_several_kinds(tmp_path):
     beams = "*ELEMENT, TYPE=B31, ELSET=beams\n7, 1, 2, 99\n*ELEMENT, TYPE=SPRINGA\n8, 1, 2\n"
     contents = read(tmp_path, nodes + brick + beams + "*ELEMENT, TYPE=S4R, ELSET=lid\n9, 5, 6, 7, 8\n")
     assert [(block.kind, len(block.nodes)) for block in contents.blocks] == [("hexahedron20", 1), ("line", 1), ("quad", 1)]
-    assert contents.notes == ("elements of type SPRINGA were not read: they are none of a mesh",)
+    assert contents.notes == ("elements of type SPRINGA were not read: they are no elements of a mesh",)
     assert sets_of(contents)["lid"] == HIGH
 
 
@@ -136,7 +146,7 @@ def test_sets_of_one_name_that_differ_are_told(tmp_path):
     assert sets_of(contents)["CONT"] == [0]
     assert contents.notes == (
         "the set `X` names `nowhere`, which the file does not define",
-        "a set of nodes and another set have the name `CONT`: the set of nodes was read",
+        "the set of nodes and the set of elements `CONT` differ: the set of nodes was read",
     )
 
 

@@ -178,6 +178,11 @@ def test_sets_of_a_grid_that_arrays_behind_others_mark(tmp_path):
     for binary in (False, True):
         path.write_bytes(vtk_51(11, binary))
         assert ("sets", "`left face` (4 nodes)") in survey(str(path), False, 0, 1.0).rows
+    grid = vtk_51(12, False).replace(
+        b"POINT_DATA", b"CELL_DATA 1\nSCALARS gmsh:physical int\nLOOKUP_TABLE default\n7\nPOINT_DATA"
+    )
+    path.write_bytes(grid)
+    assert ("sets", "`left face` (4 nodes), `7` (1 elements)") in survey(str(path), False, 0, 1.0).rows
     path.write_bytes(vtk_51(12, True)[:-10])
     found = survey(str(path), False, 0, 1.0)
     assert "some of its arrays were not read, and sets that they mark are missing" in found.notes

@@ -10,7 +10,7 @@ from pellucid.geometry.files.obj import read_obj
 from pellucid.geometry.files.ply import read_ply
 from pellucid.geometry.files.stl import FACET, read_stl
 from pellucid.geometry.files.vtk_legacy import is_grid, read_grid
-from pellucid.geometry.files.vtk_xml import read_vtp
+from pellucid.geometry.files.vtk_xml import lz4_block, read_vtp
 
 SQUARE = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
 VERTICES = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -263,7 +263,7 @@ def test_the_first_format_of_gmsh():
     assert elements(contents) == {"tetra": [[0, 1, 2, 3]], "triangle": [[0, 1, 2]], "vertex": []}
     assert {name: [part.tolist() for part in parts] for name, parts in contents.cell_sets.items()} == {"12": [[0], [], []]}
     assert len(contents.points) == 4
-    assert contents.notes[0].startswith("1 point that belongs to no line, surface or solid element left out")
+    assert contents.notes[0].startswith("1 point of the geometry was left out")
 
 
 @pytest.mark.parametrize(
@@ -344,7 +344,7 @@ def test_what_is_wrong_with_vtk_polydata_is_named(old, new, reason):
         read_grid(POLYDATA.replace(old, new, 1).encode())
 
 
-@pytest.mark.parametrize("form", ["ascii", "binary", "appended", "zipped"])
+@pytest.mark.parametrize("form", ["ascii", "binary", "appended", "zipped", "lz4", "lzma"])
 def test_vtk_polydata_in_xml(form):
     data = vtp([*SQUARE, (0.5, 2, 0)], [[0, 1, 2, 3], [3, 2, 4]], form)
     contents = read_vtp(data)
@@ -371,3 +371,26 @@ def test_what_is_wrong_with_vtk_polydata_in_xml_is_named(form, old, new, reason)
     assert old in data
     with pytest.raises(Damaged, match=reason):
         read_vtp(data.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("packed", "data"),
+    [
+        (b"\x30abc", b"abc"),
+        (b"\x24ab\x02\x00\x10c", b"ab" + 4 * b"ab" + b"c"),
+        (b"\x1fa\x01\x00\xff\x01\x10b", b"a" + 275 * b"a" + b"b"),
+        (b"\xf0\x02" + 17 * b"x", 17 * b"x"),
+        (b"\x42abcd\x04\x00\x00", b"abcdabcdab"),
+    ],
+    ids=["literals", "match", "long match", "many literals", "no end"],
+)
+def test_blocks_of_lz4(packed, data):
+    """LZ4 block format description: a token with both lengths, literals, an offset; a length of 15 goes on in further bytes."""
+    assert lz4_block(packed, 1000) == data
+    assert lz4_block(packed, 2) == data[:2]
+
+
+@pytest.mark.parametrize("packed", [b"\x10a\x02\x00", b"\x10a\x00\x00", b"\x00\x01\x00"])
+def test_a_match_before_the_beginning_of_an_lz4_block_is_damage(packed):
+    with pytest.raises(Damaged, match="a packed table is damaged"):
+        lz4_block(packed, 1000)

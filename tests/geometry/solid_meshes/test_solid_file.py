@@ -240,7 +240,7 @@ def test_sets_that_name_nothing_are_kept_and_told(meshlane, tmp_path):
     assert mesh.sets["joined"].tolist() == EVERY, "a set may name others"
     path = tmp_path / "two.msh"
     path.write_text(GMSH_22.replace('2\n2 7 "floor"', '3\n2 8 "roof"\n2 7 "floor"'))
-    with pytest.warns(UserWarning, match="two.msh: no element is in `roof`, so no set has this name"):
+    with pytest.warns(UserWarning, match="two.msh: no element belongs to the physical groups `roof`"):
         mesh = SolidFile(path=str(path)).mesh()
     assert list(mesh.sets) == ["floor", "solid body"]
     assert list(solid_faults(mesh)) == []

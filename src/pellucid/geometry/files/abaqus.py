@@ -5,50 +5,16 @@ Source: Abaqus Keywords Reference Guide; element types and faces: Abaqus Analysi
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from pellucid.geometry.files.abaqus_elements import FACES, kind_of
 from pellucid.geometry.files.abaqus_keywords import Keyword, keywords
 from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged
+from pellucid.geometry.files.first_order import with_points
 from pellucid.geometry.files.words import floats, integers
 
-_SOLIDS = {4: "tetra", 5: "pyramid", 6: "wedge", 8: "hexahedron", 10: "tetra10", 13: "pyramid13", 15: "wedge15"}
-_SOLIDS |= {20: "hexahedron20", 27: "hexahedron27"}
-_FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
-_LINES = {2: "line", 3: "line3"}
-_TYPES: tuple[tuple[re.Pattern[str], dict[int, str]], ...] = tuple(
-    (re.compile(pattern), kinds)
-    for pattern, kinds in (
-        (r"(?:D?C|AC|DCC|EMC|Q|GK|COH)3D(\d+)[A-Z]*\d?[A-Z]*", _SOLIDS),
-        (r"SC(\d)[A-Z]*", _SOLIDS),
-        (r"CSS(\d)[A-Z]*", _SOLIDS),
-        (r"(?:SF)?M3D(\d)[A-Z]*", _FLAT),
-        (r"[RF]3D([34])", _FLAT),
-        (r"D?STRI(3)", _FLAT),
-        (r"STRI(6)5", _FLAT),
-        (r"D?S([34689])[A-Z]*\d?[A-Z]*", _FLAT),
-        (r"(?:C|DC|AC|DCC|Q)(?:PS|PE|PEG|AX|GAX|AXA|2D)(\d+)[A-Z]*\d*", _FLAT),
-        (r"(?:T|DC|AC|R)[123]D([23])[A-Z]*", _LINES),
-        (r"B[23]([12])[A-Z]*\d*", {1: "line", 2: "line3"}),
-        (r"(B)33H?", {2: "line"}),
-    )
-)
-FACES: dict[str, dict[str, tuple[int, ...]]] = {
-    "tetra": {"S1": (0, 1, 2), "S2": (0, 3, 1), "S3": (1, 3, 2), "S4": (2, 3, 0)},
-    "wedge": {"S1": (0, 1, 2), "S2": (3, 5, 4), "S3": (0, 3, 4, 1), "S4": (1, 4, 5, 2), "S5": (2, 5, 3, 0)},
-    "hexahedron": {
-        "S1": (0, 1, 2, 3),
-        "S2": (4, 7, 6, 5),
-        "S3": (0, 4, 5, 1),
-        "S4": (1, 5, 6, 2),
-        "S5": (2, 6, 7, 3),
-        "S6": (3, 7, 4, 0),
-    },
-    "triangle": {f"{side}{k + 1}": (k, (k + 1) % 3) for side in "SE" for k in range(3)},
-    "quad": {f"{side}{k + 1}": (k, (k + 1) % 4) for side in "SE" for k in range(4)},
-}
-"""Corners of the faces of solid elements, and of the edges of flat ones, by Abaqus' names (C3D4, C3D6, C3D8, S3, CPS4)."""
 _SIDES = ("SPOS", "SNEG")
 _GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION", "SUBSTRUCTURE GENERATE"}
 _NONE = np.zeros(0, np.int64)
@@ -122,7 +88,7 @@ class _Model:
             scope.surfaces.append((parameters["NAME"], parameters.get("TYPE", "").upper() == "NODE", rows))
 
     def _read_elements(self, keyword: Keyword, scope: _Scope) -> None:
-        kind = _kind(keyword.parameters.get("TYPE", ""))
+        kind = kind_of(keyword.parameters.get("TYPE", ""))
         if kind is None:
             self._left_out[keyword.parameters.get("TYPE", "no name")[:20]] = None
             return
@@ -174,9 +140,24 @@ class _Model:
         for name in node_sets.keys() & element_sets.keys():
             nodes = self._nodes_of(element_sets[name])
             if not np.array_equal(nodes, node_sets[name]):
-                self._notes.append(f"a set of nodes and another set have the name `{name}`: the set of nodes was read")
-        self._notes += [f"elements of type {kind} were not read: they are none of a mesh" for kind in self._left_out]
-        return Contents("Abaqus", np.concatenate(points), self._blocks, node_sets, cell_sets, tuple(self._notes))
+                self._notes.append(f"the set of nodes and the set of elements `{name}` differ: the set of nodes was read")
+        self._notes += [f"elements of type {kind} were not read: they are no elements of a mesh" for kind in self._left_out]
+        contents = Contents("Abaqus", np.concatenate(points), self._blocks, node_sets, cell_sets)
+        return replace(self._without_reference_points(contents), notes=tuple(self._notes))
+
+    def _without_reference_points(self, contents: Contents) -> Contents:
+        """The same without nodes of the assembly that no element has, and without sets of these alone."""
+        lone = np.zeros(len(contents.points), bool)
+        lone[self._file.node_numbers] = bool(self._instances)
+        for block in contents.blocks:
+            lone[block.nodes] = False
+        if not lone.any():
+            return contents
+        left = with_points(contents, ~lone)
+        gone = [name for name, nodes in contents.node_sets.items() if len(nodes) and not len(left.node_sets[name])]
+        named = f", with the sets {', '.join(f'`{name[:60]}`' for name in gone)}" if gone else ""
+        self._notes.append(f"nodes of the assembly that no element uses were left out, such as reference points{named}")
+        return replace(left, node_sets={name: nodes for name, nodes in left.node_sets.items() if name not in gone})
 
     def _named(self, what: str) -> dict[str, np.ndarray]:
         """Sets by name. A name that several instances have is that of their union; each of them is `INSTANCE.NAME` too."""
@@ -280,15 +261,6 @@ class _Model:
                         node_sets[name] = np.unique(np.concatenate(parts))
                         continue
                 self._notes.append(f"the surface `{name[:60]}` was not read: it lists no sets or elements with faces")
-
-
-def _kind(type_name: str) -> str | None:
-    """The kind of elements of an Abaqus type; None for those that are no part of a mesh, such as springs."""
-    name = type_name.strip().upper()
-    for pattern, kinds in _TYPES:
-        if found := pattern.fullmatch(name):
-            return kinds.get(2 if found[1] == "B" else int(found[1]))
-    return None
 
 
 def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:

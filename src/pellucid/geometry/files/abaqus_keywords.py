@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from pellucid.geometry.files.contents import Damaged
@@ -37,14 +38,25 @@ def keywords(path: str) -> list[Keyword]:
     return found
 
 
-def included_files(path: str, depth: int = 0) -> list[str]:
+def included_files(path: str) -> list[str]:
     """Return the paths of the files that an Abaqus file includes, also through other files, as far as they are there."""
     found: list[str] = []
-    for match in _INPUT.finditer(file_bytes(path)):
-        inner = _place(match[1].decode("latin-1"), Path(path), Path(path))
-        if inner is not None and depth < DEEPEST:
-            found += [str(inner), *included_files(str(inner), depth + 1)]
+    waiting = [path]
+    while waiting:
+        last = waiting.pop()
+        state = Path(last).stat()
+        for name in _named_files(last, state.st_mtime_ns, state.st_size):
+            inner = _place(name, Path(last), Path(path))
+            if inner is not None and str(inner) not in found:
+                found.append(str(inner))
+                waiting.append(str(inner))
     return found
+
+
+@lru_cache(maxsize=64)
+def _named_files(path: str, changed: int, size: int) -> list[str]:
+    """Names that a file includes; read once for each state of the file."""
+    return [match[1].decode("latin-1") for match in _INPUT.finditer(file_bytes(path))]
 
 
 def _read(path: Path, first: Path, depth: int, found: list[Keyword]) -> None:

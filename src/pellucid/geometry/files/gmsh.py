@@ -194,9 +194,9 @@ class _Reader:
         empty = [f"`{name[:60]}`" for name in dict.fromkeys(self._names.values()) if name not in sets]
         if empty:
             way = (
-                ": format 2 with `Mesh.SaveAll` stores no groups; write format 4.1" if self._version == "2" and not sets else ""
+                "; format 2 with `Mesh.SaveAll` stores no groups: write format 4.1" if self._version == "2" and not sets else ""
             )
-            notes.append(f"no element is in {', '.join(empty[:8])}, so no set has this name{way}")
+            notes.append(f"no element belongs to the physical groups {', '.join(empty[:8])}: there are no such sets{way}")
         form = f"Gmsh {self._version}, {'binary' if self._binary else 'text'}"
         return without_lone_vertices(Contents(form, points, tuple(blocks), cell_sets=sets, notes=tuple(notes)))
 
@@ -268,7 +268,7 @@ class _Words:
     def ended(self) -> None:
         """Raise Damaged where numbers are left."""
         if self.at < len(self._words):
-            raise Damaged(f"its section ${self._name} goes on behind what it counts")
+            raise Damaged(f"its section ${self._name} has more than it counts")
 
 
 class _Bytes:
@@ -323,7 +323,7 @@ class _Bytes:
         """Raise Damaged where the end of the section does not follow."""
         behind = self._data[self.at : self.at + 20].lstrip()
         if behind and not behind.startswith(b"$End"):
-            raise Damaged(f"its section ${self._name} goes on behind what it counts")
+            raise Damaged(f"its section ${self._name} has more than it counts")
 
 
 def _sound_count(count: int, name: str, room: int) -> int:

@@ -74,7 +74,7 @@ def without_lone_vertices(contents: Contents) -> Contents:
         for name, parts in contents.cell_sets.items()
     }
     n = int(lone.sum())
-    points = "1 point that belongs" if n == 1 else f"{n} points that belong"
-    note = f"{points} to no line, surface or solid element left out, such as a centre of an arc"
+    points = "1 point of the geometry was" if n == 1 else f"{n} points of the geometry were"
+    note = f"{points} left out, such as centres of arcs: no line, surface or solid element uses them"
     left = Contents(contents.format, contents.points, tuple(blocks), {}, sets, (*contents.notes, note))
     return with_points(left, ~lone)

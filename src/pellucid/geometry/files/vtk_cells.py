@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged, flat_blocks
-from pellucid.geometry.files.sets import marked_places
+from pellucid.geometry.files.sets import GROUPS, marked_places
 from pellucid.geometry.files.strips import triangles_of_strip
 
 _KINDS = {1: "vertex", 3: "line", 5: "triangle", 8: "quad", 9: "quad", 10: "tetra", 11: "hexahedron", 12: "hexahedron"}
@@ -62,12 +62,21 @@ def grid_contents(
     blocks = tuple(Block(kind, np.concatenate([nodes for nodes, _ in parts])) for kind, parts in rows.items())
     origins = [np.concatenate([cells for _, cells in parts]) for parts in rows.values()]
     node_sets = dict(_sets(arrays[0]))
-    cell_sets = {name: [np.flatnonzero(np.isin(cells, places)) for cells in origins] for name, places in _sets(arrays[1])}
+    marked = [*_groups(arrays[1]), *_sets({name: values for name, values in arrays[1].items() if name not in GROUPS})]
+    cell_sets = {name: [np.flatnonzero(np.isin(cells, places)) for cells in origins] for name, places in marked}
     return Contents(form, points, blocks, node_sets, cell_sets, is_single=is_single)
 
 
 def _sets(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
     return ((name, places) for name, values in arrays.items() if (places := marked_places(values)) is not None)
+
+
+def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
+    """Groups by their numbers, of arrays in which programs that convert other formats keep them."""
+    for name in sorted(GROUPS & arrays.keys()):
+        values = np.asarray(arrays[name])
+        for number in np.unique(values[values != 0]).tolist():
+            yield f"{number:g}", np.flatnonzero(values == number)
 
 
 def _kind(number: int, length: int) -> str:
