@@ -69,8 +69,13 @@ def test_a_flat_bag_keeps_both_layers(ending, quads, shared_rim, tmp_path):
     assert len(mesh.vertices) == len(bag(3, quads)[0])
     assert list(mesh_faults(mesh, closed=True)) == []
     found = survey(str(path), False, 0, 1.0)
-    assert found.faults == []
-    assert dict(found.rows)["closed"] == "yes"
+    if shared_rim:
+        assert found.faults == []
+        assert dict(found.rows)["closed"] == "yes"
+    else:
+        [(text, remedy)] = found.faults
+        assert "there twice" in text
+        assert "if these are the two layers of a flat bag, set `closed = true`" in remedy
     with pytest.warns(UserWarning, match="kept apart"):
         repaired = Surface(file={"path": str(path), "closed": True, "repair": True}).mesh()
     assert len(repaired.vertices) == len(mesh.vertices), "a repair makes no single sheet of it"
@@ -92,6 +97,28 @@ def test_a_flat_bag_in_a_file_without_numbers_of_vertices_is_parted_where_it_is_
     with pytest.warns(UserWarning, match="elements that were there again left out"):
         sheet = Surface(file={"path": str(path), "repair": True}).mesh()
     assert len(sheet.triangles) == len(triangles) // 2
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_layers_whose_elements_differ_are_kept_apart(closed):
+    """Squares cut along one diagonal above and along the other one below: no element is there twice, edges have four."""
+    places, squares, rim = disc(4, quads=True)
+    n = len(places)
+    below = np.where(rim, np.arange(n), n + np.cumsum(~rim) - 1)[squares[:, ::-1]]
+    triangles = np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]], below[:, [0, 1, 2]], below[:, [0, 2, 3]]])
+    place, apart = joined(np.concatenate([places, places[~rim]]), NO_QUADS, triangles, 0.0, closed)
+    assert apart == np.count_nonzero(~rim)
+    assert np.array_equal(place, np.arange(n + apart))
+
+
+def test_surfaces_at_one_place_without_a_common_rim_are_not_kept_apart():
+    """Of a cube that is there twice with vertices of its own, and of two cubes that touch, elements are there twice."""
+    cube = BoxSurface(lower=(0, 0, 0), upper=(1, 1, 1), points=(2, 2, 2)).mesh()
+    n = len(cube.vertices)
+    for shift in (0.0, 1.0):
+        points = np.concatenate([cube.vertices, cube.vertices + np.array([shift, 0.0, 0.0])])
+        for closed in (False, True):
+            assert joined(points, np.concatenate([cube.quads, n + cube.quads[:, ::-1]]), NO_QUADS[:, :3], 0.0, closed)[1] == 0
 
 
 def test_a_closed_surface_that_a_file_has_twice_is_no_bag():

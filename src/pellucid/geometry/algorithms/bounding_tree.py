@@ -48,7 +48,7 @@ class BoundingTree:
         # triangles of the last level are halved no more, so their order within a box does not matter
 
     def near(self, edges: np.ndarray, start: np.ndarray, end: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield numbers of edges and of triangles near them, shape (p,) each, for some of the edges at once and in their order.
+        """Yield numbers of edges and of triangles near them, shape (p,) each, for some of the edges at once.
 
         edges: numbers of the vertices at the ends, shape (n, 2); triangles that share one with an edge may be left out. start,
         end: their places [m], shape (n, 3).
@@ -58,13 +58,12 @@ class BoundingTree:
         for lower in range(0, len(edges), EDGES_AT_ONCE):
             some = np.arange(lower, min(lower + EDGES_AT_ONCE, len(edges)))
             waiting = [(0, some, np.zeros(len(some), np.int64))]
-            found = []
+            found, n_found = list[tuple[np.ndarray, np.ndarray]](), 0
             while waiting:
                 level, e, box = waiting.pop()
                 if len(e) > PAIRS_AT_ONCE:
-                    waiting += [
-                        (level, e[k : k + PAIRS_AT_ONCE], box[k : k + PAIRS_AT_ONCE]) for k in range(0, len(e), PAIRS_AT_ONCE)
-                    ]
+                    parts = range(0, len(e), PAIRS_AT_ONCE)
+                    waiting += [(level, e[k : k + PAIRS_AT_ONCE], box[k : k + PAIRS_AT_ONCE]) for k in reversed(parts)]
                     continue
                 meets = _meets(self._levels[level], edges[e], middle[e], half[e], box)
                 e, box = e[meets], box[meets]
@@ -74,7 +73,10 @@ class BoundingTree:
                 count = self._bounds[box + 1] - self._bounds[box]
                 place = np.repeat(self._bounds[box] - np.cumsum(count) + count, count) + np.arange(count.sum())
                 found.append((np.repeat(e, count), self._order[place]))
-            yield np.concatenate([one for one, _ in found]), np.concatenate([other for _, other in found])
+                n_found += len(place)
+                if n_found > PAIRS_AT_ONCE or not waiting:
+                    yield np.concatenate([one for one, _ in found]), np.concatenate([other for _, other in found])
+                    found, n_found = [], 0
 
 
 def _meets(

@@ -34,13 +34,16 @@ def place_of_each(points: np.ndarray, limit: float) -> np.ndarray:
     return np.asarray(first[which.reshape(-1)])
 
 
-def joined(points: np.ndarray, quads: np.ndarray, triangles: np.ndarray, limit: float) -> tuple[np.ndarray, int]:
+def joined(
+    points: np.ndarray, quads: np.ndarray, triangles: np.ndarray, limit: float, closed: bool = False
+) -> tuple[np.ndarray, int]:
     """Return for each of n points the number of the point that it becomes, shape (n,), and how many vertices stay apart from
     another one at their place.
 
     Points at one place, no further apart than `limit`, become the first of them. Where elements would then lie on each other
     although the file has them with vertices of their own, as the two layers of a flat bag, only vertices on the rims of its
-    sheets are joined.
+    sheets are joined. The layers have their rim in common in the file, or the surface is said to be closed: a sheet that a
+    file has twice is no bag.
     """
     place = place_of_each(points, limit)
     if not _is_crowded(place[quads], place[triangles], len(points)):
@@ -51,13 +54,18 @@ def joined(points: np.ndarray, quads: np.ndarray, triangles: np.ndarray, limit: 
     is_used[edges] = True
     once = code[count == 1]
     is_rim[once // len(points)] = is_rim[once % len(points)] = True
-    has_rim, has_inner = np.zeros(len(points), bool), np.zeros(len(points), bool)
-    has_rim[place[is_rim]], has_inner[place[is_used & ~is_rim]] = True, True
-    apart = np.where(is_used & ~is_rim, np.arange(len(points)), place)
-    if (has_rim & has_inner).any() or _is_crowded(apart[quads], apart[triangles], len(points)):
-        return place, 0
     inner = np.flatnonzero(is_used & ~is_rim)
-    return apart, len(inner) - len(np.unique(place[inner]))
+    apart = place.copy()
+    apart[inner] = inner
+    first = np.zeros(len(points), np.int64)  # one of the inner vertices at each place
+    first[place[inner]] = inner
+    is_inner_place = np.zeros(len(points), bool)
+    is_inner_place[place[inner]] = True
+    piece = pieces(apart[edges] if closed else edges, len(points))
+    is_one = (piece[inner] == piece[first[place[inner]]]).all()
+    if not is_one or is_inner_place[place[is_rim]].any() or _is_crowded(apart[quads], apart[triangles], len(points)):
+        return place, 0
+    return apart, len(inner) - int(is_inner_place.sum())
 
 
 def layers_parted(mesh: Mesh) -> Mesh | None:

@@ -55,7 +55,7 @@ def _read(states: tuple[FileState, ...], repair: bool, close_holes: int, closed:
     path = states[0][0]
     contents = first_order(read_file(path, "a surface", SURFACES))
     number: np.ndarray | None
-    mesh, number, done = surface_of(path, contents)
+    mesh, number, done = surface_of(path, contents, closed)
     notes = [*contents.notes, *done]
     if closed and (parted := layers_parted(mesh)) is not None:
         apart = len(parted.vertices) - len(mesh.vertices)
@@ -85,10 +85,10 @@ def _sets_of(contents: Contents, vertices: np.ndarray, number: np.ndarray | None
     return {name: nodes for name, nodes in sets.items() if len(nodes)}
 
 
-def surface_of(path: str, contents: Contents) -> tuple[Mesh, np.ndarray, list[str]]:
+def surface_of(path: str, contents: Contents, closed: bool = False) -> tuple[Mesh, np.ndarray, list[str]]:
     """The surface elements of a file with one vertex at each place, the vertex of each of its points, and remarks.
 
-    Layers that the file keeps apart stay apart. Raises Refusal for other elements, or where none is.
+    Layers that the file keeps apart stay apart, see `joined`. Raises Refusal for other elements, or where none is.
     """
     points, blocks = contents.points, contents.blocks
     flat = [block for block in blocks if block.kind in FLAT]
@@ -108,7 +108,8 @@ def surface_of(path: str, contents: Contents) -> tuple[Mesh, np.ndarray, list[st
             text = f"{path} holds no triangle and no quadrilateral: it has {len(points)} points and no element"
             raise Refusal(text, "save the elements of the mesh too, or name the file that includes this one")
         raise Refusal(f"{path} holds no triangle and no quadrilateral", "save the surface elements of the mesh too")
-    place, apart = joined(points, quads, triangles, rounding_of(points, [quads, triangles], contents.is_single))
+    limit = rounding_of(points, [quads, triangles], contents.is_single)
+    place, apart = joined(points, quads, triangles, limit, closed)
     kept = place == np.arange(len(place))
     number = (np.cumsum(kept) - 1)[place]
     notes = [f"{apart} vertices share their place with another one and are kept apart, as layers on each other"] * (apart > 0)
