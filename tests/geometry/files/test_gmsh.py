@@ -78,9 +78,11 @@ def test_centres_of_arcs_are_left_out_with_a_note():
     text = (
         gmsh_file("2.2").decode().replace("$Nodes\n8", "$Nodes\n9").replace("3 0.0 0.0 0.0\n", "3 0.0 0.0 0.0\n999 5 5 5\n", 1)
     )
-    text = text.replace("1 15 2 0 1 3\n", "1 15 2 0 1 999\n")
+    text = text.replace("1 15 2 0 1 3\n", "1 15 2 8 1 999\n").replace("$PhysicalNames\n4", '$PhysicalNames\n5\n0 8 "centre"')
     contents = read_gmsh(text.encode())
     assert len(contents.points) == 8
+    assert "centre" not in contents.cell_sets
+    assert contents.notes[-1].endswith("; so are the sets `centre`")
     assert any("1 point of the geometry was left out" in note for note in contents.notes)
 
 

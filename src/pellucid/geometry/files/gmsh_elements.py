@@ -73,8 +73,12 @@ def without_lone_vertices(contents: Contents) -> Contents:
         name: [(np.cumsum(kept[place]) - 1)[part[kept[place][part]]] for place, part in enumerate(parts)]
         for name, parts in contents.cell_sets.items()
     }
+    had = {name for name, parts in contents.cell_sets.items() if sum(map(len, parts))}
+    gone = [f"`{name[:60]}`" for name, parts in sets.items() if name in had and not sum(map(len, parts))]
+    sets = {name: parts for name, parts in sets.items() if f"`{name[:60]}`" not in gone}
     n = int(lone.sum())
     points = "1 point of the geometry was" if n == 1 else f"{n} points of the geometry were"
     note = f"{points} left out, such as centres of arcs: no line, surface or solid element uses them"
+    note += f"; so are the sets {', '.join(gone)}" if gone else ""
     left = Contents(contents.format, contents.points, tuple(blocks), {}, sets, (*contents.notes, note))
     return with_points(left, ~lone)
