@@ -71,7 +71,7 @@ def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence
         if isinstance(body, TakesSupports):
             body.add_supports(of_body)
     lets_go = any(support.until is not None for support in supports)
-    releasing = [body for body in own if isinstance(body, ReleasesSupports)]
+    releasing = [member.body for member in assembly.bodies.values() if isinstance(member.body, ReleasesSupports)]
     released = [Released(supports, assembly.actions, releasing)] if lets_go else []
     return [*released, *_open_walls(supports, assembly)]
 

@@ -96,6 +96,13 @@ class PrescribedPoints(ActiveCondition):
             self._velocity *= self.body.load_rate  # points and nodes of the grid go by the time of the step
             driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
 
+    def rows(self) -> np.ndarray:
+        """1 + the number of the motion that a point follows along each axis, 0 where it is free, shape (n, 3), in the order in
+        which the points are stored."""
+        driven = self.body.arrays["driven"]
+        axes = np.concatenate([np.zeros((1, 3), np.int64), self._axes])
+        return np.asarray(axes[driven] * driven[:, None])
+
     def prescribe_velocities(self) -> None:
         """Prescribed velocities of the points, and the impulses that these and the nodes about them take."""
         if self._points is not None:

@@ -26,6 +26,11 @@ class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
         """What must be registered for its elastic law."""
         return {self.elastic_law(): (*MEMBRANE, unwrinkled) if self.wrinkling else tuple(MEMBRANE)}
 
+    @property
+    def plane_poisson_ratio(self) -> float:
+        """That of the solid."""
+        return self.poisson_ratio
+
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
         """Speeds of pressure and shear waves in the plane at the start [m/s]: the thickness is free to change."""
         plane = self.young_modulus / (1.0 - self.poisson_ratio**2)

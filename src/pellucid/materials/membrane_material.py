@@ -23,6 +23,12 @@ class MembraneMaterial(BodyMaterial):
         those of the surface."""
 
     @property
+    def plane_poisson_ratio(self) -> float:
+        """Poisson's ratio in the plane at the start: 1 of a film that resists changes of its area alone."""
+        pressure, shear = self.wave_speeds()
+        return 1.0 - 2.0 * (shear / pressure) ** 2 if pressure > 0.0 else 1.0
+
+    @property
     def direction(self) -> np.ndarray | None:
         """Along which, seen on the surface, the first of the axes at rest lies, shape (3,); None where any will do."""
         return None

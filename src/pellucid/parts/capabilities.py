@@ -91,7 +91,7 @@ class TakesSupports(Protocol):
 
 @runtime_checkable
 class ReleasesSupports(Protocol):
-    """Own nodes that supports can let go in a run."""
+    """A body to which it matters that supports let nodes go in a run, its own or those of the grid."""
 
     def let_go(self, supports: Collection[int]) -> None:
         """Let the supports of these numbers hold none of its nodes any more, and all others theirs."""

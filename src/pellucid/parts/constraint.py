@@ -2,6 +2,8 @@
 
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+
 from pellucid.contact.contact_body import ContactResponse
 
 
@@ -26,6 +28,15 @@ class RepeatedConstraint(PointConstraint, Protocol):
 
     def prescribe_velocities_again(self) -> None:
         """The same, in addition, when the fields' `external.impulse` has these impulses alone."""
+
+
+@runtime_checkable
+class LeadsPoints(PointConstraint, Protocol):
+    """A constraint that prescribes the motion of some points along some axes."""
+
+    def rows(self) -> np.ndarray:
+        """1 + the number of the motion that a point follows along each axis, 0 where it is free, shape (n, 3), in the order in
+        which the points are stored."""
 
 
 class ConstrainedPoints:

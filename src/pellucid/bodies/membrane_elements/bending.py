@@ -1,4 +1,4 @@
-"""Bending of triangulated membranes: Jülicher's energy and its exact derivative.
+"""Bending of closed membranes of triangles: Jülicher's energy and its exact derivative.
 
 At a node i, M_i = ½ Σ_edges l φ is the integral of the sum of the principal curvatures 2H, over the edges of length l at whose
 triangles the normals meet at the angle φ, positive where they part; A_i is a third of the triangles about it. The energy
@@ -6,7 +6,7 @@ triangles the normals meet at the angle φ, positive where they part; A_i is a t
     E = Σ_i κ/2 (M_i - c_i A_i)²/A_i,    g_i = (M_i - c_i A_i)/A_i,
     dE = Σ_edges κ ½ (g_a + g_b)(φ dl + l dφ) - Σ_i κ (c_i g_i + ½ g_i²) dA_i
 
-depends on the shape alone, so that its forces add up to no force and no torque. Nodes of a rim have none: it is free to turn.
+depends on the shape alone, so that its forces add up to no force and no torque. Open surfaces: `plate_bending`.
 Source: Jülicher 1996, J. Phys. II France 6, 1797, eq. 23, with c_i; of six schemes none has curvatures that converge at every
 node (Guckenberger et al. 2016, Comput. Phys. Commun. 207, 1).
 
@@ -21,7 +21,6 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import area_slopes, cross, dot, edges
 from pellucid.bodies.membrane_elements.mesh import Fan, fan_of, hinges_of
-from pellucid.geometry.algorithms.lids import rims_of
 from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -44,7 +43,6 @@ class Hinges(NamedTuple):
     round: Fan  # places 3 e + corner of the triangles about each node
     rigidity: float  # κ [J]
     reference: np.ndarray  # (n,) c₀ [1/m]
-    bends: np.ndarray  # (n,) whether a node has energy: those of rims have none
     mass: np.ndarray  # (n,) [kg]
     bent: np.ndarray  # (h, 2) l φ [m], and Σ_corners ½ l |∇φ|
     slope: np.ndarray  # (n, 3) κ g, κ (c g + ½ g²), κ/A Σ_hinges ½ l |∇φ|
@@ -55,15 +53,13 @@ class Hinges(NamedTuple):
 
 
 class Bending:
-    """The bending of a membrane of triangles."""
+    """The bending of a closed membrane of triangles."""
 
     def __init__(self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float) -> None:
         """triangles, shape (t, 3), vertices, shape (n, 3), of the start [m]; mass: of the nodes [kg], shape (n,)."""
         n, corners = len(vertices), hinges_of(triangles)
         self._corners, self._triangles, self._mass, self.rigidity = corners, triangles, mass, rigidity
         self._about, self._round = fan_of(corners, n), fan_of(triangles, n)
-        self._bends = np.ones(n, bool)
-        self._bends[rims_of(triangles).edges] = False
         self._chunks = [(len(part) + CHUNK - 1) // CHUNK for part in (corners, triangles, vertices)]
         self.reference = np.zeros(n)
         self.energies = np.zeros(n)
@@ -81,12 +77,12 @@ class Bending:
         room = np.zeros((h, 2)), self._slope, self.energies, np.zeros((h, 4, OWN)), np.zeros((t, 3, 3)), self._sums
         stored = where[self._corners], where[self._triangles], where
         mesh = self._corners, self._triangles, *stored, self._about, self._round
-        self._bundle = Bundle(Hinges(*mesh, self.rigidity, self.reference, self._bends, self._mass, *room))
+        self._bundle = Bundle(Hinges(*mesh, self.rigidity, self.reference, self._mass, *room))
 
     def curvatures(self, position: np.ndarray) -> np.ndarray:
-        """The sum of the principal curvatures at the nodes [1/m], shape (n,), in the order of the mesh; none at a rim."""
+        """The sum of the principal curvatures at the nodes [1/m], shape (n,), in the order of the mesh."""
         self._bend(position)
-        return np.where(self._bends, self._slope[:, 0] / self.rigidity + self.reference, 0.0)
+        return self._slope[:, 0] / self.rigidity + self.reference
 
     def energy(self, position: np.ndarray) -> float:
         """The bending energy [J] of the membrane with nodes at these positions [m], shape (n, 3), as they are stored."""
@@ -141,9 +137,6 @@ def _bend_nodes(chunk, of, x):
     bent, slope, triangles = of.bent, of.slope, of.triangle_places
     about, whole, total = of.about, of.round, 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(slope))):
-        slope[K, 0] = slope[K, 1] = slope[K, 2] = of.energy[K] = 0.0
-        if not of.bends[K]:
-            continue
         curved = reach = area = 0.0
         for k in range(about.start[K], about.start[K + 1]):
             e, corner = about.places[k] // 4, about.places[k] % 4

@@ -5,16 +5,22 @@ from math import sqrt
 import numpy as np
 
 from pellucid.bodies.membrane_elements.mesh import hinges_of
+from pellucid.bodies.membranes.plate_operators import no_supports, plate_operators
 from pellucid.geometry.algorithms.lids import rims_of
 
 
-def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, rigidity: float) -> float:
+def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float) -> float:
     """Half the largest eigenfrequency of nodes [1/s], or more, at positions [m], shape (n, 3), of masses [kg], shape (n,): as
-    `Bending` finds it in a run. It depends on lengths and areas, and on no angle.
+    `Bending` and, of an open membrane that nothing holds, `PlateBending` find it in a run. It depends on lengths and areas, and
+    on no angle.
 
     rigidity: κ [J].
     """
     n, hinges = len(position), hinges_of(triangles)
+    if len(rims_of(triangles).edges):
+        supports = no_supports(len(triangles), n)
+        operators = plate_operators(triangles, position, rigidity, poisson_ratio, supports)
+        return operators.rate(position, mass, supports.fixed)
     a, b, c, d = (position[corner] for corner in hinges.T)
     along, left, right = b - a, c - a, d - a
     square = np.sum(along * along, axis=1)
@@ -27,7 +33,6 @@ def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, 
     thirds = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 6.0
     area = np.bincount(triangles.ravel(), np.repeat(thirds, 3), n)
     reach = np.bincount(hinges[:, :2].ravel(), np.repeat(0.5 * length * turned.sum(axis=1), 2), n)
-    reach[rims_of(triangles).edges] = 0.0  # nodes of rims do not bend
     stiff = rigidity * reach / area
     values = (0.5 * length * stiff[hinges[:, :2]].sum(axis=1))[:, None] * turned
     return 0.5 * sqrt(float((np.bincount(hinges.ravel(), values.ravel(), n) / mass).max()))

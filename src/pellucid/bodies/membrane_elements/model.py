@@ -128,7 +128,9 @@ class MembraneElementsCase(MembraneCase):
             apart.append(bending_in_cells(cell, self.bending.rigidity / (self.material.density * self.thickness)))
         elif self.bending is not None:
             mass = self._node_masses(ElementMesh(mesh), mesh)
-            together.append(bending_in_mesh(bending_rate(mesh.triangles, mesh.vertices, mass, self.bending.rigidity)))
+            ratio = self.bending.plate_ratio(self.material)
+            rate = bending_rate(mesh.triangles, mesh.vertices, mass, self.bending.rigidity, ratio)
+            together.append(bending_in_mesh(rate))
         return tightest([told(hypot(*(1.0 / limit.step for limit in together)), together), *apart])
 
     def _node_masses(self, elements: ElementMesh, mesh: Mesh) -> np.ndarray:
@@ -161,7 +163,7 @@ class MembraneElementsCase(MembraneCase):
         wrong = [Finding(place, text, remedy) for text, remedy in mesh_faults(self.mesh(), self.surface.closed)]
         yield from wrong
         if self.bending is not None and not wrong:
-            yield from self.bending.problems((*path, "bending"), self.mesh(), not all(parts.active_axes))
+            yield from self.bending.problems((*path, "bending"), self.mesh(), self.material, not all(parts.active_axes))
         if self.is_kept and not wrong:
             yield from self._constraint_problems(path, parts)
         if parts.grid is None:

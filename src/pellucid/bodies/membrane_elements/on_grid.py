@@ -1,6 +1,6 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_elements.membrane import ElementMembrane
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
+from pellucid.bodies.membranes.bending import rows_on_grid
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.contact.contact_body import WarnsOfContact
@@ -54,6 +55,16 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         # nodes have no extent: GIMP takes half a cell
         functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
+
+    def complete(self) -> None:
+        """All conditions are known: what holds nodes clamps their bending."""
+        self.let_go(())
+        super().complete()
+
+    def let_go(self, supports: Collection[int]) -> None:
+        """Find anew what holds nodes, and clamps their bending."""
+        if self.surface.bending is not None:
+            self.surface.support_bending(*rows_on_grid(self.grid, self.points.position, self.constraint))
 
     def _follow_order(self) -> None:
         self.surface.bind(self.arrays["id"], self.shared.first)

@@ -1,6 +1,6 @@
 """Membranes of finite elements that move on their own nodes (Lian, Liu & Zhang 2014, section 4)."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from math import hypot
 from typing import TYPE_CHECKING
 
@@ -36,6 +36,25 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     def volumes(self) -> np.ndarray:
         """Shares of the volumes of the elements about each node [m³], shape (n,)."""
         return self.surface.mesh.at_nodes(self.element_arrays["volume"])
+
+    # conditions
+
+    def complete(self) -> None:
+        """All conditions are known: what holds nodes clamps their bending."""
+        if self._support_bending():
+            self.renew_totals()
+        super().complete()
+
+    def let_go(self, supports: Collection[int]) -> None:
+        """Let supports of these numbers constrain none of its nodes any more, nor clamp their bending."""
+        super().let_go(supports)
+        if self._support_bending():
+            self._find_forces()
+
+    def _support_bending(self) -> bool:
+        if self.surface.bending is None:
+            return False
+        return self.surface.support_bending(self.motion.groups(), self.motion.on_symmetry_planes())
 
     # the step
 

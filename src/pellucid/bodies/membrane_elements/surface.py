@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellucid.bodies.membrane_elements import forces
-from pellucid.bodies.membrane_elements.bending import Bending
 from pellucid.bodies.membrane_elements.constraints import Constraints, Swings
 from pellucid.bodies.membrane_elements.mesh import ElementMesh, initial_turns, rest_gradients
 from pellucid.bodies.membrane_elements.strain import (
@@ -22,12 +21,12 @@ from pellucid.bodies.membrane_elements.strain import (
     StrainedElements,
     strain,
 )
+from pellucid.bodies.membranes.bending import make_bending, support_bending
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.contact.overlong import overlong
 from pellucid.energy import Totals
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
 from pellucid.jit.bundle import Bundle
@@ -36,7 +35,6 @@ from pellucid.parts.step_limit import StepLimit, motion_in_cells, tightest, wave
 from pellucid.reductions import ordered_sum
 
 if TYPE_CHECKING:
-    from pellucid.bodies.membrane_elements.bending_case import BendingCase
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "tension", "strain_energy", "density", "pressure")
@@ -86,7 +84,9 @@ class ElementSurface:
             "turn": turn,
             "hourglass": np.zeros((q, 2)),
         }
-        self.bending = None if case.bending is None else bending_of(case.bending, mesh, self.node_mass)
+        self.bending = None
+        if case.bending is not None:
+            self.bending = make_bending(case.bending, case.material, mesh.triangles, mesh.vertices, self.node_mass)
         kept = case.area_stiffness, case.volume_stiffness
         self.constraints = Constraints.of(*kept, self.mesh, self.vertices) if case.is_kept else None
         self._swings = Swings()
@@ -111,6 +111,14 @@ class ElementSurface:
         self._about = Bundle(forces.CornersAbout(first, number, self.mesh.fan))
         if self.bending is not None:
             self.bending.bind(where)
+
+    def support_bending(self, rows: np.ndarray, on_plane: np.ndarray) -> bool:
+        """Let constraints of nodes clamp an open membrane that bends; see `pellucid.bodies.membranes.bending`.
+
+        Arrays of nodes, in the order in which they are stored.
+        """
+        where = np.argsort(self.number)
+        return support_bending(self.bending, rows[where], on_plane[where])
 
     def add_internal_forces(self, position: np.ndarray, target: np.ndarray) -> None:
         """Forces of stress, hourglass control and bending on the nodes [N]."""
@@ -236,18 +244,6 @@ class ElementSurface:
         weighted = volume.reshape(-1, *[1] * (values.ndim - 1)) * values
         whole = self.mesh.at_nodes(volume)
         return np.asarray(self.mesh.at_nodes(weighted) / whole.reshape(-1, *[1] * (values.ndim - 1)))
-
-
-def bending_of(case: "BendingCase", mesh: Mesh, mass: np.ndarray) -> Bending:
-    """The bending of a mesh of triangles, nodes of this mass [kg], shape (n,), with the curvature at which nothing bends it."""
-    bending = Bending(mesh.triangles, mesh.vertices, mass, case.rigidity)
-    if case.spontaneous_curvature == "start":
-        bending.reference[:] = bending.curvatures(mesh.vertices)
-    elif case.shape is not None:
-        bending.reference[:] = bending.curvatures(case.shape.mesh("triangles").vertices)
-    else:
-        bending.reference[:] = case.spontaneous_curvature
-    return bending
 
 
 OF_NODES = ("id", "position", "velocity", "mass", "kinetic_energy")

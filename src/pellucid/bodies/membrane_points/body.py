@@ -1,5 +1,6 @@
 """Membranes as material points: the vertices of a triangulated surface in plane stress (Gan et al. 2011, section 2.1)."""
 
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,21 +13,25 @@ from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembra
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.membrane_points.tearing import torn
+from pellucid.bodies.membranes.bending import make_bending, rows_on_grid, support_bending
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
+from pellucid.grid.passes.moving import move_points
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
+from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
 from pellucid.materials.damage import DamageRecord, Elastodamage
 from pellucid.materials.membrane import plane_diffusivity
 from pellucid.parts.capabilities import Membrane, TakesPressure
-from pellucid.parts.step_limit import StepLimit, signals_seen
+from pellucid.parts.step_limit import StepLimit, bending_in_cells, signals_seen
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_points.model import MembranePointsCase
@@ -80,6 +85,10 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
             arrays["torn"] = np.zeros((n, 3))
         self._kinematics = np.zeros((n if radius else 0, 5))
         self._gradient = np.zeros((n, 9))
+        self.bending = None
+        if case.bending is not None:
+            self.bending = make_bending(case.bending, case.material, self._triangles, vertices.copy(), arrays["mass"].copy())
+        self._bent_before: np.ndarray | None = None  # positions before the points moved
         # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
         functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
@@ -96,6 +105,8 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
 
     def _follow_order(self) -> None:
         where = np.argsort(self.arrays["id"])  # from a point's number to its place
+        if self.bending is not None:
+            self.bending.bind(where)
         fans = fans_of(where[self._triangles], self.n_points)
         self.fans = Bundle(fans)
         strained = StrainedMembrane(
@@ -113,10 +124,38 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         )
         self._surface = Bundle(strained)
 
+    @property
+    def _moving_velocity(self) -> np.ndarray:
+        """Of points that bend the velocity that strains them, so that the work of their bending is that of the grid."""
+        return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
+
+    def complete(self) -> None:
+        """All conditions are known: what holds points clamps their bending."""
+        self.let_go(())
+        super().complete()
+
+    def let_go(self, supports: Collection[int]) -> None:
+        """Find anew what holds points, and clamps their bending."""
+        if self.bending is not None:
+            where = np.argsort(self.arrays["id"])
+            rows, on_plane = rows_on_grid(self.grid, self.points.position, self.constraint)
+            support_bending(self.bending, rows[where], on_plane[where])
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from such arrays."""
+        super().restore(arrays)
+        if self.bending is not None:
+            self.bending.energy(self.points.position)  # fills the energies of the points
+
     def signal_limit(self) -> StepLimit:
-        """Signals in its plane."""
-        cell = self.grid.lattice.cell
-        return signals_seen(cell, self.totals.rate, self._diffusivity, self.fastest(), "membrane")
+        """Signals in its plane, and bending waves on the grid."""
+        cell, bending = self.grid.lattice.cell, self._bending_limit()
+        signals = signals_seen(cell, self.totals.rate, self._diffusivity, self.fastest(), "membrane")
+        return bending if bending.step * self.totals.rate <= 1.0 else signals
+
+    def _bending_limit(self) -> StepLimit:
+        rigidity = 0.0 if self.bending is None else self.bending.rigidity
+        return bending_in_cells(self.grid.lattice.cell, rigidity / self.areal_density)
 
     def cells(self) -> Cells:
         """Its triangles."""
@@ -151,13 +190,41 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     @property
     def field_names(self) -> list[str]:
         """The fields that results show."""
-        return [*super().field_names, "tension"]
+        bent = ("curvature", "bending_energy") if self.bending is not None else ()
+        return [*super().field_names, "tension", *bent]
 
     def _field_there(self, name: str) -> np.ndarray:
         if name == "tension":  # the mean of both directions, over what is the thickness now
             thickness = self._there("volume") / self.surface_areas()[self._there("id")]
             return np.asarray(0.5 * self._there("plane_stress")[:, :2].sum(axis=1) * thickness)
+        if self.bending is not None and name in ("curvature", "bending_energy"):
+            by_number = self.bending.energies if name == "bending_energy" else self.bending.curvatures(self.points.position)
+            return by_number[self._there("id")]
         return super()._field_there(name)
+
+    def particle_to_grid(self, inertia: bool, force: bool) -> None:
+        """Mass and momentum; internal forces, those of bending included."""
+        super().particle_to_grid(inertia, force)
+        if force and self.bending is not None:
+            scatter_vectors(self.n_slabs, self.mapped, self._bending_forces(), self._nodes.force)
+
+    def _bending_forces(self) -> np.ndarray:
+        forces = np.zeros((self.n_points, 3))
+        if self.bending is not None:
+            self.bending.add_forces(self.points.position, forces)
+        return forces
+
+    def _count_bending(self, dt: float) -> None:
+        """Energy of bending, and the power of its forces over the step dt [s] in which the points moved."""
+        if self.bending is None:
+            return
+        self.totals.stored -= self.totals.parts.get("bending", 0.0)
+        self.totals.parts["bending"] = self.bending.energy(self.points.position)
+        self.totals.stored += self.totals.parts["bending"]
+        if self._bent_before is not None and dt > 0.0:
+            velocity = (self.points.position - self._bent_before) / dt
+            self.totals.half_power += 0.5 * power(self._bending_forces(), velocity)
+        self._bent_before = None
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes."""
@@ -171,12 +238,18 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
 
     def begin_stress(self, dt: float, move: bool) -> None:
         """Velocity gradients; where `move`, new positions."""
-        each_point(self._gather_and_move if move else self._gather_alone, dt)
-        if move and self.is_led(by_slabs=True):
+        moves = move and self.bending is None  # what bends moves afterwards, with the velocity that strains it
+        each_point(self._gather_and_move if moves else self._gather_alone, dt)
+        if moves and self.is_led(by_slabs=True):
             self.prescribe_positions()
 
     def end_stress(self, dt: float, move: bool) -> None:
         """Prescribed positions, frames, volumes, stresses, totals."""
+        if move and self.bending is not None:
+            self._bent_before = self.points.position.copy()
+            move_points(self._by_nodes, dt)
+            if self.is_led(by_slabs=True):
+                self.prescribe_positions()
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
         self._complete("position")
@@ -186,6 +259,10 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         else:
             self._strain_with_mean(self._mean, dt)
         self._collect_strain_sums(last=move)
+        self._bound_rate(max(self.totals.rate, 1.0 / self._bending_limit().step))
+        if self.bending is not None:
+            self.totals.parts["bending"] = 0.0  # the sums are those of the strain alone
+            self._count_bending(dt)
         if len(self._record.dissipated_energy):
             self._complete("dissipated_energy")
             self.totals.parts["dissipated"] = float((self.points.mass * self._record.dissipated_energy).sum())
@@ -194,6 +271,13 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         if (recoverable := self.material.recoverable_energy(self._state.in_plane)) is not None:
             lost = self._state.strain_energy - recoverable
             self.totals.parts["dissipated"] = float((self.points.mass * lost).sum())
+
+    def update_positions(self, dt: float) -> None:
+        """New positions alone, and the energy of bending there."""
+        if self.bending is not None:
+            self._bent_before = self.points.position.copy()
+        super().update_positions(dt)
+        self._count_bending(dt)
 
     def _strain_with_mean(self, mean: NonlocalMean, dt: float) -> None:
         number = self.arrays["id"]

@@ -6,11 +6,13 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from pellucid.bodies.membrane_elements.bending_case import BendingCase
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import COMMON_FIELDS, longest_edge, place_problems
 from pellucid.findings import Finding, Path
 from pellucid.geometry.checks.surface_checks import faults
+from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.grid.model import GridCase
 from pellucid.materials import AnyMembraneMaterial
@@ -19,7 +21,7 @@ from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
-from pellucid.parts.step_limit import StepLimit, signals_in_cells
+from pellucid.parts.step_limit import StepLimit, bending_in_cells, signals_in_cells, tightest
 
 FEWEST_PER_CELL = 2.0  # membrane points for each cell that the surface crosses
 ALIKE = 1e-6  # of a cell; points that differ by less are one
@@ -34,6 +36,8 @@ class MembranePointsCase(MembraneCase):
     kind: Literal["membrane-points"] = "membrane-points"
     material: AnyMembraneMaterial = parameter("", "what the membrane is made of")
 
+    bending: BendingCase | None = parameter("", "resistance against bending; without it the membrane has none", None)
+
     def build(self, placement: Placement) -> Body:
         """Its points on the grid."""
         from pellucid.bodies.membrane_points.body import MembranePoints
@@ -47,6 +51,7 @@ class MembranePointsCase(MembraneCase):
             *COMMON_FIELDS,
             "strain_energy",
             "tension",
+            *(("curvature", "bending_energy") if self.bending is not None else ()),
             *(DamageRecord._fields if isinstance(self.material.damage_law(), Elastodamage) else self.losses()),
         )
 
@@ -67,7 +72,9 @@ class MembranePointsCase(MembraneCase):
         if cell is None:
             return None
         fastest = self.fastest_at_start(self.surface.triangulate().vertices)
-        return signals_in_cells(cell, *self.signals_at_start(), fastest, "membrane")
+        signals = signals_in_cells(cell, *self.signals_at_start(), fastest, "membrane")
+        rigidity = 0.0 if self.bending is None else self.bending.rigidity
+        return tightest([signals, bending_in_cells(cell, rigidity / (self.material.density * self.thickness))])
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """What does not fit the grid."""
@@ -82,10 +89,19 @@ class MembranePointsCase(MembraneCase):
         else:
             yield from slice_problems(place, Triangulation(vertices, triangles), grid)
             yield from self._damage_problems(path, grid)
+            yield from self._bending_problems((*path, "bending"), vertices, triangles, grid)
         outside = list(place_problems(place, self.bounds(), grid, self.is_surface))
         if not (wrong or outside):
             yield from self._density_problems(place, grid)
         yield from outside
+
+    def _bending_problems(self, path: Path, vertices: np.ndarray, triangles: np.ndarray, grid: GridCase) -> Iterator[Finding]:
+        if self.bending is None:
+            return
+        yield from self.bending.problems(path, Mesh(vertices, triangles=triangles), self.material, any(grid.thin()))
+        if isinstance(self.material.damage_law(), Elastodamage):
+            text = "points that failed would still resist bending"
+            yield Finding(path, text, "leave out `bending`, or `damage` of the material")
 
     def _damage_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
         radius = self.material.damage_radius

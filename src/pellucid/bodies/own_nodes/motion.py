@@ -77,6 +77,14 @@ class NodalMotion:
         walls = [(support, support.wall[0]) for support in self.supports if support.wall is not None]
         return [support.nodes for support, axis in walls if support.axes[axis] and support.velocity[axis] == 0.0]
 
+    def on_symmetry_planes(self) -> np.ndarray:
+        """Whether nodes lie on a face of the grid that a support holds along its normal alone, by axis, shape (n, 3)."""
+        found = np.zeros(self._arrays["position"].shape, bool)
+        for row, support in enumerate(self.supports):
+            if row not in self._gone and support.wall is not None and sum(support.axes) == 1:
+                found[support.nodes, support.wall[0]] = True
+        return found
+
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
         """Let nodes follow prescribed motions; see `Body.add_motions`."""
         self.motions, self._motion_of_node, self._axes = list(names), numbers, axes

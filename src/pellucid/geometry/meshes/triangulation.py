@@ -22,6 +22,19 @@ def directed_edges(elements: np.ndarray) -> np.ndarray:
     return np.concatenate([np.stack(pair, axis=1) for pair in zip(elements.T, np.roll(elements, -1, axis=1).T, strict=True)])
 
 
+def paired_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The edges that two of t triangles have, and the same edges of the other triangle, shape (h,) each: their places among
+    those of `directed_edges`, t k + number of the triangle for its edge k. triangles: shape (t, 3), of one orientation."""
+    ends = directed_edges(triangles)
+    code = triangles.max(initial=0) + 1
+    forth, back = ends[:, 0] * code + ends[:, 1], ends[:, 1] * code + ends[:, 0]
+    order = np.argsort(forth)
+    found = np.minimum(np.searchsorted(forth[order], back), len(order) - 1)
+    paired = (forth[order][found] == back) & (ends[:, 0] < ends[:, 1])
+    chosen = np.flatnonzero(paired)
+    return chosen, order[found[chosen]]
+
+
 def first_of_each(elements: np.ndarray) -> np.ndarray:
     """Which of m elements are the first with their corners, in whatever order these are, shape (m,)."""
     first = np.zeros(len(elements), bool)

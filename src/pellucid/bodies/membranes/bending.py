@@ -1,0 +1,102 @@
+"""Bending of membranes of triangles: which energy a surface has, and how what holds it clamps its edges."""
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from pellucid.bodies.membrane_elements.bending import Bending
+from pellucid.bodies.membranes.plate_bending import PlateBending
+from pellucid.bodies.membranes.plate_operators import BendingSupports, led_triangles
+from pellucid.geometry.algorithms.lids import rims_of
+from pellucid.grid.lattice import Grid
+from pellucid.materials.membrane_material import MembraneMaterial
+from pellucid.parts.constraint import LeadsPoints, PointConstraint
+
+if TYPE_CHECKING:
+    from pellucid.bodies.membrane_elements.bending_case import BendingCase
+
+ON_FACE = 1e-6  # of a cell, within which a point lies on a face of the grid
+
+
+class Resistance(Protocol):
+    """Bending of a membrane, closed or open; positions [m] have shape (n, 3), in the order in which nodes are stored."""
+
+    energies: np.ndarray
+    rate: float
+    rigidity: float
+
+    def bind(self, where: np.ndarray) -> None: ...
+    def curvatures(self, position: np.ndarray) -> np.ndarray: ...
+    def energy(self, position: np.ndarray) -> float: ...
+    def add_forces(self, position: np.ndarray, target: np.ndarray) -> None: ...
+
+
+def make_bending(
+    case: "BendingCase", material: MembraneMaterial, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray
+) -> Bending | PlateBending:
+    """Make the bending of a surface: closed ones have the energy of their mean curvature, open ones that of plates.
+
+    triangles, shape (t, 3); vertices: of the start [m], shape (n, 3); mass: of the nodes [kg], shape (n,).
+    """
+    shape = None if case.shape is None else case.shape.mesh("triangles").vertices
+    if len(rims_of(triangles).edges):
+        plate = PlateBending(triangles, vertices, mass, case.rigidity, case.plate_ratio(material))
+        if case.spontaneous_curvature == "start":
+            plate.relax(shape=vertices)
+        else:
+            plate.relax(case.spontaneous_curvature, shape)
+        return plate
+    bending = Bending(triangles, vertices, mass, case.rigidity)
+    if case.spontaneous_curvature == "start":
+        bending.reference[:] = bending.curvatures(vertices)
+    elif shape is not None:
+        bending.reference[:] = bending.curvatures(shape)
+    else:
+        bending.reference[:] = case.spontaneous_curvature
+    return bending
+
+
+def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.ndarray) -> bool:
+    """Let what holds nodes clamp an open membrane. Returns whether that changes anything.
+
+    rows: (n, 3) the number of the constraint of a node along each axis, 0 where it is free; on_plane: (n, 3) whether it lies
+    in a plane of symmetry across each axis; both in the order of the mesh.
+    """
+    if not isinstance(bending, PlateBending):
+        return False
+    supports = BendingSupports(led_triangles(bending.triangles, bending.normals, rows), on_plane, (rows > 0).all(axis=1))
+    if all(np.array_equal(new, old) for new, old in zip(supports, bending.supports, strict=True)):
+        return False
+    bending.support(supports)
+    return True
+
+
+def rows_on_grid(grid: Grid, position: np.ndarray, constraint: PointConstraint | None) -> tuple[np.ndarray, np.ndarray]:
+    """For points on a grid at positions [m], shape (n, 3): the numbers of their constraints along each axis, 0 where they are
+    free, and whether they lie in planes of symmetry across each axis, both of shape (n, 3).
+
+    Supports hold a point whose nodes they all hold; a plane of symmetry is a face of the grid that is held along its normal
+    alone.
+    """
+    lattice, constrained = grid.lattice, grid.nodes.constrained
+    counts, strides = np.array(lattice.counts), np.array(lattice.strides)
+    cells = (position - np.array(lattice.lower)) / lattice.cell
+    first = np.clip(np.floor(cells), 0, counts - 1).astype(np.int64)
+    share = cells - first
+    rows, agree = np.zeros(position.shape, np.int64), np.ones(position.shape, bool)
+    for corner in np.ndindex(2, 2, 2):
+        counted = np.all(np.where(np.array(corner) == 1, share, 1.0 - share) > ON_FACE, axis=1)
+        place = first + corner
+        place = np.where(np.array(grid.periodic), place % counts, place)
+        found = constrained[place @ strides].astype(np.int64)
+        agree &= ~counted[:, None] | ((found > 0) & ((rows == 0) | (rows == found)))
+        rows = np.where(counted[:, None], found, rows)
+    rows[~agree] = 0
+    on_face = (np.abs(cells) <= ON_FACE) | (np.abs(cells - counts) <= ON_FACE)
+    on_plane = on_face & (rows > 0) & ((rows > 0).sum(axis=1) == 1)[:, None]
+    corners = on_face.sum(axis=1) > 1  # of several faces each may be a plane of symmetry
+    on_plane |= corners[:, None] & on_face & (rows > 0)
+    if isinstance(constraint, LeadsPoints):
+        led = constraint.rows()
+        rows = np.where(led > 0, led + int(constrained.max(initial=0)), rows)
+    return rows, on_plane

@@ -1,0 +1,240 @@
+"""Bending of open membranes of triangles as isotropic plates: energy, its exact derivative, and a bound on the step.
+
+E = ½ (φ - φ₀)ᵀ S (φ - φ₀) of the folds φ at the edges (`plate_operators`), with S of the shapes at the start. Its forces are
+-S (φ - φ₀) ∂φ/∂x; folds depend on the shape alone, so that the forces add up to no force and no torque.
+
+The largest eigenfrequency of the nodes is bounded by the rows of Σ |∂φ/∂x_j| |S| |∂φ/∂x_k| over the mass of node j.
+"""
+
+from math import atan2, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.bodies.membrane_elements.geometry import cross, dot
+from pellucid.bodies.membrane_elements.mesh import Fan, fan_of
+from pellucid.bodies.membranes.plate_operators import BendingSupports, no_supports, plate_operators
+from pellucid.jit import pointwise
+from pellucid.jit.bundle import Bundle
+from pellucid.jit.loops import parallel_loop
+from pellucid.reductions import ordered_sum
+
+CHUNK = 512
+ENERGY, RATE, SUMS = range(3)  # columns of the sums of a chunk
+OWN = 4  # columns of the values of a corner of a hinge: the force, and the bound on the step
+
+
+class Folds(NamedTuple):
+    """Hinges of a membrane, h of them, between n nodes."""
+
+    corners: np.ndarray  # (h, 4) places where the corners are stored
+    mirror: np.ndarray  # (h,) axis across which the fourth corner is the image of the third, else -1
+    start: np.ndarray  # (h+1,) rows of the stiffness
+    columns: np.ndarray
+    stiffness: np.ndarray  # S [J]
+    rest: np.ndarray  # (h,) φ₀
+    moves: np.ndarray  # (h, 4) 1 where a corner moves by itself, else 0
+    about: Fan  # places 4 e + corner of the hinges about each node
+    where: np.ndarray  # (n,) the place at which a node is stored
+    mass: np.ndarray  # (n,) [kg]
+    fold: np.ndarray  # (h, 2) φ - φ₀, and Σ_corners |∂φ/∂x|
+    turn: np.ndarray  # (h, 2) S (φ - φ₀) [J], and |S| Σ_corners |∂φ/∂x|
+    values: np.ndarray  # (h, 4, OWN)
+    energy: np.ndarray  # (n,) [J]
+    sums: np.ndarray  # (chunks of nodes, SUMS)
+    hinge_sums: np.ndarray  # (chunks of hinges, 1)
+
+
+class PlateBending:
+    """The bending of an open membrane of triangles, with the interface of `Bending`."""
+
+    def __init__(
+        self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float
+    ) -> None:
+        """triangles, shape (t, 3), vertices, shape (n, 3), of the start [m]; mass: of the nodes [kg], shape (n,).
+
+        rigidity: D [J].
+        """
+        self.triangles, self._vertices, self._mass = triangles, vertices.copy(), mass
+        first, second, third = (vertices[corner] for corner in triangles.T)
+        normals = np.cross(second - first, third - first)
+        self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
+        """At the start, shape (t, 3)."""
+        self.rigidity, self.poisson_ratio = rigidity, poisson_ratio
+        self._relaxed: tuple[float, np.ndarray | None] = (0.0, None)
+        self._where = np.arange(len(vertices))
+        self.energies = np.zeros(len(vertices))
+        self.rate = 0.0
+        """Half the largest eigenfrequency of the nodes [1/s], or more."""
+        self.support(no_supports(len(triangles), len(vertices)))
+
+    def relax(self, curvature: float = 0.0, shape: np.ndarray | None = None) -> None:
+        """Let nothing bend the membrane where it has these principal curvatures ½c₀ each, given c₀ [1/m], or the shape with
+        these vertices [m], shape (n, 3)."""
+        self._relaxed = curvature, None if shape is None else shape.copy()
+        operators = self._operators
+        self._rest[:] = 0.5 * curvature * operators.unit if shape is None else operators.folds(shape)
+        self._bent = None
+
+    def support(self, supports: BendingSupports) -> None:
+        """Let supports clamp the membrane, or make it symmetrical."""
+        self.supports = supports
+        properties = self.triangles, self._vertices, self.rigidity, self.poisson_ratio
+        self._operators = operators = plate_operators(*properties, supports)
+        h, n = len(operators.corners), len(self._mass)
+        self._chunks = [(size + CHUNK - 1) // CHUNK for size in (h, n)]
+        self._about = fan_of(operators.corners, n)
+        self._rest = np.zeros(h)
+        self._room = np.zeros((h, 2)), np.zeros((h, 2)), np.zeros((h, 4, OWN)), self.energies
+        self._sums, self._hinge_sums = np.zeros((self._chunks[1], SUMS)), np.zeros((self._chunks[0], 1))
+        self.relax(*self._relaxed)
+        self.bind(self._where)
+
+    def bind(self, where: np.ndarray) -> None:
+        """Take up the order in which the nodes are stored: their places by their numbers, shape (n,)."""
+        self._where, self._bent = where, None
+        operators = self._operators
+        corners, rows = operators.corners, operators.stiffness
+        mesh = where[corners], operators.mirror
+        stiffness = rows.indptr.astype(np.int64), rows.indices.astype(np.int64), rows.data
+        moves = np.where(self.supports.fixed[corners], 0.0, 1.0)
+        nodes = self._about, where, self._mass
+        self._bundle = Bundle(Folds(*mesh, *stiffness, self._rest, moves, *nodes, *self._room, self._sums, self._hinge_sums))
+
+    def curvatures(self, position: np.ndarray) -> np.ndarray:
+        """The sum of the principal curvatures at the nodes [1/m], shape (n,), in the order of the mesh: means of the triangles
+        about them, at free edges by the moment that does not act there. Positions as they are stored [m], shape (n, 3)."""
+        return np.asarray(self._operators.curvature @ self._operators.folds(position[self._where]))
+
+    def energy(self, position: np.ndarray) -> float:
+        """The bending energy [J] of the membrane with nodes at these positions [m], shape (n, 3), as they are stored."""
+        self._bend(position)
+        return float(ordered_sum(self._hinge_sums)[0])
+
+    def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
+        """Add the forces at the nodes [N], shape (n, 3), as they are stored, and find `rate`."""
+        self._bend(position)
+        _push_corners(self._chunks[0], self._bundle, position)
+        _gather(self._chunks[1], self._bundle, target)
+        self.rate = 0.5 * sqrt(float(self._sums[:, RATE].max(initial=0.0)))
+
+    def _bend(self, position: np.ndarray) -> None:
+        # a step asks for the energy and then for the forces of the same positions
+        if self._bent is not None and np.array_equal(self._bent, position):
+            return
+        _fold(self._chunks[0], self._bundle, position)
+        _turn(self._chunks[0], self._bundle)
+        _share_energy(self._chunks[1], self._bundle)
+        self._bent = position.copy()
+
+
+@pointwise
+def _unfolded(x, corners, mirror, e):
+    """Edge of a hinge, the ways from its start to the corners on the left and on the right, and the normals there.
+
+    An edge in a plane of symmetry carries that along, wherever it is.
+    """
+    a, b, c, d = corners[e, 0], corners[e, 1], corners[e, 2], corners[e, 3]
+    along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
+    left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
+    p, q, r = x[d, 0], x[d, 1], x[d, 2]
+    if mirror[e] == 0:
+        p = x[a, 0] + x[b, 0] - p
+    elif mirror[e] == 1:
+        q = x[a, 1] + x[b, 1] - q
+    elif mirror[e] == 2:
+        r = x[a, 2] + x[b, 2] - r
+    right = (p - x[a, 0], q - x[a, 1], r - x[a, 2])
+    return along, left, right, cross(along, left), cross(right, along)
+
+
+@pointwise
+def _places(along, left, right):
+    """Places of the corners on the left and on the right along the edge of a hinge, as shares of its length."""
+    square = dot(along, along)
+    return dot(left, along) / square, dot(right, along) / square
+
+
+@pointwise
+def _turned(length, n1, n2, s, t):
+    """|∂φ/∂x| at the corners of a hinge, at its ends at most."""
+    one, two = length / sqrt(dot(n1, n1)), length / sqrt(dot(n2, n2))
+    return abs(1.0 - s) * one + abs(1.0 - t) * two, abs(s) * one + abs(t) * two, one, two
+
+
+@parallel_loop()
+def _fold(chunk, of, x):
+    """φ - φ₀, and Σ |∂φ/∂x|."""
+    corners, fold, moves = of.corners, of.fold, of.moves
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
+        along, left, right, n1, n2 = _unfolded(x, corners, of.mirror, e)
+        length = sqrt(dot(along, along))
+        fold[e, 0] = atan2(dot(along, cross(n1, n2)) / length, dot(n1, n2)) - of.rest[e]
+        s, t = _places(along, left, right)
+        first, second, one, two = _turned(length, n1, n2, s, t)
+        fold[e, 1] = moves[e, 0] * first + moves[e, 1] * second + moves[e, 2] * one + moves[e, 3] * two
+
+
+@parallel_loop()
+def _turn(chunk, of):
+    """Moments that resist the folds, and the energy of the chunk."""
+    start, columns, stiffness, fold, turn, total = of.start, of.columns, of.stiffness, of.fold, of.turn, 0.0
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(turn))):
+        moment = bound = 0.0
+        for k in range(start[e], start[e + 1]):
+            moment += stiffness[k] * fold[columns[k], 0]
+            bound += abs(stiffness[k]) * fold[columns[k], 1]
+        turn[e, 0], turn[e, 1] = moment, bound
+        total += 0.5 * moment * fold[e, 0]
+    of.hinge_sums[chunk, 0] = total
+
+
+@parallel_loop()
+def _share_energy(chunk, of):
+    """Energies of the nodes: those of the hinges, half at each end."""
+    about, fold, turn = of.about, of.fold, of.turn
+    for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
+        total = 0.0
+        for k in range(about.start[K], about.start[K + 1]):
+            e, corner = about.places[k] // 4, about.places[k] % 4
+            if corner < 2:
+                total += 0.25 * turn[e, 0] * fold[e, 0]
+        of.energy[K] = total
+
+
+@parallel_loop()
+def _push_corners(chunk, of, x):
+    """Forces of hinges on their corners, and the bound on the step."""
+    corners, mirror, values, turn, moves = of.corners, of.mirror, of.values, of.turn, of.moves
+    for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
+        along, left, right, n1, n2 = _unfolded(x, corners, mirror, e)
+        length = sqrt(dot(along, along))
+        s, t = _places(along, left, right)
+        first, second, one, two = _turned(length, n1, n2, s, t)
+        here, there = turn[e, 0] * length / dot(n1, n1), turn[e, 0] * length / dot(n2, n2)
+        for i in range(3):
+            across, beyond = here * n1[i], there * n2[i]
+            values[e, 2, i], values[e, 3, i] = across, beyond
+            values[e, 0, i] = -(1.0 - s) * across - (1.0 - t) * beyond
+            values[e, 1, i] = -s * across - t * beyond
+            if mirror[e] == i:  # the image follows the edge and the corner itself
+                values[e, 3, i] = -beyond
+                values[e, 0, i] += beyond
+                values[e, 1, i] += beyond
+        values[e, 0, 3], values[e, 1, 3] = moves[e, 0] * turn[e, 1] * first, moves[e, 1] * turn[e, 1] * second
+        values[e, 2, 3], values[e, 3, 3] = moves[e, 2] * turn[e, 1] * one, moves[e, 3] * turn[e, 1] * two
+
+
+@parallel_loop()
+def _gather(chunk, of, target):
+    """Forces at the nodes, and the square of the largest eigenfrequency by that of each."""
+    about, values, fastest = of.about, of.values, 0.0
+    for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
+        p, stiff = of.where[K], 0.0
+        for k in range(about.start[K], about.start[K + 1]):
+            e, corner = about.places[k] // 4, about.places[k] % 4
+            for i in range(3):
+                target[p, i] += values[e, corner, i]
+            stiff += values[e, corner, 3]
+        fastest = max(fastest, stiff / of.mass[K])
+    of.sums[chunk, RATE] = fastest
