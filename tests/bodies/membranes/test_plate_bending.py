@@ -82,19 +82,17 @@ MESHES = ("equal", "union jack", "shaken", "irregular")
 def test_quadratic_surfaces_have_their_energy(kind):
     """Inner nodes of a plate bent to a quadratic surface with M_nn = 0 at its rim bear no force, the energy is exact: patch
     tests. Twist xy has no moment along edges."""
-    X, T = grid_mesh(6, kind)
+    X, T = grid_mesh(12, kind)
     plate = Plate(X, T)
     twist = X[:, 0] * X[:, 1]
     assert 0.5 * twist @ plate.stiffness @ twist == pytest.approx(1.0 - NU, rel=1e-9)
     bent = 0.5 * X[:, 0] ** 2 - 0.5 * NU * X[:, 1] ** 2  # a moment at x = 0 and 1 alone
     within = (X[:, 0] > EDGE) & (X[:, 0] < 1.0 - EDGE)
     assert np.allclose((plate.operators.curvature @ (plate.folds @ bent))[within], -(1.0 - NU), rtol=1e-6)
-    inner = ~rim_of(X)
-    for surface in (twist, bent):
+    far = ~rim_of(X) & (np.abs(X[:, 0] - 0.5) < 0.13)  # from the edges that bear a moment
+    for surface, unloaded in ((twist, ~rim_of(X)), (bent, far)):
         force = plate.stiffness @ surface
-        near_rim = np.isin(T, np.flatnonzero(~inner)).any(axis=1)
-        far = np.setdiff1d(np.arange(len(X)), T[near_rim])
-        assert np.abs(force[far]).max() < 1e-9 * np.abs(force).max()
+        assert np.abs(force[unloaded]).max() < 1e-9 * np.abs(force).max()
 
 
 @pytest.mark.parametrize("kind", MESHES)

@@ -53,3 +53,14 @@ def grid_quads(n: int, m: int, wrapped: bool) -> np.ndarray:
     i, j = np.meshgrid(np.arange(n if wrapped else n - 1), np.arange(m - 1), indexing="ij")
     a, b = (i * m + j).ravel(), ((i + 1) % n * m + j).ravel()
     return np.stack([a, b, b + 1, a + 1], axis=1)
+
+
+def quads_within(vertices: np.ndarray, quads: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], reach: float) -> Mesh:
+    """Cut a mesh to the quadrilaterals, shape (q, 4), with all corners in a box.
+
+    bounds: lower and upper corner of the box [m], shape (3,) each; reach: by which corners may lie beyond it [m].
+    """
+    lower, upper = bounds
+    inside = ((vertices >= lower - reach) & (vertices <= upper + reach)).all(axis=1)
+    used, which = np.unique(quads[inside[quads].all(axis=1)], return_inverse=True)
+    return Mesh(vertices[used], which.reshape(-1, 4))

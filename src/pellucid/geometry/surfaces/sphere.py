@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.findings import Refusal
-from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed
+from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, quads_within
 from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.box import FACES, lattice_faces
 from pellucid.model import Vector, check, parameter
@@ -49,8 +49,4 @@ class SphereSurface(Meshed):
         vertices = np.array(self.centre) + self.radius * direction
         if self.part is None:
             return Mesh(vertices, quads)
-        lower, upper = self.part.bounds()
-        reach = REACH * self.radius
-        inside = ((vertices >= lower - reach) & (vertices <= upper + reach)).all(axis=1)
-        used, which = np.unique(quads[inside[quads].all(axis=1)], return_inverse=True)
-        return Mesh(vertices[used], which.reshape(-1, 4))
+        return quads_within(vertices, quads, self.part.bounds(), REACH * self.radius)

@@ -4,9 +4,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads
+from pellucid.findings import Refusal
+from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads, quads_within
 from pellucid.geometry.meshes.triangulation import two_across
+from pellucid.geometry.shapes.solids import Box
 from pellucid.model import AtLeastThree, AtLeastTwo, Vector, check, parameter
+
+REACH = 1e-9  # of the radius, by which a corner may lie beyond the box: rounding must not decide
 
 
 class BetweenEnds(Meshed):
@@ -27,7 +31,17 @@ class Tube(BetweenEnds):
 
     points: tuple[AtLeastThree, AtLeastTwo] = parameter("", "points around, and along the axis")
 
+    part: Box | None = parameter(
+        "", "only the quadrilaterals with all corners in this box, such as a vault; without it the whole tube", None
+    )
+
     closed: ClassVar[bool] = False
+
+    @check
+    def _has_elements(self) -> None:
+        if self.part is not None and not len(self.mesh().quads):
+            text = "no quadrilateral of the tube lies in `part` with all corners"
+            raise Refusal(text, "make the box larger, move it to the surface, or raise `points`")
 
     def expected_points(self) -> float:
         """See `Meshed`."""
@@ -42,4 +56,9 @@ class Tube(BetweenEnds):
         ring = self.radius * (np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * up)
         s = np.linspace(0.0, 1.0, along)
         vertices = (np.array(self.start) + s[None, :, None] * axis + ring[:, None, :]).reshape(-1, 3)
-        return Mesh(vertices, grid_quads(around, along, wrapped=True))
+        quads = grid_quads(around, along, wrapped=True)
+        if self.part is None:
+            return Mesh(vertices, quads)
+        bounds = self.part.bounds()
+        part = quads_within(vertices, quads, bounds, REACH * self.radius)
+        return part._replace(vertices=np.clip(part.vertices, *bounds))  # so that rims lie in planes that the box names

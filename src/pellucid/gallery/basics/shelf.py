@@ -1,0 +1,71 @@
+"""A strip of cloth held like a shelf, against the heavy elastica."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pellucid.bodies.membrane_elements.model import MembraneElementsCase
+from pellucid.gallery.exact_curves import column, compared, energy_metric
+from pellucid.geometry.surfaces.rectangle import Rectangle
+from pellucid.materials.elastic import ElasticMaterial
+from pellucid.references.elastica import heavy_elastica
+from pellucid.results.metrics import Metric
+from pellucid.results.pictures.annotations import Figure, Run
+from pellucid.results.pictures.style import COLOURS, label, new_panels
+
+CAPTIONS = {"shape": "The middle of the strip at rest, and the heavy elastica."}
+
+METRICS = ("drop", "reach", "weight", "energy")
+
+FREE = 1.0  # length of the strip beyond the clamp [m]
+
+
+def metrics(run: Run) -> dict[str, Metric]:
+    """Where the tip comes to rest, the force on the clamp, energy."""
+    body = _strip(run)
+    reach, drop = _elastica(run, np.array([FREE]))
+    surface = body.surface.chosen()
+    if not isinstance(surface, Rectangle):
+        raise ValueError(f"the surface of body {body.name} is no rectangle")
+    # second order in the edges h: folds at nodes sum moments by the trapezoidal rule, which gives h²/L² of the drop
+    edge = surface.first_edge[0] / (surface.points[0] - 1)
+    tolerance = 1.5 * (edge / FREE) ** 2
+    pull = body.material.density * body.thickness * abs(run.case.gravity[2]) * surface.first_edge[0] * surface.second_edge[1]
+    return {
+        "drop": compared(-float(column(run, "tip_z")[-1]), float(drop[0]), tolerance, "m", "of the tip at rest"),
+        "reach": compared(float(column(run, "tip_x")[-1]), float(reach[0]), tolerance, "m", "of the tip from the clamp"),
+        "weight": compared(float(column(run, "hold_z")[-1]), pull, 1e-3, "N", "force of the clamp: the weight of the strip"),
+        "energy": energy_metric(run, 0.005),
+    }
+
+
+def figures(run: Run) -> dict[str, Figure]:
+    """The middle of the strip at rest."""
+    start, end = (run.fields("strip", float(time)) for time in (run.times("strip")[0], run.times("strip")[-1]))
+    x, place = np.asarray(start["position"]), np.asarray(end["position"])
+    middle = np.abs(x[:, 1] - 0.1) < 1e-9
+    along, below = _elastica(run, np.linspace(0.0, FREE, 100))
+    figure, axes = new_panels(1, 1, width=5.0, height=3.4, title=run.case.title)
+    axes.plot(along, -below, color="black", linewidth=1, label="heavy elastica")
+    axes.plot(place[middle, 0], place[middle, 2], ".", color=COLOURS[1], label="nodes")
+    axes.set_aspect("equal")
+    label(axes, "x", "z", "m", "m")
+    axes.legend()
+    return {"shape": figure}
+
+
+def _strip(run: Run) -> MembraneElementsCase:
+    body = run.case.body[0]
+    if not isinstance(body, MembraneElementsCase):
+        raise ValueError(f"body {body.name} is no membrane of elements")
+    return body
+
+
+def _elastica(run: Run, along: "NDArray[np.float64]") -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
+    """Reach and drop of places of the strip [m]."""
+    body = _strip(run)
+    material: object = body.material
+    if not isinstance(material, ElasticMaterial) or body.bending is None:
+        raise ValueError(f"body {body.name} must be an elastic membrane that bends")
+    weight = body.material.density * body.thickness * abs(run.case.gravity[2])
+    stretching = material.young_modulus * body.thickness
+    return heavy_elastica(along, FREE, body.bending.rigidity, weight, stretching)
