@@ -64,7 +64,9 @@ def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.n
     """
     if not isinstance(bending, PlateBending):
         return False
-    supports = BendingSupports(led_triangles(bending.triangles, bending.normals, rows), on_plane, (rows > 0).all(axis=1))
+    supports = BendingSupports(
+        led_triangles(bending.triangles, bending.normals, rows), on_plane, np.asarray((rows > 0).all(axis=1))
+    )
     if all(np.array_equal(new, old) for new, old in zip(supports, bending.supports, strict=True)):
         return False
     bending.support(supports)

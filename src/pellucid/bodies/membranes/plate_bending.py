@@ -63,6 +63,7 @@ class PlateBending:
         self.rigidity, self.poisson_ratio = rigidity, poisson_ratio
         self._relaxed: tuple[float, np.ndarray | None] = (0.0, None)
         self._where = np.arange(len(vertices))
+        self._bent: np.ndarray | None = None  # the positions of what was found last
         self.energies = np.zeros(len(vertices))
         self.rate = 0.0
         """Half the largest eigenfrequency of the nodes [1/s], or more."""
@@ -98,8 +99,8 @@ class PlateBending:
         mesh = where[corners], operators.mirror
         stiffness = rows.indptr.astype(np.int64), rows.indices.astype(np.int64), rows.data
         moves = np.where(self.supports.fixed[corners], 0.0, 1.0)
-        nodes = self._about, where, self._mass
-        self._bundle = Bundle(Folds(*mesh, *stiffness, self._rest, moves, *nodes, *self._room, self._sums, self._hinge_sums))
+        found = *self._room, self._sums, self._hinge_sums
+        self._bundle = Bundle(Folds(*mesh, *stiffness, self._rest, moves, self._about, where, self._mass, *found))
 
     def curvatures(self, position: np.ndarray) -> np.ndarray:
         """The sum of the principal curvatures at the nodes [1/m], shape (n,), in the order of the mesh: means of the triangles

@@ -61,6 +61,6 @@ def quads_within(vertices: np.ndarray, quads: np.ndarray, bounds: tuple[np.ndarr
     bounds: lower and upper corner of the box [m], shape (3,) each; reach: by which corners may lie beyond it [m].
     """
     lower, upper = bounds
-    inside = ((vertices >= lower - reach) & (vertices <= upper + reach)).all(axis=1)
+    inside = np.asarray(((vertices >= lower - reach) & (vertices <= upper + reach)).all(axis=1))
     used, which = np.unique(quads[inside[quads].all(axis=1)], return_inverse=True)
     return Mesh(vertices[used], which.reshape(-1, 4))
