@@ -163,6 +163,36 @@ def test_a_clamp_that_lets_go_clamps_no_more():
     assert first.max() < -0.01
 
 
+@pytest.mark.parametrize("kind", ["membrane-elements", "membrane-points"])
+@pytest.mark.parametrize(("height", "images"), [(0.1, 0), (0.5, 0), (3.5, 2)], ids=["flat", "steep", "upright"])
+def test_only_what_leaves_a_plane_of_symmetry_has_an_image_beyond(kind, height, images):
+    """A sheet with an edge on a smooth floor that rises from it at less than 30 degrees touches the floor; one that is all led
+    has no hinge."""
+    text = DYNAMIC + GRID.replace("lower = [0, -0.25, -1]", "lower = [-0.5, -0.25, 0]").replace("0.5]\ncell", "4]\ncell")
+    text = (
+        text.replace("first_edge = [1.1, 0, 0]", f"first_edge = [1.1, 0, {height}]")
+        + """
+[[support]]
+where = "z-lower"
+fix = "normal"
+"""
+    )
+    if kind == "membrane-points":
+        points = "points = [23, 3]" if height > 2 else "points = [12, 3]"
+        text = text.replace('kind = "membrane-elements"\nelements = "triangles"', 'kind = "membrane-points"')
+        text = text.replace("points = [12, 3]", points)
+    found = []
+    for more in ("", MOTION.replace("[0.001, 1, 1]", "[2, 1, 9]")):
+        sim = Simulation(loads(text + more), threads=1)
+        sim.step()
+        body = sim.bodies[0]
+        bending = body.bending if kind == "membrane-points" else body.surface.bending
+        found.append(np.count_nonzero(bending._operators.mirror >= 0))
+    assert found == [images, 0]
+    assert len(bending._operators.corners) == 0
+    assert np.abs(body.field("bending_energy")).max() == 0.0
+
+
 def test_the_step_of_a_free_strip_is_foretold():
     case = loads(DYNAMIC)
     ahead, sim = of_case(case), Simulation(case, threads=1)

@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.membrane import ElementMembrane
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
+from pellucid.bodies.membranes.bending import support_bending
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.kernels import CHUNK
@@ -52,9 +53,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
             self._find_forces()
 
     def _support_bending(self) -> bool:
-        if self.surface.bending is None:
-            return False
-        return self.surface.support_bending(self.motion.groups(), self.motion.on_symmetry_planes())
+        return support_bending(self.surface.bending, self.motion.groups(), self.motion.on_symmetry_planes())
 
     # the step
 

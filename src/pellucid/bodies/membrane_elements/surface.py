@@ -21,7 +21,7 @@ from pellucid.bodies.membrane_elements.strain import (
     StrainedElements,
     strain,
 )
-from pellucid.bodies.membranes.bending import make_bending, support_bending
+from pellucid.bodies.membranes.bending import make_bending
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.contact.overlong import overlong
@@ -111,14 +111,6 @@ class ElementSurface:
         self._about = Bundle(forces.CornersAbout(first, number, self.mesh.fan))
         if self.bending is not None:
             self.bending.bind(where)
-
-    def support_bending(self, rows: np.ndarray, on_plane: np.ndarray) -> bool:
-        """Let constraints of nodes clamp an open membrane that bends; see `pellucid.bodies.membranes.bending`.
-
-        Arrays of nodes, in the order in which they are stored.
-        """
-        where = np.argsort(self.number)
-        return support_bending(self.bending, rows[where], on_plane[where])
 
     def add_internal_forces(self, position: np.ndarray, target: np.ndarray) -> None:
         """Forces of stress, hourglass control and bending on the nodes [N]."""

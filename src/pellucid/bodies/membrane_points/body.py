@@ -86,8 +86,9 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         self._kinematics = np.zeros((n if radius else 0, 5))
         self._gradient = np.zeros((n, 9))
         self.bending = None
+        self._start = vertices.copy()
         if case.bending is not None:
-            self.bending = make_bending(case.bending, case.material, self._triangles, vertices.copy(), arrays["mass"].copy())
+            self.bending = make_bending(case.bending, case.material, self._triangles, self._start, arrays["mass"].copy())
         self._bent_before: np.ndarray | None = None  # positions before the points moved
         # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
         functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
@@ -137,9 +138,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     def let_go(self, supports: Collection[int]) -> None:
         """Find anew what holds points, and clamps their bending."""
         if self.bending is not None:
-            where = np.argsort(self.arrays["id"])
-            rows, on_plane = rows_on_grid(self.grid, self.points.position, self.constraint)
-            support_bending(self.bending, rows[where], on_plane[where])
+            support_bending(self.bending, *rows_on_grid(self.grid, self._start, self.arrays["id"], self.constraint))
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""

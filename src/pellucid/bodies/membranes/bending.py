@@ -73,12 +73,15 @@ def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.n
     return True
 
 
-def rows_on_grid(grid: Grid, position: np.ndarray, constraint: PointConstraint | None) -> tuple[np.ndarray, np.ndarray]:
-    """For points on a grid at positions [m], shape (n, 3): the numbers of their constraints along each axis, 0 where they are
-    free, and whether they lie in planes of symmetry across each axis, both of shape (n, 3).
+def rows_on_grid(
+    grid: Grid, position: np.ndarray, number: np.ndarray, constraint: PointConstraint | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """For points on a grid: the numbers of their constraints along each axis, 0 where they are free, and whether they lie in
+    planes of symmetry across each axis, both of shape (n, 3), by the numbers of the points.
 
     Supports hold a point whose nodes they all hold; a plane of symmetry is a face of the grid that is held along its normal
-    alone.
+    alone. position: of the points at the start [m], shape (n, 3), by their numbers; number: of the points in the order in which
+    they are stored, shape (n,).
     """
     lattice, constrained = grid.lattice, grid.nodes.constrained
     counts, strides = np.array(lattice.counts), np.array(lattice.strides)
@@ -99,6 +102,7 @@ def rows_on_grid(grid: Grid, position: np.ndarray, constraint: PointConstraint |
     corners = on_face.sum(axis=1) > 1  # of several faces each may be a plane of symmetry
     on_plane |= corners[:, None] & on_face & (rows > 0)
     if isinstance(constraint, LeadsPoints):
-        led = constraint.rows()
+        led = np.zeros_like(rows)
+        led[number] = constraint.rows()
         rows = np.where(led > 0, led + int(constrained.max(initial=0)), rows)
     return rows, on_plane

@@ -87,7 +87,7 @@ class PlateBending:
         self._about = fan_of(operators.corners, n)
         self._rest = np.zeros(h)
         self._room = np.zeros((h, 2)), np.zeros((h, 2)), np.zeros((h, 4, OWN)), self.energies
-        self._sums, self._hinge_sums = np.zeros((self._chunks[1], SUMS)), np.zeros((self._chunks[0], 1))
+        self._sums, self._hinge_sums = np.zeros((self._chunks[1], SUMS)), np.zeros((max(1, self._chunks[0]), 1))
         self.relax(*self._relaxed)
         self.bind(self._where)
 

@@ -31,6 +31,7 @@ from pellucid.geometry.meshes.triangulation import paired_edges
 
 TINY = 1e-12
 RANK = 2.5e-3  # of the largest eigenvalue: below it the folds of a patch do not determine a curvature
+LEAVES = 0.5  # cosine of the angle with the normal of a plane from which on a triangle goes on beyond it as its image
 BACK = 0.1  # 1 + cosine of the angle between normals of a patch from which on it counts as folded back
 
 
@@ -158,10 +159,12 @@ class _Mesh:
         rim[chosen % t, chosen // t] = rim[partner % t, partner // t] = False
         number, edge = np.nonzero(rim & ~self.led[:, None])
         a, b = triangles[number, edge], triangles[number, (edge + 1) % 3]
-        # an edge in two planes of symmetry is in the one from which its triangle leaves
-        leaves = np.abs(vertices[triangles[number, (edge + 2) % 3]] - vertices[a])
-        axis = np.argmax(np.where(supports.on_plane[a] & supports.on_plane[b], leaves, -1.0), axis=1)
-        mirrored = supports.on_plane[a, axis] & supports.on_plane[b, axis]
+        # a triangle that lies in a plane, rather than leaves it, has no image there
+        way = np.cross(vertices[b] - vertices[a], self.normal[number])
+        leaves = np.abs(way) / np.linalg.norm(way, axis=1)[:, None]
+        leaves[~(supports.on_plane[a] & supports.on_plane[b])] = 0.0
+        axis = np.argmax(leaves, axis=1)
+        mirrored = leaves.max(axis=1, initial=0.0) > LEAVES
         number, edge, axis = number[mirrored], edge[mirrored], axis[mirrored]
         n_inner = left.shape[1]
         self.n_hinges = n_inner + len(number)
