@@ -7,7 +7,7 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import Delaunay
 
 from pellucid.bodies.membranes.plate_bending import PlateBending
-from pellucid.bodies.membranes.plate_operators import led_triangles, no_supports, plate_operators
+from pellucid.bodies.membranes.plate_operators import build_plate_operators, find_led_triangles, no_supports
 
 NU = 0.3
 # centre of a square plate of side 1 under a pressure of 1, for D = 1 and ν = .3: Timoshenko & Woinowsky-Krieger, tables 8 and
@@ -42,7 +42,7 @@ class Plate:
 
     def __init__(self, X, T, nu=NU, supports=None):
         x = np.column_stack([X, np.zeros(len(X))])
-        self.operators = op = plate_operators(T, x, 1.0, nu, supports or no_supports(len(T), len(X)))
+        self.operators = op = build_plate_operators(T, x, 1.0, nu, supports or no_supports(len(T), len(X)))
         along, left, right, n1, n2 = op._unfolded(x)
         length = np.linalg.norm(along, axis=1)
         one, two = length / np.linalg.norm(n1, axis=1), length / np.linalg.norm(n2, axis=1)
@@ -247,10 +247,10 @@ def test_which_triangles_are_clamped():
     normals = np.tile((0.0, 0.0, 1.0), (len(T), 1))
     rows = np.zeros((len(X), 3), int)
     rows[X[:, 0] < 0.3] = 1
-    assert np.array_equal(led_triangles(T, normals, rows), (X[T][:, :, 0] < 0.3).all(axis=1))
+    assert np.array_equal(find_led_triangles(T, normals, rows), (X[T][:, :, 0] < 0.3).all(axis=1))
     rows[X[:, 0] < 0.3, :2] = 0  # held across the plate alone
-    assert led_triangles(T, normals, rows).sum() == 8
+    assert find_led_triangles(T, normals, rows).sum() == 8
     rows[X[:, 0] < 0.1] = 2  # led by another motion
-    assert not led_triangles(T, normals, rows).any()
+    assert not find_led_triangles(T, normals, rows).any()
     rows[:] = rim_of(X)[:, None]
-    assert not led_triangles(T, normals, rows).any()
+    assert not find_led_triangles(T, normals, rows).any()

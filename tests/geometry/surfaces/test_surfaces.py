@@ -334,3 +334,15 @@ def test_a_red_cell_has_its_size():
     assert np.einsum("ti,ti->", a, normals) / 6.0 == pytest.approx(94.10, rel=1e-3)
     assert 0.5 * np.linalg.norm(normals, axis=1).sum() == pytest.approx(134.09, rel=1e-3)
     assert np.ptp(vertices[:, 2]) == pytest.approx(2.566, rel=1e-3)
+
+
+def test_a_part_of_a_tube_ends_in_the_planes_of_its_box():
+    """A vault of 40 degrees: its crown and its ends lie in planes to the last bit, rounding of the angles does not count."""
+    part = {"lower": [0, 0, 19.151], "upper": [20, 25, 30]}
+    keys = {"start": [0, 0, 0], "end": [0, 25, 0], "radius": 25, "points": [72, 6]}
+    mesh = Surface(tube=keys | {"part": part}).mesh()
+    assert len(mesh.quads) == 8 * 5
+    assert np.count_nonzero(mesh.vertices[:, 0] == 0.0) == 6
+    assert np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2]) == pytest.approx(25.0, rel=1e-9)
+    with pytest.raises(ValueError, match=r"no quadrilateral of the tube lies in `part`"):
+        Surface(tube=keys | {"part": {"lower": [0, 0, 0], "upper": [1, 1, 1]}})

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from pellucid.bodies.membrane_elements.mesh import hinges_of
-from pellucid.bodies.membranes.plate_operators import no_supports, plate_operators
+from pellucid.bodies.membranes.plate_operators import build_plate_operators, no_supports
 from pellucid.geometry.algorithms.lids import rims_of
 
 
@@ -19,7 +19,7 @@ def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, 
     n, hinges = len(position), hinges_of(triangles)
     if len(rims_of(triangles).edges):
         supports = no_supports(len(triangles), n)
-        operators = plate_operators(triangles, position, rigidity, poisson_ratio, supports)
+        operators = build_plate_operators(triangles, position, rigidity, poisson_ratio, supports)
         return operators.rate(position, mass, supports.fixed)
     a, b, c, d = (position[corner] for corner in hinges.T)
     along, left, right = b - a, c - a, d - a

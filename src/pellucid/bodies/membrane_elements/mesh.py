@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.bodies.membrane_elements.geometry import frame_of
 from pellucid.bodies.membranes.axes import axes_along
 from pellucid.geometry.meshes.surface_mesh import Mesh
-from pellucid.geometry.meshes.triangulation import directed_edges, paired_edges
+from pellucid.geometry.meshes.triangulation import directed_edges, pair_edges
 
 
 class Fan(NamedTuple):
@@ -28,7 +28,7 @@ def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
 def hinges_of(triangles: np.ndarray) -> np.ndarray:
     """The edges that two triangles have, with the corners across, shape (h, 4); triangles: shape (t, 3), of one orientation."""
     ends, across = directed_edges(triangles), triangles.T[[2, 0, 1]].ravel()
-    chosen, partner = paired_edges(triangles)
+    chosen, partner = pair_edges(triangles)
     return np.column_stack([ends[chosen], across[chosen], across[partner]]).astype(np.int64)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_elements.membrane import ElementMembrane
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
-from pellucid.bodies.membranes.bending import rows_on_grid, support_bending
+from pellucid.bodies.membranes.bending import find_rows_on_grid, support_bending
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.contact.contact_body import WarnsOfContact
@@ -64,7 +64,7 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
     def let_go(self, supports: Collection[int]) -> None:
         """Find anew what holds nodes, and clamps their bending."""
         if self.surface.bending is not None:
-            held = rows_on_grid(self.grid, self.surface.vertices, self.arrays["id"], self.constraint)
+            held = find_rows_on_grid(self.grid, self.surface.vertices, self.arrays["id"], self.constraint)
             support_bending(self.surface.bending, *held)
 
     def _follow_order(self) -> None:

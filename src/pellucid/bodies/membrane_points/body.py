@@ -13,7 +13,7 @@ from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembra
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.membrane_points.tearing import torn
-from pellucid.bodies.membranes.bending import make_bending, rows_on_grid, support_bending
+from pellucid.bodies.membranes.bending import find_rows_on_grid, make_bending, support_bending
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.bodies.points_on_grid import PointsOnGrid
@@ -138,7 +138,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     def let_go(self, supports: Collection[int]) -> None:
         """Find anew what holds points, and clamps their bending."""
         if self.bending is not None:
-            support_bending(self.bending, *rows_on_grid(self.grid, self._start, self.arrays["id"], self.constraint))
+            support_bending(self.bending, *find_rows_on_grid(self.grid, self._start, self.arrays["id"], self.constraint))
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.bending import Bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
-from pellucid.bodies.membranes.plate_operators import BendingSupports, led_triangles
+from pellucid.bodies.membranes.plate_operators import BendingSupports, find_led_triangles
 from pellucid.geometry.algorithms.lids import rims_of
 from pellucid.grid.lattice import Grid
 from pellucid.materials.membrane_material import MembraneMaterial
@@ -65,7 +65,7 @@ def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.n
     if not isinstance(bending, PlateBending):
         return False
     supports = BendingSupports(
-        led_triangles(bending.triangles, bending.normals, rows), on_plane, np.asarray((rows > 0).all(axis=1))
+        find_led_triangles(bending.triangles, bending.normals, rows), on_plane, np.asarray((rows > 0).all(axis=1))
     )
     if all(np.array_equal(new, old) for new, old in zip(supports, bending.supports, strict=True)):
         return False
@@ -73,7 +73,7 @@ def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.n
     return True
 
 
-def rows_on_grid(
+def find_rows_on_grid(
     grid: Grid, position: np.ndarray, number: np.ndarray, constraint: PointConstraint | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """For points on a grid: the numbers of their constraints along each axis, 0 where they are free, and whether they lie in

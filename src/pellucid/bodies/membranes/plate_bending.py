@@ -13,7 +13,7 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import cross, dot
 from pellucid.bodies.membrane_elements.mesh import Fan, fan_of
-from pellucid.bodies.membranes.plate_operators import BendingSupports, no_supports, plate_operators
+from pellucid.bodies.membranes.plate_operators import BendingSupports, build_plate_operators, no_supports
 from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -81,7 +81,7 @@ class PlateBending:
         """Let supports clamp the membrane, or make it symmetrical."""
         self.supports = supports
         properties = self.triangles, self._vertices, self.rigidity, self.poisson_ratio
-        self._operators = operators = plate_operators(*properties, supports)
+        self._operators = operators = build_plate_operators(*properties, supports)
         h, n = len(operators.corners), len(self._mass)
         self._chunks = [(size + CHUNK - 1) // CHUNK for size in (h, n)]
         self._about = fan_of(operators.corners, n)

@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from pellucid.geometry.meshes.triangulation import paired_edges
+from pellucid.geometry.meshes.triangulation import pair_edges
 
 TINY = 1e-12
 RANK = 2.5e-3  # of the largest eigenvalue: below it the folds of a patch do not determine a curvature
@@ -48,7 +48,7 @@ def no_supports(n_triangles: int, n_nodes: int) -> BendingSupports:
     return BendingSupports(np.zeros(n_triangles, bool), np.zeros((n_nodes, 3), bool), np.zeros(n_nodes, bool))
 
 
-def led_triangles(triangles: np.ndarray, normals: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def find_led_triangles(triangles: np.ndarray, normals: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Which triangles move as a clamp does, shape (t,).
 
     All their nodes follow the same constraint along every axis along which the normal has a component, and so do those of a
@@ -59,7 +59,7 @@ def led_triangles(triangles: np.ndarray, normals: np.ndarray, rows: np.ndarray) 
     of = rows[triangles]
     agree = (of[:, 0] == of[:, 1]) & (of[:, 1] == of[:, 2]) & (of[:, 0] > 0)
     led = np.all(agree | (np.abs(normals) < 1e-6), axis=1)
-    chosen, partner = paired_edges(triangles)
+    chosen, partner = pair_edges(triangles)
     left, right = chosen % len(triangles), partner % len(triangles)
     both = led[left] & led[right]
     beside = np.zeros(len(triangles), bool)
@@ -106,7 +106,7 @@ class PlateOperators(NamedTuple):
         return along, left, right, np.cross(along, left), np.cross(right, along)
 
 
-def plate_operators(
+def build_plate_operators(
     triangles: np.ndarray, vertices: np.ndarray, rigidity: float, poisson_ratio: float, supports: BendingSupports
 ) -> PlateOperators:
     """Operators of triangles, shape (t, 3), with the shapes that they have at the vertices [m], shape (n, 3).
@@ -114,10 +114,10 @@ def plate_operators(
     rigidity: D [J].
     """
     mesh = _Mesh(triangles, vertices, supports)
-    pairs, shifts = _shifts(mesh)
-    curvatures = _curvatures(mesh, pairs, shifts)
+    pairs, shifts = _find_shifts(mesh)
+    curvatures = _build_curvatures(mesh, pairs, shifts)
     plate = rigidity * np.array([[1.0, poisson_ratio, 0.0], [poisson_ratio, 1.0, 0.0], [0.0, 0.0, 2.0 * (1.0 - poisson_ratio)]])
-    moduli, traces = _without_moment(mesh, plate)
+    moduli, traces = _condense_free_edges(mesh, plate)
     t = len(triangles)
     block = sp.bsr_array((moduli * mesh.area[:, None, None], np.arange(t), np.arange(t + 1)), shape=(3 * t, 3 * t))
     stiffness = sp.csr_array(curvatures.T @ (block @ curvatures))
@@ -151,7 +151,7 @@ class _Mesh:
         flat = _corners_in(first, np.cross(self.normal, first), chi, psi)
         self.edges = np.roll(flat, -1, axis=1) - flat
         self.length = np.linalg.norm(self.edges, axis=2)
-        chosen, partner = paired_edges(triangles)
+        chosen, partner = pair_edges(triangles)
         left, right = np.stack([chosen % t, chosen // t]), np.stack([partner % t, partner // t])  # triangle, and which edge
         live = ~(self.led[left[0]] & self.led[right[0]])
         left, right = left[:, live], right[:, live]
@@ -231,7 +231,7 @@ def _corners_in(first: np.ndarray, second: np.ndarray, chi: np.ndarray, psi: np.
     return np.stack(columns, axis=1).reshape(-1, 3, 2)
 
 
-def _shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
+def _find_shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
     """The hinges that shift the angles at shared ones from half the fold, (shared, other), shape (2, k), and c, shape (k,)."""
     shared = np.flatnonzero(mesh.is_shared)
     both = np.stack([mesh.left[0, shared], mesh.right[0, shared]], axis=1)
@@ -253,7 +253,7 @@ def _shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([shared[rows], others]), np.sum(folds * wanted[rows], axis=1)
 
 
-def _curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.csr_array:
+def _build_curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.csr_array:
     """The operator from folds to the tensors xx, yy, xy of the triangles [1/m], shape (3 t, h)."""
     out = np.stack([mesh.edges[:, :, 1], -mesh.edges[:, :, 0]], axis=2) / mesh.length[:, :, None]
     tensors = np.stack([out[:, :, 0] ** 2, out[:, :, 1] ** 2, out[:, :, 0] * out[:, :, 1]], axis=2)
@@ -274,7 +274,7 @@ def _curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.csr_ar
     return sp.csr_array((values, (rows, columns)), shape=(3 * len(mesh.area), mesh.n_hinges))
 
 
-def _without_moment(mesh: _Mesh, plate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _condense_free_edges(mesh: _Mesh, plate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Moduli of triangles [J], shape (t, 3, 3), and traces of tensors, shape (t, 3), of which no moment acts on free edges."""
     t = len(mesh.area)
     moduli, traces = np.tile(plate, (t, 1, 1)), np.tile((1.0, 1.0, 0.0), (t, 1))

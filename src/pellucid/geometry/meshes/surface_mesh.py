@@ -55,7 +55,7 @@ def grid_quads(n: int, m: int, wrapped: bool) -> np.ndarray:
     return np.stack([a, b, b + 1, a + 1], axis=1)
 
 
-def quads_within(vertices: np.ndarray, quads: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], reach: float) -> Mesh:
+def cut_to_box(vertices: np.ndarray, quads: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], reach: float) -> Mesh:
     """Cut a mesh to the quadrilaterals, shape (q, 4), with all corners in a box.
 
     bounds: lower and upper corner of the box [m], shape (3,) each; reach: by which corners may lie beyond it [m].

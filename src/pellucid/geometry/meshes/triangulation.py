@@ -22,7 +22,7 @@ def directed_edges(elements: np.ndarray) -> np.ndarray:
     return np.concatenate([np.stack(pair, axis=1) for pair in zip(elements.T, np.roll(elements, -1, axis=1).T, strict=True)])
 
 
-def paired_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def pair_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The edges that two of t triangles have, and the same edges of the other triangle, shape (h,) each: their places among
     those of `directed_edges`, t k + number of the triangle for its edge k. triangles: shape (t, 3), of one orientation."""
     ends = directed_edges(triangles)

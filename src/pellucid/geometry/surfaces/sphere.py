@@ -3,7 +3,7 @@
 import numpy as np
 
 from pellucid.findings import Refusal
-from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, quads_within
+from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, cut_to_box
 from pellucid.geometry.shapes.solids import Box
 from pellucid.geometry.surfaces.box import FACES, lattice_faces
 from pellucid.model import Vector, check, parameter
@@ -49,4 +49,4 @@ class SphereSurface(Meshed):
         vertices = np.array(self.centre) + self.radius * direction
         if self.part is None:
             return Mesh(vertices, quads)
-        return quads_within(vertices, quads, self.part.bounds(), REACH * self.radius)
+        return cut_to_box(vertices, quads, self.part.bounds(), REACH * self.radius)

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from pellucid.findings import Refusal
-from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, grid_quads, quads_within
+from pellucid.geometry.meshes.surface_mesh import Mesh, Meshed, cut_to_box, grid_quads
 from pellucid.geometry.meshes.triangulation import two_across
 from pellucid.geometry.shapes.solids import Box
 from pellucid.model import AtLeastThree, AtLeastTwo, Vector, check, parameter
@@ -60,5 +60,5 @@ class Tube(BetweenEnds):
         if self.part is None:
             return Mesh(vertices, quads)
         bounds = self.part.bounds()
-        part = quads_within(vertices, quads, bounds, REACH * self.radius)
+        part = cut_to_box(vertices, quads, bounds, REACH * self.radius)
         return part._replace(vertices=np.clip(part.vertices, *bounds))  # so that rims lie in planes that the box names
