@@ -270,9 +270,9 @@ MISTAKES = {
         "",
         [
             "time.step = 0.005",
-            "above 0.00238 s",
+            "exceeds 0.00238 s",
             "stable step at the start, of body drop: waves in it of",
-            "make time.step smaller",
+            "set `time.step` to at most 0.0019",
         ],
     ),
     "a fluid without a sound speed": (

@@ -204,7 +204,9 @@ def test_a_run_goes_on_and_on_beyond_its_end(tmp_path):
 
 def test_backflow_at_an_outlet_is_named():
     tables = plug(speed=0.0, outflow={"pressure": 3.0}, end=20.0, energy={"warn": 9.0, "stop": 10.0}).to_data()
-    with pytest.raises(RunStopped, match=r"flows back at the outflow through x-upper .*body fluid.*lower the pressure there"):
+    with pytest.raises(
+        RunStopped, match=r"flows back at the outflow through x-upper .*body fluid.*reduce `outflow.0.pressure`.*body-force"
+    ):
         to_the_end(Case.model_validate(tables))
 
 
@@ -351,7 +353,9 @@ def test_a_given_flow_rate_comes_in_through_a_round_opening():
 
 def test_backflow_at_an_inflow_is_named():
     tables = plug(speed=0.0, inflow={"velocity": None, "pressure": 0.1}, outflow={"pressure": 1.5}).to_data()
-    with pytest.raises(RunStopped, match=r"flows back at the inflow through x-lower .*body fluid.*raise its pressure"):
+    with pytest.raises(
+        RunStopped, match=r"flows back at the inflow through x-lower .*body fluid.*raise `inflow.0.pressure`.*body-force"
+    ):
         to_the_end(Case.model_validate(tables))
 
 

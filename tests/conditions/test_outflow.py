@@ -290,7 +290,7 @@ MISTAKES = {
     "no face": ('["x-upper"]', "[]", ["outflow.0.where", "at least 1 item"]),
     "twice": ('["x-upper"]', '["x-upper", "x-upper"]', ["outflow.0.where.1", "named twice"]),
     "thin": ('["x-upper"]', '["x-upper", "z-lower"]', ["outflow.0.where.1", "one cell thick along z"]),
-    "a wall": ('["x-upper"]', '["x-upper", "y-lower"]', ["outflow.0.where.1", "a support constrains the face y-lower"]),
+    "a wall": ('["x-upper"]', '["x-upper", "y-lower"]', ["outflow.0.where.1", "constrains the whole face y-lower"]),
     "unknown body": ('["x-upper"]', '"x-upper"\nbody = ["jett"]', ["outflow.0.body.0", "did you mean `jet`?"]),
     "a rigid body": ('["x-upper"]', '"x-upper"\nbody = "stone"', ["outflow.0.body", "body stone is rigid"]),
     "a body that is led": (

@@ -36,7 +36,7 @@ def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, 
             problems += error.blame(setting(key, value)).problems
     if problems:
         raise CaseError(problems)
-    _forget_other_kinds(model, data, list(paths.values()))
+    forget_other_kinds(model, data, list(paths.values()))
     case, found = checked(model, data)
     if case is None:
         raise CaseError([_at_setting(item, data, settings, paths) for item in found])
@@ -54,8 +54,8 @@ def setting(key: str, value: Any) -> str:
     return f"--set {key}={value if isinstance(value, str) else shown(value)}"
 
 
-def _forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list[Path]) -> None:
-    """Where a `kind` was set, drop what only the kind before it knew, so that the new one starts from its defaults."""
+def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list[Path]) -> None:
+    """Remove the keys that only the former kind has where a `kind` was set, so that the new kind starts from its defaults."""
     for path in paths:
         if path[-1] == "kind" and (known := schema_of(model).keys_at(path[:-1], data)):
             table = value_at(path[:-1], data)

@@ -8,9 +8,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from pellucid import catalogue
-from pellucid.case.checking import checked, related, setting
+from pellucid.case.checking import checked, forget_other_kinds, related, setting
 from pellucid.case.explain import problem
-from pellucid.case.settings import find, parse_setting
+from pellucid.case.settings import find, parse_setting, put
 from pellucid.case.spec import Case
 from pellucid.case.toml import key_lines, parsed
 from pellucid.errors import CaseError, Problem
@@ -20,15 +20,69 @@ from pellucid.system.input_files import file_bytes
 SHOWN = 60  # characters of a faulty line on each side of the fault
 
 
-def load(case: "str | FilePath") -> Case:
-    """The case of a gallery id, such as "gan2011/shock-tube", or of a TOML file.
+def load(case: "str | FilePath", settings: Mapping[str, Any] | None = None, quick: bool = False) -> Case:
+    """Read the case of a gallery id, such as "gan2011/shock-tube", or of a TOML file.
 
-    Raises CaseError naming file, line, key, value, limit and remedy of everything that is wrong.
+    Parameters
+    ----------
+    case
+        Gallery id or path of the file.
+    settings
+        Values by dotted key, such as {"grid.cell": 0.02}. They replace those of the file before the case is checked, so that
+        they can also correct it.
+    quick
+        Whether the case's own quick settings apply, before `settings`.
+
+    Raises
+    ------
+    CaseError
+        Everything that is wrong with the case as it would run: file and line or setting, key, value, limit and remedy.
     """
     text, filename = _source(case)
     folder = catalogue.folder(str(case)) if catalogue.has(str(case)) else str(FilePath(case).parent)
-    loaded = loads(text, filename, folder)
+    try:
+        loaded = loads(text, filename, folder)
+    except CaseError:
+        if not settings:
+            raise
+        loaded = _corrected(text, filename, folder, settings, quick)
+    else:
+        loaded = loaded.quick_variant() if quick else loaded
+        loaded = loaded.with_settings(settings) if settings else loaded
     return loaded.model_copy(update={"id": case}) if catalogue.has(str(case)) and not loaded.id else loaded
+
+
+def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any], quick: bool) -> Case:
+    """Read a case whose file is faulty as it stands, with settings put in before it is checked. Raises CaseError as `load`."""
+    try:
+        data = parsed(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(_syntax_problem(str(error), text), filename) from None
+    lines = key_lines(text)
+    _resolve_paths(data, folder)
+    coarse = data.get("quick", {}) if quick else {}
+    chosen = {**(coarse if isinstance(coarse, dict) else {}), **settings}
+    paths, problems = {}, []
+    for key, value in chosen.items():
+        own = setting(key, value) if key in settings else ""
+        line = None if own else _line(("quick", key), lines)
+        try:
+            paths[key] = put(data, key, value)
+        except CaseError as error:
+            problems += error.blame(own, line).problems
+    if problems:
+        raise CaseError(problems, filename)
+    forget_other_kinds(Case, data, list(paths.values()))
+    case, found = checked(Case, data)
+    if case is not None:
+        return case
+    for item in found:
+        near = [key for key, path in paths.items() if related(path, item.path)]
+        own = " ".join(setting(key, settings[key]) for key in near if key in settings)
+        path: Path = next((("quick", key) for key in near), item.path)
+        told = problem(item, data)
+        problems.append(Problem(told.text, told.key, told.value, told.remedy, None if own else _line(path, lines), own))
+    raise CaseError(problems, filename)
 
 
 def located(error: CaseError, case: str, quick: bool = False, settings: Sequence[str] = ()) -> CaseError:

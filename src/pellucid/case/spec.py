@@ -90,15 +90,16 @@ class TimeCase(Part):
         for reason in reasons:
             if reason is not None:
                 yield Finding((*path, "scheme"), *reason)
-        if self.step is None or parts.grid is None:
+        if self.step is None:
             return
+        cell = None if parts.grid is None else parts.grid.cell
         names = {body.name for body in bodies}
         for body in bodies:
             aware = body.with_others(bodies) if names.issuperset(body.excluded_bodies()) else body
-            limit = aware.step_limit(parts.grid.cell, is_driven(body.name, parts))
+            limit = aware.step_limit(cell, is_driven(body.name, parts))
             if limit is not None and self.step > limit.step * (1.0 + STEP_MARGIN):
-                text = f"above {limit.step:.3g} s, the largest stable step at the start, of body {body.name}: {limit.reason}"
-                remedy = "make time.step smaller, or leave it out and let time.courant choose"
+                text = f"exceeds {limit.step:.3g} s, the largest stable step at the start, of body {body.name}: {limit.reason}"
+                remedy = f"set `time.step` to at most {0.8 * limit.step:.2g}, or remove it: `time.courant` then sets the step"
                 yield Finding((*path, "step"), text, remedy)
 
 

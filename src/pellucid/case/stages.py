@@ -1,6 +1,8 @@
 """What a case does before its clock starts, or in place of it: steady states, settling, the state of an earlier run."""
 
+from bisect import bisect_left
 from collections.abc import Iterator
+from math import inf
 from pathlib import Path as FilePath
 
 from pellucid.conditions.support import Support
@@ -9,6 +11,9 @@ from pellucid.model import InputFile, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Part, Parts
+
+SAME_LEVEL = 1e-6
+"""Share of the time of the loads by which two equilibria must lie apart."""
 
 
 class SteadyCase(Part):
@@ -19,6 +24,12 @@ class SteadyCase(Part):
     """
 
     load_steps: int = parameter("", "number of equilibria, at equal intervals of the time of the loads", 1, ge=1, le=100_000)
+    at: tuple[float, ...] = parameter(
+        "s",
+        "times of the loads of further equilibria between those of `load_steps`: values there are computed, not interpolated",
+        (),
+        max_length=100_000,
+    )
     loading: int | None = parameter(
         "",
         "steps of the relaxation in which the loads grow smoothly to those of a load step; without it so many that shear waves "
@@ -33,8 +44,27 @@ class SteadyCase(Part):
     mass_scaling: bool = parameter("", "whether inertia is scaled so that all nodes allow the same step", False)
     most_steps: int = parameter("", "steps of the relaxation of a load step before the run stops itself", 100_000, ge=100)
 
+    def levels(self, end: float) -> list[float]:
+        """Return the times of the loads at the start and at each equilibrium, in load steps of equal length.
+
+        end: of the loads [s]. Times of `at` that agree with another equilibrium are left out.
+        """
+        regular = [float(number) for number in range(self.load_steps + 1)]
+        own = sorted(time / end * self.load_steps for time in self.at)
+        apart = SAME_LEVEL * self.load_steps
+        for level in own:
+            place = min(bisect_left(regular, level), len(regular) - 1)
+            if level - regular[place - 1] > apart and regular[place] - level > apart:
+                regular.insert(place, level)
+        return regular
+
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Bodies that cannot come to rest so, or do not begin at rest."""
+        """Report instants outside of the run, and bodies that cannot be relaxed or do not start at rest."""
+        end = getattr(parts.sections["time"].items[0], "end", inf)
+        wrong = next((each for each in self.at if not 0.0 < each <= end), None)
+        if wrong is not None:
+            text = f"{wrong:g} s is not between 0 and time.end = {end:g} s"
+            yield Finding((*path, "at"), text, f"remove {wrong:g} from the list" + " or set a later `time.end`" * (wrong > 0.0))
         for other, condition in parts.placed(Condition):
             if reason := condition.why_not_steady():
                 yield Finding(other, *reason)

@@ -1,10 +1,11 @@
 """Arguments that several commands share, and how they are read."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pellucid.errors import UsageError
+from pellucid.errors import CaseError, UsageError
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -57,14 +58,21 @@ Until = Annotated[
 ]
 
 
-def read_case(case: str, quick: bool, settings: list[str] | None) -> "Case":
-    """The case with its quick settings, then the user's own. Raises CaseError."""
+def read_case(case: str, quick: bool, settings: list[str] | None, studied: Mapping[str, Any] | None = None) -> "Case":
+    """Read a case with its quick settings, then the user's own, and check it with these.
+
+    `studied`: values of fields that a study replaces in every run; they apply where the case is faulty without them.
+    Raises CaseError.
+    """
     from pellucid.case import load
 
-    loaded = load(case)
-    if quick:
-        loaded = loaded.quick_variant()
-    return loaded.with_settings(read_settings(settings)) if settings else loaded
+    own = read_settings(settings)
+    try:
+        return load(case, own, quick)
+    except CaseError:
+        if not studied:
+            raise
+    return load(case, {**own, **studied}, quick)
 
 
 def read_settings(settings: list[str] | None) -> dict[str, Any]:

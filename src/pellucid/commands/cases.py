@@ -1,6 +1,5 @@
 """Commands on cases: list, show, validate, schema."""
 
-import warnings
 from typing import Annotated
 
 import typer
@@ -42,19 +41,17 @@ def validate(
     quick: Quick = False,
     settings: Settings = None,
 ) -> None:
-    """Check a case file without running it: keys, types, units, limits, names, places, memory. Status 2 if any is wrong.
-    Tells what bounds the step, how many steps a run takes, and how long."""
-    from pellucid.case import check_memory, located
+    """Check a case file as a run does before its first step: keys, types, units, limits, names, places, memory, set-up.
+    Print the time step, the number of steps and the run time. Status 2 if a run would be refused."""
+    from pellucid.case import located
     from pellucid.errors import CaseError
-    from pellucid.running.forecast.words import foretell_case
-    from pellucid.set_up.first_look import look
+    from pellucid.progress import watching
+    from pellucid.running.launch import try_set_up
 
     case = read_case(file, quick, settings)
     try:
-        check_memory(case)
-        for text in look(case):
-            warnings.warn(text, stacklevel=2)
-        ahead = foretell_case(case)
+        with watching() as progress:
+            ahead = try_set_up(case, progress)
     except CaseError as error:
         raise located(error, file, quick, settings or ()) from None
     cells = f"grid of {' x '.join(map(str, case.grid.counts()))} cells" if case.grid_or_none else "no grid"

@@ -59,7 +59,7 @@ def converge(
     from pellucid.studies.convergence import observed_order, read_sweep, study, write_study
 
     sweep = read_sweep(over)
-    base = read_case(case, quick, settings)
+    base = read_case(case, quick, settings, {key: values[0] for key, values in sweep.items()})
     with watching() as progress:
         steps = study(base, sweep, metric, out, threads, progress)
     key = next(iter(sweep))

@@ -67,8 +67,10 @@ def sweep(
     from pellucid.studies.samples import rows_of
     from pellucid.studies.sweep import run_sweep
 
-    base = read_case(case, quick, settings)
-    rows = rows_of(base, read_values(over or []), samples, read_rows(listed) if listed else (), seed)
+    values, members = read_values(over or []), read_rows(listed) if listed else []
+    first = {key: several[0] for key, several in values.items()}
+    base = read_case(case, quick, settings, members[0] if members else first)
+    rows = rows_of(base, values, samples, members, seed)
     by = Workers(workers, threads, scheduler, read_slurm(slurm))
     folder = out or Path("sweeps") / _name(case)
     with _gone_on_with(folder), watching() as progress:
@@ -123,7 +125,11 @@ def fit(
     from pellucid.studies.pool import Workers, read_slurm
     from pellucid.studies.ranges import range_of, read_ends, split_setting
 
-    base = read_case(case, quick, settings)
+    ends = {}
+    for text in free:
+        key, values = split_setting("--free", text, "KEY=LOW:HIGH, for example body.tissue.material.young_modulus=1kPa:50kPa")
+        ends[key] = read_ends("--free", text, values)
+    base = read_case(case, quick, settings, {key: low for key, (low, _) in ends.items()})
     if len(probe) != len(measured):
         raise UsageError(f"{len(measured)} --measured and {len(probe)} --probe: give each curve its probe")
     given: list[str | None] = [*deviation] if deviation else [None]
@@ -131,10 +137,7 @@ def fit(
     if len(stated) != len(measured):
         raise UsageError(f"{len(measured)} --measured and {len(stated)} --deviation: give one for each curve, or one for all")
     curves = [read_curve(file, name, base, spread) for file, name, spread in zip(measured, probe, stated, strict=True)]
-    ranges = {}
-    for text in free:
-        key, ends = split_setting("--free", text, "KEY=LOW:HIGH, for example body.tissue.material.young_modulus=1kPa:50kPa")
-        ranges[key] = range_of(base, key, *read_ends("--free", text, ends), option="--free")
+    ranges = {key: range_of(base, key, *pair, option="--free") for key, pair in ends.items()}
     by = Workers(workers, threads, scheduler, read_slurm(slurm))
     folder = out or Path("fits") / _name(case)
     with _gone_on_with(folder), watching() as progress:

@@ -58,6 +58,9 @@ class Outflow(GivenFlow, Condition):
         """A pressure may have any sign."""
         return not self.is_led
 
+    def opens_face(self, face: str) -> bool:
+        return face in self.where
+
     def load_channel(self) -> str | None:
         """That of the pressure."""
         return None if self.pressure is None else OUTFLOW_WORK.name

@@ -73,6 +73,10 @@ class Condition(Part):
         """The velocity [m/s] of the nodes of a face of the grid, if it constrains them along its normal."""
         return None
 
+    def opens_face(self, face: str) -> bool:
+        """Whether material flows through a face of the grid by this condition."""
+        return False
+
     def prescribed_axes(self, body: str) -> set[int]:
         """The axes along which a body as a whole follows it."""
         return set()

@@ -1,6 +1,6 @@
 """The metrics that a case asks for with its checks."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from math import inf, nan
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 from pellucid.case.judgement import Check, Passing, in_si
 from pellucid.case.measured import CurveError
 from pellucid.results.metrics import Metric
+from pellucid.results.readings import Readings
 
 TAKE: dict[str, Callable[[np.ndarray], Any]] = {
     "last": lambda values: values[-1],
@@ -20,13 +21,16 @@ TAKE: dict[str, Callable[[np.ndarray], Any]] = {
 ROW = {"time-of-largest": np.nanargmax, "time-of-smallest": np.nanargmin}
 
 
-def metric_of(asked: Check, history: Mapping[str, np.ndarray], units: Mapping[str, str]) -> Metric:
-    """What a check finds in the columns of a history, each of shape (rows,)."""
-    values, times = history[asked.column], history["time"]
+def metric_of(asked: Check, history: Mapping[str, np.ndarray], units: Mapping[str, str], means: Collection[str] = ()) -> Metric:
+    """Evaluate a check on the columns of a history, each of shape (rows,).
+
+    means: names of the columns that are means since the row before, see `pellucid.results.readings`.
+    """
+    readings = Readings(history, means)
     unit = "s" if asked.takes_time else _unit(units, asked.column)
     try:
-        instant = asked.at if asked.when is None else _passed(asked.when, history, units)
-        found, wanted, error, size, words = _compared(asked, times, values, instant, unit)
+        instant = asked.at if asked.when is None else _passed(asked.when, readings, units)
+        found, wanted, error, size, words = _compared(asked, readings, instant, unit)
     except CurveError as gone:  # the run is done and its results are whole, whatever became of a file beside
         return Metric(nan, nan, inf, 0.0, unit, f"cannot be judged: {gone}")
     tolerance = size * asked.relative_tolerance if asked.relative_tolerance else in_si(asked.tolerance or nan, unit)
@@ -38,21 +42,21 @@ def _unit(units: Mapping[str, str], column: str) -> str:
     return "" if units[column] == "1" else units[column]
 
 
-def _passed(passing: Passing, history: Mapping[str, np.ndarray], units: Mapping[str, str]) -> float:
-    """The first time at which a column comes to a value, between two rows by a straight line; nan where it never does."""
-    above = history[passing.column] - in_si(passing.reaches, _unit(units, passing.column))
+def _passed(passing: Passing, readings: Readings, units: Mapping[str, str]) -> float:
+    """Return the first time [s] at which a column reaches a value, linear between its values; nan if it never does."""
+    times, values = readings.curve(passing.column, whole=True)
+    above = values - in_si(passing.reaches, _unit(units, passing.column))
     rows = np.flatnonzero(above[:-1] * above[1:] <= 0.0)
     if not len(rows):
         return nan
     before, after = above[rows[0]], above[rows[0] + 1]
     part = before / (before - after) if before != after else 0.0
-    return float(history["time"][rows[0]] + part * np.diff(history["time"][rows[0] : rows[0] + 2])[0])
+    return float(times[rows[0]] + part * np.diff(times[rows[0] : rows[0] + 2])[0])
 
 
-def _compared(
-    asked: Check, times: np.ndarray, values: np.ndarray, instant: float | None, unit: str
-) -> tuple[float, float, float, float, str]:
-    """What was found, what should have been, how far apart they are, how large the reference is, and how it was taken."""
+def _compared(asked: Check, readings: Readings, instant: float | None, unit: str) -> tuple[float, float, float, float, str]:
+    """Return the value found, the right value, the error, the size of the reference, and how the value was read."""
+    times, values = readings.curve(asked.column)
     if asked.curve is None:
         wanted = in_si(asked.reference if asked.reference is not None else nan, unit)
         if asked.takes_time:
@@ -61,18 +65,20 @@ def _compared(
         elif instant is None:
             found, words = float(TAKE[asked.take](values)), f"{asked.take.replace('-', ' ')} value of {asked.column}"
         else:
-            found = float(np.interp(instant, times, values, nan, nan)) if instant == instant else nan
+            found = float(readings.at(asked.column, instant)) if instant == instant else nan
             at = f"at {asked.at:g} s" if asked.when is None else f"when {asked.when.column} comes to {asked.when.reaches}"
             words = f"{asked.column} {at}"
         return found, wanted, abs(found - wanted), abs(wanted), words.replace("_", " ")
     when, right, _ = asked.curve.read("s", unit)
-    reached = (when >= times[0]) & (when <= times[-1])
+    all_found = readings.at(asked.column, when)
+    first, last = readings.span
+    reached = (when >= first) & (when <= last)
     words = (
         f"rms of the differences between {asked.column} and {asked.curve.title}, at {reached.sum()} of its {len(when)} points"
     )
     size = float(np.abs(right).max())
     if not reached.any():
         return nan, nan, nan, size, words
-    found = np.interp(when[reached], times, values)
+    found = all_found[reached]
     apart = float(np.sqrt(np.mean((found - right[reached]) ** 2)))
     return apart, 0.0, apart, size, words.replace("_", " ")

@@ -1,10 +1,11 @@
 """From a case to a finished run in a folder, and from a folder on."""
 
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,17 @@ from pellucid.system.processes import helped
 
 if TYPE_CHECKING:
     from pellucid.case import Case
+
+
+class _Size(NamedTuple):
+    points: int
+    tables: float
+    """Bytes of the shape functions of meshless solids."""
+
+
+LARGE = _Size(200_000, 32 * 2**20)
+"""The largest case that `validate` sets up: within a few seconds, once the kernels are compiled."""
+NOT_SET_UP = "set-up: not tried, because it takes long for a case of this size; `pellucid run` completes the check first"
 
 
 def run_case(
@@ -70,10 +82,8 @@ def _begin(
     report: bool,
     foretell: bool,
 ) -> Run:
-    start = read_start(case, progress.message)
     # before the folder is touched: a bad case erases nothing
-    with _simulation(case, threads, progress, start) as (simulation, compiling):
-        check_probes(case.probe, simulation.bodies, case.periods)
+    with _first_set_up(case, threads, progress) as (simulation, compiling, start):
         folder = RunFolder(mkdtemp(prefix="pellucid-") if out is None and domain.group.is_first else out or "")
         folder = domain.group.told(folder)
         recorder = Recorder(folder, case, compiling, start=start)
@@ -84,6 +94,35 @@ def _begin(
                 progress.note(f"replacing the earlier run in {folder.path}")
             folder.start(case)
             return _finish(simulation, recorder, until, progress, report, foretell, temporary=out is None)
+
+
+def try_set_up(case: "Case", progress: Progress) -> list[str]:
+    """Set a case up as `run_case` does, up to its first step, and discard it.
+
+    Large cases, whose set-up takes long (`LARGE`), are only judged from their models.
+
+    Returns
+    -------
+    list of str
+        Lines on the time step, the number of steps and the run time, for the user.
+
+    Raises
+    ------
+    CaseError
+        If a run of the case would be refused.
+    """
+    from pellucid.case import check_memory
+    from pellucid.case.memory import n_points, table_bytes
+    from pellucid.running.forecast.words import foretell_case, foretell_simulation
+    from pellucid.set_up.first_look import look
+
+    check_memory(case)
+    if n_points(case) > LARGE.points or table_bytes(case) > LARGE.tables:
+        for text in look(case):
+            warnings.warn(text, stacklevel=2)
+        return [*foretell_case(case), NOT_SET_UP]
+    with _first_set_up(case, None, progress, alone=True) as (simulation, _, _):
+        return foretell_simulation(simulation)
 
 
 def resume_case(
@@ -118,7 +157,7 @@ def _go_on(
     foretell: bool,
 ) -> Run:
     try:
-        case = folder.read_case()
+        case = _stored_case(folder, settings)
     except CaseError as error:
         raise UsageError(_why_not_resumed(folder, error)) from error
     if settings:
@@ -127,8 +166,7 @@ def _go_on(
     found = _last_checkpoint(folder, progress)
     if found is None:
         progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
-        start = read_start(case, progress.message)
-        with _simulation(case, threads, progress, start) as (simulation, compiling):
+        with _first_set_up(case, threads, progress) as (simulation, compiling, start):
             recorder = Recorder(folder, case, compiling, start=start)
             if not domain.group.is_first:
                 return _take_part(simulation, recorder, until, foretell)
@@ -159,6 +197,16 @@ def _go_on(
         return _finish(simulation, recorder, until, progress, report, foretell)
 
 
+def _stored_case(folder: RunFolder, settings: Mapping[str, object]) -> "Case":
+    """The case of a run; one whose file was edited and is faulty, with the settings that may correct it."""
+    try:
+        return folder.read_case()
+    except CaseError:
+        if not settings:
+            raise
+        return folder.read_case(settings)
+
+
 def _last_checkpoint(folder: RunFolder, progress: Progress) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
     """The newest that is whole; of several processes the first looks, and sets damaged ones aside."""
     found = checkpoint.read_latest(folder.checkpoint, progress.message) if domain.group.is_first else None
@@ -186,12 +234,31 @@ def check_until(until: float | None, case: "Case") -> None:
 
 
 @contextmanager
-def _simulation(
-    case: "Case", threads: int | None, progress: Progress, start: Mapping[str, Mapping[str, Any]] | None = None
-) -> Iterator[tuple[Any, Callable[[], float]]]:
-    """The simulation of a case, whose bodies may go on from an earlier run; the user is told which kernels are compiled.
+def _first_set_up(
+    case: "Case", threads: int | None, progress: Progress, alone: bool = False
+) -> Iterator[tuple[Any, Callable[[], float], dict[str, dict[str, np.ndarray]]]]:
+    """Set up a case for a run from its start: all that can refuse it before the first step.
 
-    Beside the simulation comes a function that gives the seconds of compilation so far.
+    Yields the simulation, a function that returns the seconds of compilation so far, and the state of the earlier run.
+    """
+    start = read_start(case, progress.message)
+    with _simulation(case, threads, progress, start, alone) as (simulation, compiling):
+        check_probes(case.probe, simulation.bodies, case.periods)
+        yield simulation, compiling, start
+
+
+@contextmanager
+def _simulation(
+    case: "Case",
+    threads: int | None,
+    progress: Progress,
+    start: Mapping[str, Mapping[str, Any]] | None = None,
+    alone: bool = False,
+) -> Iterator[tuple[Any, Callable[[], float]]]:
+    """Build the simulation of a case, whose bodies may continue from an earlier run; report which kernels are compiled.
+
+    Yields the simulation and a function that returns the seconds of compilation so far. `alone`: no other process compiles
+    kernels of the steps ahead.
     """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
@@ -201,7 +268,8 @@ def _simulation(
 
     check_memory(case)
     progress.begin("setting up")
-    with compiled_ahead(case) as begin, compilation_told(progress, kernel_key(case), begin) as seconds, laws_blamed(case):
+    ahead = nullcontext(lambda: None) if alone else compiled_ahead(case)
+    with ahead as begin, compilation_told(progress, kernel_key(case), begin) as seconds, laws_blamed(case):
         yield Simulation(case, threads, start=start), seconds
 
 

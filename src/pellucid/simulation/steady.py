@@ -42,6 +42,8 @@ class SteadyClock(Clock):
         super().__init__(time.model_copy(update={"courant": steady.courant}))
         self._crossing = max(_crossing(model) for model in models)
         self.steady = steady
+        levels = steady.levels(time.end)
+        self._levels = [*levels, levels[-1] + 1.0]  # of the loads, in load steps; one beyond the end
         self._bodies, self._relaxed = bodies, [body for body in bodies if isinstance(body, Relaxable)]
         for body in self._relaxed:
             body.begin_relaxing(steady.mass_scaling)
@@ -66,7 +68,8 @@ class SteadyClock(Clock):
         self.check_collapse(dt, name, bodies)
         if self._step == 0:
             whole = max(ALL_LOADS, CROSSINGS * self._crossing / dt)
-            self.loading = self.steady.loading or max(FEWEST, ceil(whole / self.steady.load_steps))
+            before, level = self._levels[self._equilibria : self._equilibria + 2]
+            self.loading = self.steady.loading or max(FEWEST, ceil(whole / self.steady.load_steps * (level - before)))
             dt *= BEGINNING
         return dt
 
@@ -96,7 +99,7 @@ class SteadyClock(Clock):
             self._reach()
         elif self._step >= self.steady.most_steps and not self._quiet:
             self.missed = (
-                f"step {self.n_steps}, load step {self._equilibria + 1} of {self.steady.load_steps}: no steady state in "
+                f"step {self.n_steps}, load step {self._equilibria + 1} of {len(self._levels) - 2}: no steady state in "
                 f"{self._step} steps, steady.most_steps = {self.steady.most_steps}: the estimated error is {self.error:.3g} "
                 f"of the largest displacement, steady.tolerance = {self.steady.tolerance:g}, and {self._unbalanced():.2g} "
                 "of all forces are out of balance; its last state is kept: `pellucid resume` with "
@@ -113,9 +116,10 @@ class SteadyClock(Clock):
     def _loads_at(self, step: int) -> float:
         """The time of the loads after so many steps of this load step [s]."""
         each = self.case.end / self.steady.load_steps
+        before, level = self._levels[self._equilibria : self._equilibria + 2]
         if step >= self.loading:
-            return (self._equilibria + 1) * each
-        return (self._equilibria + smooth_step(step / self.loading)) * each
+            return level * each
+        return (before + smooth_step(step / self.loading) * (level - before)) * each
 
     def _estimate_error(self, dt: float) -> None:
         """Of the displacements: from the largest change in a step, what is still to come where it decays by κ a step, or more
@@ -154,7 +158,7 @@ class SteadyClock(Clock):
         """Equilibrium: the loads go on from here."""
         self.steps_taken.append(self._step)
         self._equilibria += 1
-        before, self.time = self.time, self._equilibria / self.steady.load_steps * self.case.end
+        before, self.time = self.time, self._levels[self._equilibria] / self.steady.load_steps * self.case.end
         self.weight = (self.time - before) / self.dt
         self._step, self._quiet, self._kept = 0, 0, []
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False

@@ -16,7 +16,7 @@ from pellucid.studies.estimates import Estimate, Estimates, estimated
 from pellucid.studies.extra import need
 from pellucid.studies.fit_page import write_fit_page
 from pellucid.studies.measured import Curve, read_curve
-from pellucid.studies.misfit import Misfit
+from pellucid.studies.misfit import Misfit, interpolation_warnings
 from pellucid.studies.pool import Pool, Workers
 from pellucid.studies.ranges import Range, range_of, unit_at
 from pellucid.studies.searches import METHODS
@@ -114,6 +114,7 @@ def run_fit(
     search, usual = METHODS[method]
     with Pool(out, workers, progress) as pool:
         misfit = Misfit(case, free, curves, out, pool, progress)
+        misfit.observe_where_measured()
         shares = search(misfit, trials or usual, seed, pool.at_once)
         slopes = misfit.jacobian(shares, central=True)
         residuals, run = misfit.one(shares), misfit.run(shares)
@@ -121,6 +122,7 @@ def run_fit(
         raise UsageError("the run with the best parameters failed; narrow their ranges")
     found = estimated(free, shares, residuals, slopes, all(curve.is_stated for curve in curves))
     found = found._replace(by_key={key: one._replace(unit=unit_at(case, key)) for key, one in found.by_key.items()})
+    found = found._replace(warnings=[*interpolation_warnings(curves, run), *found.warnings])
     best = case.with_settings(misfit.settings(shares))
     progress.begin("report")
     for text in found.warnings:

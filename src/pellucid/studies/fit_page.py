@@ -56,7 +56,7 @@ def _curves(curves: Sequence[Curve], run: Run) -> Figure:
     for (above, below), curve in zip(np.transpose(axes), curves, strict=True):
         bars = {"yerr": curve.deviation} if curve.is_stated else {}
         above.errorbar(curve.x, curve.y, fmt="o", markersize=3, linewidth=0.8, label=f"measured, {curve.path.name}", **bars)
-        above.plot(run.history[curve.against], run.history[curve.probe], "-", label="fitted")
+        above.plot(*run.curve(curve.probe, curve.against), "-", label="fitted")
         unit = "s" if curve.against == TIME else run.units[curve.against]
         label(above, curve.against, curve.probe, unit, curve.unit, legend=True)
         below.axhline(0.0, color="#667", linewidth=0.8)

@@ -1,6 +1,6 @@
 """Measured curves: a CSV file with a row of names, a row of units and numbers, beside a probe of a case."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -9,6 +9,7 @@ import numpy as np
 from pellucid.case.measured import CurveError, Table, read_table
 from pellucid.errors import UsageError
 from pellucid.findings import absent
+from pellucid.results.readings import Readings, mean_columns
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.results.storage.run import Run
 from pellucid.units import UnitError, to_si
@@ -41,17 +42,50 @@ class Curve(NamedTuple):
 
     def values(self, run: Run) -> np.ndarray:
         """The probe of a run where it was measured, shape (n,). Raises UsageError where the run does not get there."""
-        x, y = run.history[self.against], run.history[self.probe]
-        if self.against != TIME:  # a path that turns back is followed to its first turn
+        x, y = self._branch(run)
+        self._check_reach(x, run)
+        return _interpolant(x, y)(np.clip(self.x, x[0], x[-1]))
+
+    def interpolation_error(self, run: Run) -> np.ndarray:
+        """Estimate the error of `values` between the rows of the run, shape (n,): the distance to a cubic spline."""
+        from scipy.interpolate import CubicSpline
+
+        x, y = self._branch(run)
+        at = np.clip(self.x, x[0], x[-1])
+        return np.abs(_interpolant(x, y)(at) - CubicSpline(x, y)(at)) if len(x) > 2 else np.zeros(len(at))
+
+    def instants(self, run: Run) -> np.ndarray:
+        """Return the times [s] at which the abscissa of a run has the measured values, as far as the run has them."""
+        x, times = self._branch(run, along=TIME)
+        return _interpolant(x, times)(self.x[(self.x >= x[0]) & (self.x <= x[-1])])
+
+    def _branch(self, run: Run, along: str = "") -> tuple[np.ndarray, np.ndarray]:
+        """The curve of a run by ascending abscissae, up to the first turn of a path that turns back."""
+        x, y = run.readings.curve(along or self.probe, self.against, whole=True)
+        known = np.isfinite(x) & np.isfinite(y)
+        if not known.any():
+            raise UsageError(f"{self.path}: the run in {run.out} has no finite values of {self.probe} and {self.against}")
+        x, y = x[known], y[known]
+        sign = 1.0
+        if self.against != TIME:
             sign = 1.0 if x[np.argmax(np.abs(x - x[0]))] >= x[0] else -1.0
-            new = np.concatenate([[True], sign * x[1:] > np.maximum.accumulate(sign * x)[:-1]])
-            x, y = x[new], y[new]
-        order = np.argsort(x)
+        new = np.concatenate([[True], sign * x[1:] > np.maximum.accumulate(sign * x)[:-1]])
+        x, y = x[new], y[new]
+        return (x, y) if sign > 0.0 else (x[::-1], y[::-1])
+
+    def _check_reach(self, x: np.ndarray, run: Run) -> None:
         slack = 1e-6 * np.ptp(x)
-        if self.x.min() < x.min() - slack or self.x.max() > x.max() + slack:
-            reach = f"from {x.min():.6g} to {x.max():.6g}, and measured is from {self.x.min():.6g} to {self.x.max():.6g}"
-            raise UsageError(f"{self.path}: {self.against} of the run in {run.out} goes {reach}: let the case go further")
-        return np.interp(self.x, x[order], y[order])
+        if self.x.min() < x[0] - slack or self.x.max() > x[-1] + slack:
+            text = f"the measured {self.against} ranges from {self.x.min():.6g} to {self.x.max():.6g}, that of the run in "
+            text += f"{run.out} from {x[0]:.6g} to {x[-1]:.6g}"
+            raise UsageError(f"{self.path}: {text}; extend the run, e.g. by `time.end`, or remove the rows beyond its end")
+
+
+def _interpolant(x: np.ndarray, y: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """A monotone cubic through the values of a run; a constant where there is one alone."""
+    from scipy.interpolate import PchipInterpolator
+
+    return PchipInterpolator(x, y) if len(x) > 1 else lambda at: np.full(np.shape(at), y[0])
 
 
 def read_curve(path: Path, probe: str, case: "Case", deviation: str | float | None = None) -> Curve:
@@ -80,7 +114,9 @@ def _curve(table: Table, probe: str, case: "Case", units: Mapping[str, str], dev
         raise CurveError(f"{path}:1: no column is named {probe}; it has {', '.join(names)}")
     if len(lines) < 2:
         raise CurveError(f"{path}: one row of numbers; a curve has two or more")
-    x, y, unit = table.column(across, units[across]), table.column(along, units[probe]), units[probe]
+    unit = units[probe]
+    x, y = _columns(table, across, along, probe, case, units)
+    lines = lines[-len(y) :]
     stated = next((name for name in (f"{probe}_{DEVIATION}", DEVIATION) if name in names), None)
     if across == TIME and (wrong := np.flatnonzero((x < 0.0) | np.array([case.time.passed(t) for t in x]))).size:
         where = f"{path}:{lines[wrong[0]]}: t = {x[wrong[0]]:.6g} s"
@@ -89,7 +125,7 @@ def _curve(table: Table, probe: str, case: "Case", units: Mapping[str, str], dev
         text = f"--deviation {deviation}: {path} has standard deviations of its own, in the column {stated}"
         raise UsageError(f"{text}; leave the option out, or the column")
     if stated is not None:
-        spread = table.column(stated, unit)
+        spread = table.column(stated, unit)[-len(y) :]
         where = f"{path}:{lines[int(np.argmin(spread))]}: {stated}"
     else:
         spread = np.full(len(y), float(np.std(y)) if deviation is None else _in_si(deviation, unit))
@@ -97,6 +133,16 @@ def _curve(table: Table, probe: str, case: "Case", units: Mapping[str, str], dev
     if not spread.min() > 0.0:
         raise UsageError(f"{where} is {spread.min():g}; it must be greater than 0")
     return Curve(path, probe, across, x, y, spread, stated is not None or deviation is not None, unit)
+
+
+def _columns(table: Table, across: str, along: str, probe: str, case: "Case", units: Mapping[str, str]) -> list[np.ndarray]:
+    """Abscissae and values; those of the history of a run at the instants at which both hold, as in the run that is fitted."""
+    x, y = table.column(across, units[across]), table.column(along, units[probe])
+    if along != probe or not {TIME, "step", "dt"} <= table.values.keys():
+        return [x, y]
+    means = mean_columns([(each.name, each.quantity) for each in case.probe], case.steady is not None)
+    history = {TIME: table.column(TIME, "s"), across: x, along: y}
+    return list(Readings(history, means).curve(along, across))
 
 
 def _in_si(deviation: str | float, unit: str) -> float:

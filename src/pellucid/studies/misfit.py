@@ -19,6 +19,14 @@ if TYPE_CHECKING:
 
 STEP = 0.02
 """Of differences, as a share of the range of a parameter."""
+MOST_EQUILIBRIA = 60
+"""That a fit adds to a steady analysis; between them curves are interpolated."""
+CLOSEST = 1e-4
+"""Share of the time of the loads by which these lie apart."""
+NOTICEABLE = 0.2
+"""Error of the interpolation that is reported, of the deviations."""
+FEWEST_ROWS, MOST_ROWS = 200, 5000
+"""Rows of the history that a fit asks of a motion in time."""
 
 
 class Misfit:
@@ -36,6 +44,45 @@ class Misfit:
         only_time = all(curve.against == TIME for curve in curves)
         self._until = last if only_time and not case.time.reached(last) else None
 
+    def observe_where_measured(self) -> None:
+        """Let every run have rows where it was measured, instead of interpolating between those of the case.
+
+        A steady analysis gets equilibria at the times of the loads at which the abscissae are measured. Of curves against
+        another probe, these times are those of a first run, with values in the middle of the ranges. A motion in time gets
+        rows as close as the measured times.
+        """
+        times = [curve.x for curve in self.curves if curve.against == TIME]
+        if self.case.steady is None:
+            self._refine_rows(times)
+            return
+        others = [curve for curve in self.curves if curve.against != TIME]
+        if others:
+            middle = np.full(len(self.free), 0.5)
+            self._run_members([middle])
+            if (run := self.run(middle)) is None:
+                return  # the search reports why
+            times += [curve.instants(run) for curve in others]
+        end = self.case.time.end
+        instants = np.unique(np.concatenate([[], *times]))
+        instants = instants[(instants > 0.0) & (instants < end)]
+        instants = instants[np.concatenate([[True], np.diff(instants) > CLOSEST * end])[: len(instants)]]
+        if len(instants) > MOST_EQUILIBRIA:
+            instants = instants[np.linspace(0, len(instants) - 1, MOST_EQUILIBRIA).round().astype(int)]
+        data = self.case.to_data()
+        data["steady"]["at"] = sorted({*self.case.steady.at, *map(float, instants)})
+        data.get("output", {}).pop("history", None)  # a row at each equilibrium
+        self.case = type(self.case).model_validate(data)
+        self.members.clear()
+        self._known.clear()
+
+    def _refine_rows(self, times: Sequence[np.ndarray]) -> None:
+        apart = [np.diff(np.unique(each)) for each in times]
+        end, rows = self.case.time.end, self.case.output.rows_every(self.case.time.end)
+        closest = min((float(np.median(each)) for each in apart if len(each)), default=rows)
+        if rows > closest or rows > end / FEWEST_ROWS:
+            interval = max(min(0.5 * closest, end / FEWEST_ROWS), end / MOST_ROWS)
+            self.case = self.case.with_settings({"output.history": min(rows, interval)})
+
     def settings(self, shares: np.ndarray) -> dict[str, Any]:
         """The values of the parameters."""
         return {key: each.at(float(share)) for (key, each), share in zip(self.free.items(), shares, strict=True)}
@@ -49,17 +96,22 @@ class Misfit:
 
     def residuals(self, several: Sequence[np.ndarray]) -> list[np.ndarray | None]:
         """The residuals at several places at once, each of shape (values,); None where there is no run."""
-        members = [self._member(shares) for shares in several]
-        new = {member.digest: member for member in members if member is not None and member.digest not in self.ended}
-        if new:
-            self.members |= new
-            self.ended |= self._pool.compute(list(new.values()))
+        members, new = self._run_members(several)
         found = [self._of_run(self.run(shares)) for shares in several]
         for member, values in zip(members, found, strict=True):
             if member is not None and new.pop(member.digest, None) is not None:
                 told = "its run failed" if values is None else f"sum of squares {float(values @ values):.5g}"
                 self._progress.note(f"{named(member.settings)}: {told}")
         return found
+
+    def _run_members(self, several: Sequence[np.ndarray]) -> tuple[list[Member | None], dict[str, Member]]:
+        """Run the members of these places; return them, and by digest those that were not known."""
+        members = [self._member(shares) for shares in several]
+        new = {member.digest: member for member in members if member is not None and member.digest not in self.ended}
+        if new:
+            self.members |= new
+            self.ended |= self._pool.compute(list(new.values()))
+        return members, new
 
     def _of_run(self, run: Run | None) -> np.ndarray | None:
         return None if run is None else np.concatenate([curve.residuals(run) for curve in self.curves])
@@ -104,3 +156,22 @@ class Misfit:
             except CaseError:  # values that are possible one by one and not together
                 self._known[place] = None
         return self._known[place]
+
+
+def interpolation_warnings(curves: Sequence[Curve], run: Run) -> list[str]:
+    """Report curves that are not known well enough between the rows of a run, compared with their deviations or residuals."""
+    told = []
+    for curve in curves:
+        error = float(np.sqrt(np.mean(curve.interpolation_error(run) ** 2)))
+        spread = curve.deviation if curve.is_stated else curve.values(run) - curve.y
+        size = float(np.sqrt(np.mean(spread**2)))
+        if error <= NOTICEABLE * size:
+            continue
+        what = "the stated deviations" if curve.is_stated else "the differences from the measurements"
+        key = "output.history" if run.stored.steady is None else "steady.load_steps"
+        change = "Set a smaller" if run.stored.steady is None else "Set a larger"
+        told.append(
+            f"{curve.path}: {curve.probe} is interpolated between the rows of the run with an error of about {error:.2g} "
+            f"{curve.unit}, {100.0 * error / size:.0f} % of {what}: the estimates are off accordingly. {change} `{key}`"
+        )
+    return told

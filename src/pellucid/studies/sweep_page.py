@@ -66,7 +66,7 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
             else:
                 spread = values.max() - values.min()
                 colour = matplotlib.colormaps[SEQUENTIAL](0.9 * (values[member.digest] - values.min()) / spread)
-            axis.plot(run.history["time"], run.history[name], kinds.get(member.digest, "-"), color=colour, linewidth=1.0)
+            axis.plot(*run.curve(name), kinds.get(member.digest, "-"), color=colour, linewidth=1.0)
         label(axis, "time", name, "s", runs[0].units[name])
     caption = f"The probes of {len(shown)} members"
     if values is not None:

@@ -91,11 +91,10 @@ def metrics_of(run: Run) -> dict[str, float]:
 
 
 def probes_of(run: Run, names: Sequence[str]) -> dict[str, float]:
-    """Probes over the run: the last value, the least, the largest, the mean over time."""
+    """Return the last value, the smallest, the largest and the mean over time of probes."""
     found: dict[str, float] = {}
-    time = run.history["time"]
     for name in names:
-        values = run.history[name]
+        time, values = run.curve(name)
         span = time[-1] - time[0]
         mean = float(np.trapezoid(values, time) / span) if span > 0.0 else float(values[-1])
         reduced = (float(values[-1]), *map(float, (np.nanmin(values), np.nanmax(values))), mean)

@@ -54,7 +54,7 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
 
 
 def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
-    """Planes of symmetry without a support, or that the body does not reach."""
+    """Report faces that the body does not reach, or that are neither planes of symmetry nor open to a fluid."""
     if not parts.are_sound(Condition):
         return
     bounds, walls = body.bounds(), (grid.lower, grid.extent_upper())
@@ -68,10 +68,21 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
             text = f"the shape ends {-short:.4g} m before the face {face}, which does not cut it"
             yield Finding((*path, "cut_at", item), text, "leave this face out, or move the shape or the grid")
             continue
-        velocities = [v for condition in parts.of(Condition) if (v := condition.face_velocity(face)) is not None]
-        if not velocities or any(velocities[-1]):
-            text = f"no support at rest constrains the face {face} along its normal: it is no plane of symmetry"
-            yield Finding((*path, "cut_at", item), text, f'add a [[support]] with where = "{face}" and fix = "normal"')
+        if body.material.flows and any(condition.opens_face(face) for condition in parts.of(Condition)):
+            continue  # the fluid continues beyond an open face
+        held = [(place, v) for place, condition in parts.placed(Condition) if (v := condition.face_velocity(face)) is not None]
+        here = (*path, "cut_at", item)
+        if held and any(held[-1][1]):
+            where = ".".join(map(str, held[-1][0]))
+            text = f"`{where}` moves the face {face}: a plane of symmetry is at rest"
+            yield Finding(here, text, f'remove `velocity` from `{where}`, or remove "{face}" from `cut_at`')
+        elif not held:
+            text = f"no support at rest constrains the face {face} along its normal, so it is not a plane of symmetry"
+            remedy = f'if it is one, add a [[support]] with where = "{face}" and fix = "normal"'
+            if body.material.flows:
+                text += ", and no [[inflow]] or [[outflow]] opens it"
+                remedy += "; if the fluid continues beyond the face, add an [[inflow]] or [[outflow]] there"
+            yield Finding(here, text, remedy)
 
 
 def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -38,6 +38,15 @@ class OpenFace(NamedTuple):
         """1 or -1, the direction into the grid along its axis."""
         return -1.0 if self.is_upper else 1.0
 
+    @property
+    def when_flow_reverses(self) -> str:
+        """What a user can do about a flow whose direction changes, which open faces do not carry."""
+        return (
+            f'for a flow that reverses, set `grid.periodic = ["{"xyz"[self.axis]}"]` and drive it by a [[load]] of '
+            'kind = "body-force" with an `amplitude` (acceleration: pressure difference over density and length), instead of '
+            "the flows at both faces"
+        )
+
     def nodes(self, grid: GridCase) -> np.ndarray:
         """The places of its nodes [m], shape (n, 3)."""
         axes = [np.linspace(*ends) for ends in zip(grid.lower, grid.extent_upper(), np.array(grid.counts()) + 1, strict=True)]

@@ -56,6 +56,7 @@ class Entering(ActiveCondition):
         member = assembly.bodies[inflow.body]
         if member.actions is None:
             raise ValueError(f"body {inflow.body} has no points on the grid")
+        self._path = path
         self._inflow, self._layout, self._grid = inflow, assembly.layout, member.actions.field.grid
         self._body, self.body_name = member.offers(GainsPoints), inflow.body
         self._totals, case = member.body.totals, self._grid.case
@@ -100,7 +101,11 @@ class Entering(ActiveCondition):
             text = (
                 f"time {self._time:.6g} s: the fluid flows back at the inflow through {self._face.name} (body {self.body_name})"
             )
-            remedy = "raise its pressure, let it rise faster, or use an [[outflow]] at this face"
+            key = f"{self._path}.pressure"
+            remedy = (
+                f"keep the pressure at this face above that at the outlet at all times: raise `{key}` or the smallest share of "
+                f"its `amplitude`, or reduce `rise`; {self._face.when_flow_reverses}"
+            )
             raise RunStopped(f"{text}; {remedy}", time=self._time, body=self.body_name)
 
     def end(self, dt: float) -> None:

@@ -37,6 +37,9 @@ class Inflow(GivenFlow, Condition):
         if not given:
             raise Refusal("neither `velocity` nor `flow_rate` nor `pressure`", "give one of them")
 
+    def opens_face(self, face: str) -> bool:
+        return face == self.where
+
     def load_channel(self) -> str | None:
         """That of the pressure."""
         return None if self.pressure is None else INFLOW_WORK.name
@@ -111,6 +114,13 @@ def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
     if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
         text = f"the grid is one cell thick along {face[0]}: nothing moves through the face {face}"
         yield Finding(path, text, "leave it out")
-    elif any(condition.face_velocity(face) is not None for condition in parts.of(Condition)):
-        text = f"a support constrains the face {face} along its normal: nothing passes it"
-        yield Finding(path, text, "take the face out of one of the two")
+        return
+    closed = next((place for place, each in parts.placed(Condition) if each.face_velocity(face) is not None), None)
+    if closed is not None:
+        where = f"{'.'.join(map(str, closed))}.where"
+        text = f"`{where}` constrains the whole face {face} along its normal: nothing flows through it"
+        remedy = (
+            f'remove "{face}" from `{where}`; a wall beside an opening is a [[support]] with a region, '
+            "`where = { box = ... }` or `{ pipe = ... }`, a cell deep. Or remove this flow"
+        )
+        yield Finding(path, text, remedy)

@@ -144,7 +144,10 @@ class OutletPressure(ActiveCondition):
             depth, inward = _nearest(ends)
             if self._filled[number] and depth > 1.0 and inward > 0.0:
                 text = f"the fluid flows back at the outflow through {face.name} and has left the layer of cells there"
-                remedy = "lower the pressure there, let it rise more slowly, or use an [[inflow]] at this face"
+                remedy = (
+                    f"keep the pressure at this face below that at the inlet at all times: reduce `{self._path}.pressure` or "
+                    f"the largest share of its `amplitude`, or raise `rise`; {face.when_flow_reverses}"
+                )
                 message = f"step {n_steps}, time {time:.6g} s: {text} (body {_names(ends)}); {remedy}"
                 raise RunStopped(message, step=n_steps, time=time)
             self._filled[number] = depth <= 1.0

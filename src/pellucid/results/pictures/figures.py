@@ -191,9 +191,9 @@ def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None
     across = 2 if number == 4 else min(3, number)
     figure, drawn = panels(number, across, height=2.8 * -(-number // across))
     for axes, name in zip(drawn, names, strict=True):
-        axes.plot(run.history[x], run.history[name], _line(run))
+        axes.plot(*run.curve(name, x), _line(run))
         if beside and beside.units.get(name) == run.units[name]:
-            axes.plot(beside.history[x], beside.history[name], _line(beside, 1))
+            axes.plot(*beside.curve(name, x), _line(beside, 1))
         if x == "time":
             mark_stop(run, axes)
         label(axes, _time(run) if x == "time" else x, name, run.units[x], run.units[name])

@@ -118,16 +118,16 @@ def plot(run: Run, asked: Plot) -> Figure:
 def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
     """narrow: its legend stands above it where it has more than two entries."""
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
-    lines, marks, places = cycle(LINES), cycle(MARKS), run.history[asked.x]
+    lines, marks, reach = cycle(LINES), cycle(MARKS), run.history[asked.x]
     for number, name in enumerate(asked.y):
         line = LINES[number // len(COLOURS) % len(LINES)]
-        values = run.history[name]
+        places, values = run.curve(name, asked.x)
         mark = "o" if np.sum(~np.isnan(values)) == 1 else ""
         axes.plot(places / x_size, values / y_size, line + mark, label=name.replace("_", " "))
     for curve in asked.measured:
         x, y, deviation = curve.read(x_si, y_si)
         if curve.line:  # as far as the run has come
-            reached = np.clip(x, np.nanmin(places), np.nanmax(places))
+            reached = np.clip(x, np.nanmin(reach), np.nanmax(reach))
             x, y = reached, np.where(reached == x, y, np.interp(reached, x, y))
         look: dict[str, Any] = {"color": INK, "markersize": 4.5, "markerfacecolor": "none", "capsize": 2.5, "linewidth": 0.9}
         bars = None if deviation is None else deviation / y_size
@@ -148,9 +148,9 @@ def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
     """What the columns are off the first curve where both are."""
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     x, y, _ = asked.measured[0].read(x_si, y_si)
-    places = run.history[asked.x]
     for name in asked.y:
-        axes.plot(places / x_size, (run.history[name] - np.interp(places, x, y, np.nan, np.nan)) / y_size)
+        places, values = run.curve(name, asked.x)
+        axes.plot(places / x_size, (values - np.interp(places, x, y, np.nan, np.nan)) / y_size)
     axes.set(xlabel=_abscissa(asked, x_unit), ylabel=with_unit("difference", y_unit))
 
 

@@ -67,10 +67,16 @@ class ProbeReader:
                 values.append(self._reaction(probe, of, before, time))
             else:
                 values.append(self._value(probe, fetch(probe)) - self._initial.get(probe.name, 0.0))
+        self.count_from(impulses, time, turning)
+        return values
+
+    def count_from(
+        self, impulses: Mapping[str, np.ndarray], time: float, turning: Mapping[str, np.ndarray] = NOTHING_TURNED
+    ) -> None:
+        """Let the means of reactions and torques begin at a time [s], with the impulses so far as `read` has them."""
         self._impulses = {name: list(map(float, impulse)) for name, impulse in impulses.items()}
         self._turning = {name: list(map(float, impulse)) for name, impulse in turning.items()}
         self._time = time
-        return values
 
     def units(self) -> dict[str, str]:
         """The unit of each probe's column."""

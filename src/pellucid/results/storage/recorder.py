@@ -45,8 +45,9 @@ class Recorder:
         self.resumes_record = numbers is not None and bool(numbers.get("begun", True))
         """Whether the run goes on from a record; not where it is to settle first."""
         self._begun = False  # not while bodies settle
+        self._equilibrium = 0.0
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
-        self._rows = Schedule(case.output.rows_every(case.time.end), **recorded["rows"])
+        self._rows = Schedule(_row_interval(case), **recorded["rows"])
         self._frames = Schedule(case.output.frames_every(case.time.end), **recorded["frames"])
         self._inputs = recorded.get("inputs") or digests(case)
         self._kinds = users_kinds(case)
@@ -87,6 +88,9 @@ class Recorder:
         """After each step: write what is due."""
         if self._rows.due(sim.time):
             self._write_row(sim)
+        elif self.case.steady is not None and sim.time > self._equilibrium:  # so that a reaction is that of one equilibrium
+            self._probes.count_from(sim.reactions(), sim.time, sim.angular_reactions())
+        self._equilibrium = sim.time
         if self._frames.due(sim.time):
             self._write_frame(sim)
         self._checkpoint_now_and_then(sim)
@@ -260,6 +264,15 @@ class Recorder:
             **told,
             **facts_of(sim.bodies),
         }
+
+
+def _row_interval(case: "Case") -> float:
+    """Time between rows of the history [s]; unless the case states it, short enough for a row at each equilibrium."""
+    interval = case.output.rows_every(case.time.end)
+    if case.steady is None or case.output.history is not None:
+        return interval
+    levels = np.array(case.steady.levels(case.time.end)) * (case.time.end / case.steady.load_steps)
+    return min(interval, 0.5 * float(np.diff(levels).min()))
 
 
 def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:

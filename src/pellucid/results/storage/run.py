@@ -17,6 +17,7 @@ from pellucid.geometry.meshes.cells import Cells
 from pellucid.named import Named
 from pellucid.results.checks import metric_of
 from pellucid.results.metrics import Metric
+from pellucid.results.readings import Readings
 from pellucid.results.storage import frames, history
 from pellucid.results.storage.run_folder import RunFolder
 
@@ -56,6 +57,19 @@ class Run:
     def history(self) -> dict[str, np.ndarray]:
         """Columns of `history.csv` by name, each of shape (rows,)."""
         return Named(self._without("the history", "column"), history.read(self.folder.history))
+
+    @cached_property
+    def readings(self) -> Readings:
+        """The columns of the history as curves."""
+        return Readings(self.history, self.stored.means)
+
+    def curve(self, y: str, x: str = "time") -> tuple[np.ndarray, np.ndarray]:
+        """Return a column of the history against another one, at the instants at which both hold.
+
+        A reaction or torque is the mean since the row before: it holds in the middle of that interval, where the other column
+        is averaged too. Returns abscissae and ordinates, each of shape (n,).
+        """
+        return self.readings.curve(y, x)
 
     @cached_property
     def units(self) -> dict[str, str]:
@@ -101,7 +115,7 @@ class Run:
         module = catalogue.module(self.stored.id)
         found: dict[str, Metric] = {}
         if self.finished:
-            found = {asked.name: metric_of(asked, self.history, self.units) for asked in self.stored.check}
+            found = {asked.name: metric_of(asked, self.history, self.units, self.stored.means) for asked in self.stored.check}
         if module is not None and self.finished:
             try:
                 found |= module.metrics(self)

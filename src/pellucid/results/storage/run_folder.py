@@ -143,13 +143,13 @@ class RunFolder:
             _remove(drawn.files(self.figures), self.figures)
             _remove(_with_drafts([self._failure, self._state]), self.forensics)
 
-    def read_case(self) -> "Case":
-        """The resolved case. Raises `UsageError` where the folder holds no run."""
+    def read_case(self, settings: Mapping[str, Any] | None = None) -> "Case":
+        """Read the resolved case, with settings as `load` puts them. Raises `UsageError` where the folder holds no run."""
         from pellucid.case import load
 
         if not self.case.is_file():
             raise UsageError(f"there is no run in {self.path}: {self._without_case()}")
-        return load(self.case)
+        return load(self.case, settings)
 
     def _without_case(self) -> str:
         if self.is_of_a_run and self._has_nothing_yet:

@@ -12,6 +12,7 @@ from pellucid.case.picture import Film, Picture
 from pellucid.case.plot import Plot
 from pellucid.case.stages import SteadyCase
 from pellucid.grid.model import GridCase
+from pellucid.results.readings import mean_columns
 
 
 class StoredBody(NamedTuple):
@@ -45,6 +46,8 @@ class StoredCase(BaseModel):
     bodies: tuple[StoredBody, ...]
     probes: tuple[str, ...]
     """Their names."""
+    means: tuple[str, ...] = ()
+    """Names of the probes whose values are means since the row before, see `pellucid.results.readings`."""
     others: dict[str, int] = {}
     """How many there are of each other kind of part, such as supports, by the keys of their tables."""
     picture: tuple[Picture, ...] = ()
@@ -63,8 +66,10 @@ def read(path: Path) -> StoredCase:
     data = tomllib.loads(path.read_text(encoding="utf-8"))
     bodies = [_body(table) for table in data["body"]]
     others = {key: len(tables) for key, tables in data.items() if isinstance(tables, list) and key not in SHOWN and tables}
-    probes = [probe["name"] for probe in data.get("probe", ())]
-    return StoredCase.model_validate({**data, "bodies": bodies, "probes": probes, "others": others})
+    quantities = {probe["name"]: str(probe.get("quantity", "")) for probe in data.get("probe", ())}
+    own = {"bodies": bodies, "probes": list(quantities), "others": others}
+    own["means"] = mean_columns(quantities.items(), "steady" in data)
+    return StoredCase.model_validate({**data, **own})
 
 
 def _body(table: dict[str, Any]) -> StoredBody:

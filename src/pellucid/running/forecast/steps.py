@@ -94,7 +94,7 @@ def _counted(left: float, step: float, why: str) -> Foretold:
 
 def _steady(case: "Case") -> Foretold:
     steady = case.steady
-    number = steady.load_steps if steady is not None else 0
+    number = len(steady.levels(case.time.end)) - 1 if steady is not None else 0
     text = (
         f"steady states, {number} in all: how many steps of the relaxation each takes shows only on the way, with "
         f"steady.most_steps at the most"

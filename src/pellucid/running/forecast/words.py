@@ -2,13 +2,14 @@
 
 from contextlib import suppress
 from math import isnan, sqrt
+from typing import Any
 
 from pellucid.case import Case
 from pellucid.errors import UsageError
 from pellucid.progress import clock
 from pellucid.running.forecast.hints import implicit_viscosity
 from pellucid.running.forecast.pace import Pace, Paces
-from pellucid.running.forecast.steps import Foretold, of_case
+from pellucid.running.forecast.steps import Foretold, of_case, of_simulation
 
 WIDE = 2.0
 """Times as long as the least: up to then the mean is told, by their ratio."""
@@ -18,6 +19,11 @@ def foretell_case(case: "Case") -> list[str]:
     """What bounds the step of a case, how many steps that makes, and how long these take here. Raises CaseError as the set-up
     of the case does."""
     return lines(case, of_case(case), pace_of(case))
+
+
+def foretell_simulation(simulation: Any) -> list[str]:
+    """Return the same lines for a case that is set up."""
+    return lines(simulation.case, of_simulation(simulation), pace_of(simulation.case))
 
 
 def pace_of(case: "Case") -> Pace | None:
