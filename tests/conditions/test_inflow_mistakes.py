@@ -41,7 +41,7 @@ MISTAKES = {
     "a wall": (
         'where = "x-lower"',
         'where = "y-lower"',
-        ["inflow.0.where", "constrains the whole face y-lower", "take the face out"],
+        ["inflow.0.where", "constrains the whole face y-lower", 'remove "y-lower" from `support.0.where`'],
     ),
     "thin": ('where = "x-lower"', 'where = "z-lower"', ["inflow.0.where", "one cell thick along z"]),
     "a seam": ("cell = 0.5", 'cell = 0.5\nperiodic = ["x"]', ["inflow.0.where", "the grid is periodic along x"]),

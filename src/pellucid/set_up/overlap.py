@@ -139,4 +139,6 @@ def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, St
             f"it crosses or touches body {other.name}, which belongs to another velocity field, for example at ({place}) m: "
             f"contact cannot tell on which side it is"
         )
-        raise CaseError(Problem(text, f"body.{one.name}.surface", remedy="move one of the two, or give both the same `field`"))
+        gap = f"{0.01 * grid.cell:.2g} m"
+        remedy = f"move one of the two until a gap is left ({gap} is enough); to join them, give both the same `field`"
+        raise CaseError(Problem(text, f"body.{one.name}.surface", remedy=remedy))

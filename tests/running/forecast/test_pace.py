@@ -92,15 +92,18 @@ def test_the_size_goes_with_the_points():
 @pytest.mark.parametrize(
     ("each", "words"),
     [
-        (None, "time: no run like it on this machine tells; one tells after its first second"),
-        (Pace(0.01, 0.01), "time: about 2.0 s on this machine, beside set-up, compilation and report"),
-        (Pace(0.01, 0.02), "time: about 2.8 s on this machine, beside set-up, compilation and report"),
-        (Pace(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, beside set-up, compilation and report"),
+        (
+            None,
+            "time: unknown, because no similar case has run on this machine yet; an estimate follows after the first second of the run",
+        ),
+        (Pace(0.01, 0.01), "time: about 2.0 s on this machine, without set-up, compilation and report"),
+        (Pace(0.01, 0.02), "time: about 2.8 s on this machine, without set-up, compilation and report"),
+        (Pace(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, without set-up, compilation and report"),
     ],
 )
 def test_steps_and_time_are_said_in_two_lines(each, words):
     steps, time = lines(block(10), Foretold(5e-3, 200, "body `block` (wave): waves"), each)
-    assert steps == "steps: about 200 of 0.005 s, bounded by body `block` (wave): waves"
+    assert steps == "steps: about 200 of 0.005 s, limited by body `block` (wave): waves"
     assert time == words
 
 
@@ -126,4 +129,4 @@ def test_what_was_not_known_is_told_after_a_second(monkeypatch):
     for step in range(12):
         now[0] = 0.2 * step
         progress.update(step=step, time=0.1 * step, dt=0.1, points=1, energy_error=0.0)
-    assert notes.texts == ["time: about 19.0 s more, at the pace of the first 5 steps"]
+    assert notes.texts == ["time: about 19.0 s left, estimated from the first 5 steps"]

@@ -78,7 +78,7 @@ def test_films_alone_take_a_step_for_each_row_of_the_history():
 def test_nobody_foretells_steps_of_a_relaxation():
     ahead = of_case(load("mountris2019/cube-extension"))
     assert np.isnan(ahead.number)
-    assert "how many steps of the relaxation each takes shows only on the way" in ahead.why
+    assert "their number is not known in advance" in ahead.why
 
 
 def test_until_an_earlier_time_there_are_fewer_steps():
@@ -100,4 +100,4 @@ def test_a_meshless_solid_tells_when_it_is_set_up_without_compiling(monkeypatch)
         assert ahead.number == 112
         assert re.search(words, ahead.why)
     monkeypatch.setattr("pellucid.running.forecast.quick_set_up.MOST_POINTS", 100)
-    assert "body `block` tells what bounds the step when it is set up" in of_case(drop).why
+    assert "limited by body `block`; the time step is computed when the run starts" in of_case(drop).why

@@ -12,7 +12,7 @@ from pellucid.bodies.membrane_elements.bending_case import BendingCase
 from pellucid.bodies.membrane_elements.constraints import Constraints, slopes_of
 from pellucid.bodies.membrane_elements.hourglass import HourglassCase
 from pellucid.bodies.membrane_elements.mesh import ElementMesh
-from pellucid.bodies.membranes.model import CLOSE_IT, MembraneCase
+from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import longest_edge, place_problems
 from pellucid.findings import Finding, Path, Reason
@@ -40,6 +40,11 @@ from pellucid.parts.step_limit import (
 
 SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
+
+REST_OF_SURFACE = (
+    "use the whole closed surface (of a file: `closed = true`); of a part between planes of symmetry, without [steady]: replace "
+    "`volume_stiffness` by an [[enclosed]] `liquid` with `lids = true`"
+)
 
 
 class MembraneElementsCase(MembraneCase):
@@ -182,7 +187,7 @@ class MembraneElementsCase(MembraneCase):
         elif not all(parts.active_axes):
             yield Finding(key, "is for surfaces in space, and the grid is one cell thick along an axis", "leave it out")
         elif self.volume_stiffness > 0.0 and not self.surface.closed:
-            yield Finding(key, "the surface is open and encloses no volume", CLOSE_IT)
+            yield Finding(key, "the surface is open and encloses no volume", REST_OF_SURFACE)
 
     def _size_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
         """Elements so large that cells between their nodes have nothing of the membrane."""

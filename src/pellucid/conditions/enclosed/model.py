@@ -159,8 +159,11 @@ class Enclosed(Condition):
         return 0.5 * sqrt(max(stiffness, 0.0) * start.mobility)
 
     def why_not_steady(self) -> Reason | None:
-        """What it swings on is no spring that the relaxation knows."""
-        return Reason("[steady] brings no membrane with a gas or liquid to rest", "use `damping`, or [settle], or leave it out")
+        remedy = (
+            f"remove [steady] and set `body.{self.body}.damping`, or use [settle] instead of [steady]; a closed membrane of "
+            "triangles can have a `volume_stiffness` instead of the [[enclosed]] liquid"
+        )
+        return Reason("[steady] brings no membrane with a gas or liquid to rest", remedy)
 
     @classmethod
     def activate(cls, conditions: Sequence["Enclosed"], assembly: Assembly) -> Sequence[ActiveCondition]:

@@ -19,7 +19,7 @@ def foretold(simulation: Any, until: float | None, progress: Progress) -> Progre
     from pellucid.running.forecast.words import WIDE, lines, pace_of
 
     each, ahead = pace_of(simulation.case), of_simulation(simulation, until)
-    for line in lines(simulation.case, ahead, each, runs=True):
+    for line in lines(simulation.case, ahead, each):
         progress.note(line)
     known = each is not None and each.most <= WIDE * each.least
     return progress if known or simulation.case.steady is not None else ToldOnTheWay(progress)

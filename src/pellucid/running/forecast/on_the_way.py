@@ -40,7 +40,7 @@ class ToldOnTheWay(Progress):
         if self._pace.seconds() >= ENOUGH:
             self._told = True
             left = clock(self._pace.time_left(self._end))
-            self._progress.note(f"time: about {left} more, at the pace of the first {step} steps")
+            self._progress.note(f"time: about {left} left, estimated from the first {step} steps")
 
     def count(self, done: int) -> None:
         """So many parts of the phase are done."""

@@ -41,7 +41,7 @@ def of_case(case: "Case", sets_up: bool = True) -> Foretold:
         simulation = set_up_quickly(case) if sets_up else None
         if simulation is not None:
             return of_simulation(simulation)
-        text = f"body `{unknown[0]}` tells what bounds the step when it is set up: see the first line of a run"
+        text = f"limited by body `{unknown[0]}`; the time step is computed when the run starts"
         return Foretold(UNKNOWN, UNKNOWN, text)
     return _foretold(case, *_tightest(limits), 0.0)
 
@@ -96,8 +96,8 @@ def _steady(case: "Case") -> Foretold:
     steady = case.steady
     number = len(steady.levels(case.time.end)) - 1 if steady is not None else 0
     text = (
-        f"steady states, {number} in all: how many steps of the relaxation each takes shows only on the way, with "
-        f"steady.most_steps at the most"
+        f"{number} steady state{'s' * (number != 1)}, each in at most {steady.most_steps if steady else 0} steps of the relaxation "
+        "(`steady.most_steps`); their number is not known in advance"
     )
     return Foretold(UNKNOWN, UNKNOWN, text)
 

@@ -33,25 +33,27 @@ def pace_of(case: "Case") -> Pace | None:
     return None
 
 
-def lines(case: "Case", foretold: Foretold, each: Pace | None, runs: bool = False) -> list[str]:
-    """Two lines, and a third where the steps could be much longer; each: the time of a step, if runs tell it; runs: whether
-    these are of a run that begins."""
+def lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]:
+    """Return a line on the steps and one on the run time, and a hint where the steps could be much longer.
+
+    each: the time of a step, as far as earlier runs show it.
+    """
     hint = implicit_viscosity(case)
-    return [*_two_lines(case, foretold, each, runs), *([] if hint is None else [hint])]
+    return [*_two_lines(case, foretold, each), *([] if hint is None else [hint])]
 
 
-def _two_lines(case: "Case", foretold: Foretold, each: Pace | None, runs: bool) -> list[str]:
+def _two_lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]:
     settling = "some to settle, then " if case.settle is not None else ""
     if isnan(foretold.number):
         steps = f"steps: {settling}{foretold.why}"
     else:
         about = "" if case.time.step is not None else "about "
-        steps = f"steps: {settling}{about}{foretold.number:.0f} of {foretold.step:.3g} s, bounded by {foretold.why}"
+        steps = f"steps: {settling}{about}{foretold.number:.0f} of {foretold.step:.3g} s, limited by {foretold.why}"
     if each is None:
-        later = "it is told after a second of steps" if runs else "one tells after its first second"
-        return [steps, f"time: no run like it on this machine tells; {later}"]
+        later = "an estimate follows after the first second of the run"
+        return [steps, f"time: unknown, because no similar case has run on this machine yet; {later}"]
     if isnan(foretold.number):
         return [steps, f"time: about {1e3 * sqrt(each.least * each.most):.2g} ms a step on this machine"]
     least, most = each.least * foretold.number, each.most * foretold.number
     taken = f"about {clock(sqrt(least * most))}" if most <= WIDE * least else f"between {clock(least)} and {clock(most)}"
-    return [steps, f"time: {taken} on this machine, beside set-up, compilation and report"]
+    return [steps, f"time: {taken} on this machine, without set-up, compilation and report"]
