@@ -1,7 +1,11 @@
-import pytest
+from pathlib import Path
 
-from pellucid.case import loads, parse_setting, parse_value
+import pytest
+from typer.testing import CliRunner
+
+from pellucid.case import load, loads, parse_setting, parse_value
 from pellucid.case.settings import split_key
+from pellucid.cli import app
 from pellucid.errors import CaseError
 
 
@@ -147,3 +151,89 @@ def test_a_key_that_leads_nowhere_is_told(text: str, setting: str) -> None:
 def test_a_kind_within_what_another_setting_has_made_a_list_or_number(text: str) -> None:
     with pytest.raises(CaseError):
         loads(text).with_settings({"body.drop.material.kind": "fluid", "body": 3})
+
+
+def write_faulty(folder: Path, text: str) -> Path:
+    """A case with a wrong step, a wrong density, and a missing end."""
+    wrong = text.replace("end = 0.1\n", "").replace("courant = 0.5", "courant = 3").replace("density = 1200.0", "density = -1")
+    (folder / "faulty.toml").write_text(wrong)
+    return folder / "faulty.toml"
+
+
+RIGHT = {"time.end": 0.1, "time.courant": 0.5, "body.block.material.density": "1200 kg/m^3"}
+
+
+def test_a_faulty_case_is_judged_with_its_settings(text: str, tmp_path: Path) -> None:
+    file = write_faulty(tmp_path, text)
+    found = load(file, RIGHT)
+    assert found.body[1].material.density == pytest.approx(1200.0)
+    assert found.to_data() == load(file, RIGHT | {"title": found.title}).to_data()
+    (tmp_path / "sound.toml").write_text(text)
+    assert found.to_data() == load(tmp_path / "sound.toml").to_data()
+
+
+def test_what_is_left_is_named_with_its_line_and_what_settings_break_with_these(text: str, tmp_path: Path) -> None:
+    file = write_faulty(tmp_path, text)
+    with pytest.raises(CaseError) as caught:
+        load(file, RIGHT | {"time.courant": 0.0})
+    assert str(caught.value).startswith("--set time.courant=0.0: must be greater than 0")
+    with pytest.raises(CaseError) as caught:
+        load(file, {"time.end": 0.1, "time.courant": 0.5})
+    line = file.read_text().splitlines().index("density = -1") + 1
+    assert f"{file}:{line}: body.block.material.density = -1" in str(caught.value)
+    assert "courant" not in str(caught.value)
+    with pytest.raises(CaseError, match=r"--set body\.blok\.material\.density=1: `body` has no item `blok`"):
+        load(file, {"body.blok.material.density": 1})
+
+
+def test_faulty_quick_settings_can_be_corrected(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(text.replace('"grid.cell" = 0.1', '"grid.cell" = -0.1\n"time.end" = 0.05'))
+    with pytest.raises(CaseError, match="quick"):
+        load(file)
+    found = load(file, {"grid.cell": 0.1}, quick=True)
+    assert (found.grid.cell, found.time.end) == (0.1, 0.05)
+    assert load(file, {"grid.cell": 0.05}).time.end == 0.1
+    with pytest.raises(CaseError) as caught:
+        load(file, {"time.end": 0.1}, quick=True)
+    line = file.read_text().splitlines().index('"grid.cell" = -0.1') + 1
+    assert f"{file}:{line}: grid.cell = -0.1" in str(caught.value)
+
+
+def test_a_file_that_is_no_toml_stays_one(tmp_path: Path) -> None:
+    (tmp_path / "my.toml").write_text("a = [")
+    with pytest.raises(CaseError, match="no valid TOML"):
+        load(tmp_path / "my.toml", {"a": 1})
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["validate"],
+        ["run", "--no-report", "--until", "1e-9", "--out", "r"],
+        ["sweep", "--over", "time.end=-1", "--out", "s"],
+        ["converge", "--over", "time.end=-1,-2", "--metric", "none"],
+        ["fit", "--measured", "c.csv", "--probe", "none", "--free", "time.end=-2:-1"],
+    ],
+)
+def test_every_command_judges_the_case_after_its_settings(command: list[str], text: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    name, *more = command
+    settings = [f"--set={key}={value}" for key, value in RIGHT.items()]
+    result = CliRunner().invoke(app, [name, write_faulty(tmp_path, text).name, *more, *settings])
+    if name in ("validate", "run"):
+        assert result.exit_code == 0, result.stderr
+    else:  # the case is accepted; what the study itself asks is not
+        assert result.exit_code == 2
+        assert "density" not in result.stderr
+        assert "courant" not in result.stderr
+    bare = CliRunner().invoke(app, [name, "faulty.toml", *more])
+    assert "density = -1" in bare.stderr
+
+
+def test_a_study_replaces_a_faulty_value(text: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my.toml").write_text(text.replace("cell = 0.05", "cell = -1"))
+    result = CliRunner().invoke(app, ["converge", "my.toml", "--over", "grid.cell=0.1,0.05", "--metric", "none"])
+    assert "cell = -1" not in result.stderr
+    assert "none" in result.stderr, "the metric is what is wrong"

@@ -103,8 +103,8 @@ REFUSED = {
 }
 
 
-class SetUpDone(Exception):  # noqa: N818 a run got to its first step
-    pass
+class SetUpDone(Exception):
+    """A run has reached its first step."""
 
 
 @pytest.fixture

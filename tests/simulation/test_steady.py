@@ -273,3 +273,39 @@ def vertical_reactions(case):
 def test_a_body_that_moves_at_the_start_is_refused():
     with pytest.raises((CaseError, ValueError), match="a steady state begins at rest"):
         pulled(body={"velocity": (0.0, 0.0, 1.0)})
+
+
+def probed(steady, **more):
+    probes = [{"name": "pull", "quantity": "reaction", "condition": "top", "component": "z"}]
+    return pulled({"tolerance": 1e-8} | steady, probe=probes, **more)
+
+
+def test_further_equilibria_lie_at_the_times_that_are_asked(tmp_path):
+    levels = probed({"load_steps": 2, "at": [0.8, 0.3, 0.5]}).steady.levels(1.0)
+    assert levels == pytest.approx([0.0, 0.6, 1.0, 1.6, 2.0]), "0.5 s is that of a load step"
+    plain = run_case(probed({"load_steps": 2}), tmp_path / "plain", report=False).history
+    found = run_case(probed({"load_steps": 2, "at": [0.8, 0.3]}), tmp_path / "found", report=False).history
+    assert found["time"] == pytest.approx([0.0, 0.3, 0.5, 0.8, 1.0])
+    assert found["pull"][[2, 4]] == pytest.approx(plain["pull"][[1, 2]], rel=1e-6), "the way there does not count"
+    alone = run_case(probed({"load_steps": 1}, pull=0.3 * PULL), tmp_path / "alone", report=False).history
+    assert found["pull"][1] == pytest.approx(alone["pull"][1], rel=1e-6)
+
+
+def test_equilibria_close_to_each_other_have_rows_of_their_own(tmp_path):
+    found = run_case(probed({"at": [0.5, 0.5001, 0.5002]}), tmp_path / "r", report=False).history
+    assert found["time"] == pytest.approx([0.0, 0.5, 0.5001, 0.5002, 1.0], abs=1e-12)
+
+
+def test_a_reaction_is_that_of_the_equilibrium_of_its_row_also_where_others_have_none(tmp_path):
+    every = run_case(probed({"load_steps": 4}), tmp_path / "every", report=False).history
+    some = run_case(probed({"load_steps": 4}, output={"history": 0.5}), tmp_path / "some", report=False).history
+    assert some["time"] == pytest.approx([0.0, 0.5, 1.0])
+    assert some["pull"] == pytest.approx(every["pull"][::2], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("at", "words"), [([1.5], "1.5 s is not between 0 and time.end"), ([0.0], "0 s is not between 0 and time.end")]
+)
+def test_equilibria_beyond_the_loads_are_refused(at, words):
+    with pytest.raises(ValueError, match=words):
+        pulled({"at": at})

@@ -100,3 +100,17 @@ def test_what_makes_no_sense_is_refused(begun: list[str], curve, more: dict, why
     with pytest.raises(UsageError, match=why):
         fit(curve, tmp_path / "f", **more)
     assert begun == []
+
+
+def test_members_have_rows_as_close_as_the_measured_ones(begun: list[str], tmp_path) -> None:
+    """Not the two of the case: a curve through these would be a straight line."""
+    coarse = case(**{"output.history": 0.5})
+    times = np.linspace(0.05, 0.95, 19)
+    start = pellucid.run(case(), tmp_path / "start", report=False).history["front"][0]
+    rows = zip(times, start + TRUTH * times, strict=True)
+    file = write_csv(tmp_path / "front.csv", ("time", "front"), ("s", "m"), *rows)
+    found = pellucid.fit(coarse, {"front": file}, {SPEED: (0.5, 3.0)}, workers=1, out=tmp_path / "f")
+    assert found.case.output.history == 0.5
+    assert abs(found.estimates[SPEED].value - TRUTH) < 1e-3
+    member = next(path for path in (tmp_path / "f" / "members").iterdir() if path.is_dir())
+    assert len(pellucid.Run(member).history["time"]) > 30, "a row at each step"

@@ -1,6 +1,6 @@
 """Measured curves: a CSV file with a row of names, a row of units and numbers, beside a probe of a case."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -44,20 +44,20 @@ class Curve(NamedTuple):
         """The probe of a run where it was measured, shape (n,). Raises UsageError where the run does not get there."""
         x, y = self._branch(run)
         self._check_reach(x, run)
-        return _interpolant(x, y)(np.clip(self.x, x[0], x[-1]))
+        return _read(x, y, self.x, _is_smooth(run))
 
     def interpolation_error(self, run: Run) -> np.ndarray:
-        """Estimate the error of `values` between the rows of the run, shape (n,): the distance to a cubic spline."""
-        from scipy.interpolate import CubicSpline
-
+        """Estimate the error of `values` between the rows of the run, shape (n,): by how much two interpolants differ."""
         x, y = self._branch(run)
-        at = np.clip(self.x, x[0], x[-1])
-        return np.abs(_interpolant(x, y)(at) - CubicSpline(x, y)(at)) if len(x) > 2 else np.zeros(len(at))
+        return np.abs(_read(x, y, self.x, True) - _read(x, y, self.x, False))
 
     def instants(self, run: Run) -> np.ndarray:
         """Return the times [s] at which the abscissa of a run has the measured values, as far as the run has them."""
         x, times = self._branch(run, along=TIME)
-        return _interpolant(x, times)(self.x[(self.x >= x[0]) & (self.x <= x[-1])])
+        wanted = self.x[(self.x >= x[0]) & (self.x <= x[-1])]
+        found, rows = _read(x, times, wanted, _is_smooth(run)), np.clip(np.searchsorted(x, wanted), 1, len(x) - 1)
+        ends = np.sort([times[rows - 1], times[rows]], axis=0) if len(x) > 1 else np.array([found, found])
+        return np.clip(found, *ends)
 
     def _branch(self, run: Run, along: str = "") -> tuple[np.ndarray, np.ndarray]:
         """The curve of a run by ascending abscissae, up to the first turn of a path that turns back."""
@@ -81,11 +81,19 @@ class Curve(NamedTuple):
             raise UsageError(f"{self.path}: {text}; extend the run, e.g. by `time.end`, or remove the rows beyond its end")
 
 
-def _interpolant(x: np.ndarray, y: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """A monotone cubic through the values of a run; a constant where there is one alone."""
-    from scipy.interpolate import PchipInterpolator
+def _is_smooth(run: Run) -> bool:
+    """Whether a run is a curve of equilibria, few and smooth; motions in time have many rows, jumps and noise."""
+    return run.stored.steady is not None
 
-    return PchipInterpolator(x, y) if len(x) > 1 else lambda at: np.full(np.shape(at), y[0])
+
+def _read(x: np.ndarray, y: np.ndarray, at: np.ndarray, smooth: bool) -> np.ndarray:
+    """Read a curve between its values: by a cubic spline if it is smooth, else by a cubic that overshoots nowhere."""
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    if len(x) < 2:
+        return np.full(len(at), y[0])
+    at = np.clip(at, x[0], x[-1])
+    return np.asarray((CubicSpline if smooth else PchipInterpolator)(x, y)(at))
 
 
 def read_curve(path: Path, probe: str, case: "Case", deviation: str | float | None = None) -> Curve:

@@ -25,6 +25,8 @@ CLOSEST = 1e-4
 """Share of the time of the loads by which these lie apart."""
 NOTICEABLE = 0.2
 """Error of the interpolation that is reported, of the deviations."""
+SMALLEST = 1e-3
+"""Share of the spread of the measured values below which differences do not count."""
 FEWEST_ROWS, MOST_ROWS = 200, 5000
 """Rows of the history that a fit asks of a motion in time."""
 
@@ -164,7 +166,7 @@ def interpolation_warnings(curves: Sequence[Curve], run: Run) -> list[str]:
     for curve in curves:
         error = float(np.sqrt(np.mean(curve.interpolation_error(run) ** 2)))
         spread = curve.deviation if curve.is_stated else curve.values(run) - curve.y
-        size = float(np.sqrt(np.mean(spread**2)))
+        size = max(float(np.sqrt(np.mean(spread**2))), SMALLEST * float(np.std(curve.y)))
         if error <= NOTICEABLE * size:
             continue
         what = "the stated deviations" if curve.is_stated else "the differences from the measurements"

@@ -9,6 +9,10 @@ from pellucid.running.forecast.pace import Pace, Paces, size_of
 from pellucid.running.forecast.steps import Foretold
 from pellucid.running.forecast.words import lines, pace_of
 
+UNKNOWN = (
+    "time: unknown, because no similar case has run on this machine yet; an estimate follows after the first second of the run"
+)
+
 
 def block(per_axis, material=SOLID, name="block"):
     """A block of so many points along each axis."""
@@ -92,10 +96,7 @@ def test_the_size_goes_with_the_points():
 @pytest.mark.parametrize(
     ("each", "words"),
     [
-        (
-            None,
-            "time: unknown, because no similar case has run on this machine yet; an estimate follows after the first second of the run",
-        ),
+        (None, UNKNOWN),
         (Pace(0.01, 0.01), "time: about 2.0 s on this machine, without set-up, compilation and report"),
         (Pace(0.01, 0.02), "time: about 2.8 s on this machine, without set-up, compilation and report"),
         (Pace(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, without set-up, compilation and report"),

@@ -42,8 +42,8 @@ SLACK = 1e-9  # of a length, for rounding
 PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
 
 REST_OF_SURFACE = (
-    "use the whole closed surface (of a file: `closed = true`); of a part between planes of symmetry, without [steady]: replace "
-    "`volume_stiffness` by an [[enclosed]] `liquid` with `lids = true`"
+    "use the whole closed surface (of a file: `closed = true`); for a part between planes of symmetry, without [steady], "
+    "replace `volume_stiffness` by an [[enclosed]] `liquid` with `lids = true`"
 )
 
 

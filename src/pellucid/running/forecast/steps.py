@@ -94,10 +94,10 @@ def _counted(left: float, step: float, why: str) -> Foretold:
 
 def _steady(case: "Case") -> Foretold:
     steady = case.steady
-    number = len(steady.levels(case.time.end)) - 1 if steady is not None else 0
+    number, most = (len(steady.levels(case.time.end)) - 1, steady.most_steps) if steady is not None else (0, 0)
     text = (
-        f"{number} steady state{'s' * (number != 1)}, each in at most {steady.most_steps if steady else 0} steps of the relaxation "
-        "(`steady.most_steps`); their number is not known in advance"
+        f"{number} steady state{'s' * (number != 1)}, each in at most {most} steps of the relaxation (`steady.most_steps`); "
+        "their number is not known in advance"
     )
     return Foretold(UNKNOWN, UNKNOWN, text)
 

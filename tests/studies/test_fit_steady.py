@@ -1,0 +1,135 @@
+"""Fits to steady analyses of few load steps, compared with least squares on the exact curve."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, least_squares
+from small_studies import run_members_here_as_they_are, write_csv
+
+import pellucid
+from pellucid.case import loads
+from pellucid.studies.measured import read_curve
+from pellucid.studies.misfit import interpolation_warnings
+
+EDGE = 0.01
+YOUNG, POISSON = "body.gel.material.young_modulus", "body.gel.material.poisson_ratio"
+PRESS = f"""
+schema = 1
+title = "A pad is pressed between lubricated plates"
+time = {{ end = 1 }}
+steady = {{ load_steps = 4 }}
+[[body]]
+name = "gel"
+kind = "meshless-solid"
+mesh = {{ box = {{ lower = [0, 0, 0], upper = [{EDGE}, {EDGE}, {EDGE}], cells = [1, 1, 1] }} }}
+material = {{ kind = "neo-hookean", density = 1000, young_modulus = "35 kPa", poisson_ratio = 0.42 }}
+[[support]]
+where = {{ box = {{ lower = [-1, -1, -1], upper = [1, 1, 1e-9] }} }}
+fix = ["z"]
+[[support]]
+where = {{ box = {{ lower = [-1, -1, -1], upper = [1e-9, 1, 1] }} }}
+fix = ["x"]
+[[support]]
+where = {{ box = {{ lower = [-1, -1, -1], upper = [1, 1e-9, 1] }} }}
+fix = ["y"]
+[[motion]]
+name = "plate"
+body = "gel"
+part = {{ normal = [0, 0, 1] }}
+displacement = {{ z = {{ kind = "ramp", distance = "-4 mm", duration = 1 }} }}
+[[probe]]
+name = "force"
+quantity = "reaction"
+condition = "plate"
+component = "z"
+[[probe]]
+name = "way"
+body = "gel"
+quantity = "position"
+component = "z"
+reduce = "max"
+change = true
+[[probe]]
+name = "bulge"
+body = "gel"
+quantity = "position"
+component = "x"
+reduce = "max"
+change = true
+"""
+WAYS = 1e-3 * np.array([-0.35, -0.9, -1.3, -2.2, -2.75, -3.4, -3.9])
+"""Not those of the load steps [m]."""
+
+
+def exact(young: float, poisson: float, ways: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Force [N] and bulge [m] of W = μ/2 (I₁ - 3) - μ ln J + λ/2 (ln J)² under uniaxial stress."""
+    shear, lame = young / (2.0 + 2.0 * poisson), young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    force, bulge = [], []
+    for along in 1.0 + np.asarray(ways) / EDGE:
+        across = brentq(lambda s, a=along: shear * (s * s - 1.0) + lame * np.log(s * s * a), 0.5, 3.0)
+        force.append(EDGE**2 / along * (shear * (along**2 - 1.0) + lame * np.log(across**2 * along)))
+        bulge.append(EDGE * (across - 1.0))
+    return np.array(force), np.array(bulge)
+
+
+@pytest.fixture
+def pressed(monkeypatch):
+    run_members_here_as_they_are(monkeypatch)
+    return loads(PRESS)
+
+
+def test_a_run_has_equilibria_where_it_is_measured(pressed, tmp_path):
+    """At any abscissae, be they times of the loads, ways or forces."""
+    force, bulge = exact(35e3, 0.42, WAYS)
+    pressed = loads(PRESS.replace('kind = "ramp", distance = "-4 mm", duration = 1', 'kind = "steady", velocity = "-4 mm/s"'))
+    files = {
+        "force": [
+            write_csv(tmp_path / "time.csv", ("time", "force"), ("s", "N"), *zip(-WAYS / 4e-3, force, strict=True)),
+            write_csv(tmp_path / "way.csv", ("way", "force"), ("m", "N"), *zip(WAYS, force, strict=True)),
+        ],
+        "bulge": write_csv(tmp_path / "by-force.csv", ("force", "bulge"), ("N", "m"), *zip(force, bulge, strict=True)),
+    }
+    found = pellucid.fit(pressed, files, {YOUNG: (34e3, 36e3)}, workers=1, out=tmp_path / "f", trials=1)
+    assert found.case.steady.at == (), "the fitted case keeps its load steps"
+    members = [path for path in (tmp_path / "f" / "members").iterdir() if path.is_dir()]
+    run = max((pellucid.Run(path) for path in members), key=lambda each: len(each.history["time"]))
+    young = run.case.body[0].material.young_modulus
+    curves = [read_curve(each, "force", pressed) for each in files["force"]] + [read_curve(files["bulge"], "bulge", pressed)]
+    right = exact(young, 0.42, WAYS)[0]
+    for curve in curves[:2]:
+        np.testing.assert_allclose(curve.values(run), right, rtol=1e-4)
+    assert interpolation_warnings(curves, run) == []
+
+
+@pytest.mark.slow
+def test_estimates_are_the_least_squares_values_of_the_exact_curve(pressed, tmp_path):
+    """Two curves with noise of 1 %; five rows, interpolated linearly, gave a Poisson's ratio beyond its interval."""
+    noise = 1.0 + np.random.default_rng(3).normal(0.0, 0.01, (2, len(WAYS)))
+    force, bulge = exact(35e3, 0.42, WAYS) * noise
+    files = {
+        name: write_csv(tmp_path / f"{name}.csv", ("way", name), ("m", unit), *zip(WAYS, values, strict=True))
+        for name, unit, values in (("force", "N", force), ("bulge", "m", bulge))
+    }
+
+    def residuals(shares):
+        of_force, of_bulge = exact(1e4 * shares[0], shares[1], WAYS)
+        return np.concatenate([(of_force - force) / np.std(force), (of_bulge - bulge) / np.std(bulge)])
+
+    right = least_squares(residuals, [3.0, 0.4], xtol=1e-12).x * [1e4, 1.0]
+    found = pellucid.fit(pressed, files, {YOUNG: (1e4, 8e4), POISSON: (0.2, 0.48)}, workers=1, out=tmp_path / "f")
+    for key, value in zip((YOUNG, POISSON), right, strict=True):
+        one = found.estimates[key]
+        assert one.low < value < one.high
+        assert abs(one.value / value - 1.0) < 1e-3
+    assert found.warnings == []
+
+
+def test_a_coarse_run_is_reported_with_the_error_of_its_interpolation(pressed, tmp_path):
+    force, _ = exact(35e3, 0.42, WAYS)
+    rows = zip(WAYS, force, np.full(len(WAYS), 1e-5), strict=True)
+    file = write_csv(tmp_path / "c.csv", ("way", "force", "deviation"), ("m", "N", "N"), *rows)
+    run = pellucid.run(pressed.with_settings({"steady.load_steps": 3}), tmp_path / "run", report=False)
+    curve = read_curve(file, "force", pressed)
+    assert np.abs(curve.values(run) - force).max() < 0.01 * np.ptp(force), "a cubic between four rows"
+    (text,) = interpolation_warnings([curve], run)
+    assert "interpolated between the rows" in text
+    assert "Set a larger `steady.load_steps`" in text
