@@ -49,7 +49,10 @@ class SeededBody(DampedModel):
         "", "bodies whose place is left out of the shape: the shape of material points, the inside of a closed membrane", ()
     )
     cut_at: tuple[Face, ...] = parameter(
-        "", "faces of the grid at which the shape ends: planes of symmetry, beyond which lies its mirror image", ()
+        "",
+        "faces of the grid at which the shape ends: planes of symmetry, beyond which lies its mirror image, or for a fluid faces "
+        "that an [[inflow]] or [[outflow]] opens",
+        (),
     )
     points_per_cell: int | tuple[int, int, int] | None = parameter(
         "", "points in a cell: along each axis, or their number; without it two along each axis that is not thin", None
