@@ -7,6 +7,7 @@ from small_studies import run_members_here_as_they_are, write_csv
 
 import pellucid
 from pellucid.case import loads
+from pellucid.errors import UsageError
 from pellucid.studies.measured import read_curve
 from pellucid.studies.misfit import interpolation_warnings
 
@@ -133,3 +134,19 @@ def test_a_coarse_run_is_reported_with_the_error_of_its_interpolation(pressed, t
     (text,) = interpolation_warnings([curve], run)
     assert "interpolated between the rows" in text
     assert "Set a larger `steady.load_steps`" in text
+
+
+@pytest.mark.slow
+def test_an_abscissa_may_depend_on_the_parameters(pressed, tmp_path):
+    """A force as abscissa: softer solids do not get as far as was measured."""
+    force, bulge = exact(35e3, 0.42, WAYS)
+    file = write_csv(tmp_path / "c.csv", ("force", "bulge"), ("N", "m"), *zip(force, bulge, strict=True))
+    found = pellucid.fit(pressed, {"bulge": file}, {YOUNG: (25e3, 60e3)}, workers=1, out=tmp_path / "f")
+    assert abs(found.estimates[YOUNG].value / 35e3 - 1.0) < 1e-3
+
+
+def test_runs_that_end_too_early_are_named(pressed, tmp_path):
+    rows = zip(1.5 * WAYS, exact(35e3, 0.42, WAYS)[0], strict=True)
+    file = write_csv(tmp_path / "c.csv", ("way", "force"), ("m", "N"), *rows)
+    with pytest.raises(UsageError, match=r"the measured way ranges from -0\.00585 to .* extend the run"):
+        pellucid.fit(pressed, {"force": file}, {YOUNG: (25e3, 60e3)}, workers=1, out=tmp_path / "f")

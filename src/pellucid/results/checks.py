@@ -79,6 +79,5 @@ def _compared(asked: Check, readings: Readings, instant: float | None, unit: str
     size = float(np.abs(right).max())
     if not reached.any():
         return nan, nan, nan, size, words
-    found = all_found[reached]
-    apart = float(np.sqrt(np.mean((found - right[reached]) ** 2)))
+    apart = float(np.sqrt(np.mean((all_found[reached] - right[reached]) ** 2)))
     return apart, 0.0, apart, size, words.replace("_", " ")

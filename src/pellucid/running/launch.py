@@ -36,7 +36,7 @@ class _Size(NamedTuple):
     """Bytes of the shape functions of meshless solids."""
 
 
-LARGE = _Size(200_000, 32 * 2**20)
+LARGE = _Size(1_000_000, 256 * 2**20)
 """The largest case that `validate` sets up: within a few seconds, once the kernels are compiled."""
 NOT_SET_UP = "set-up: not tried, because it takes long for a case of this size; `pellucid run` completes the check first"
 

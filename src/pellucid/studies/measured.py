@@ -21,6 +21,16 @@ DEVIATION = "deviation"
 TIME = "time"
 
 
+FINE = 2001
+"""Times between which an abscissa is linear when it is looked up."""
+EXTRAPOLATED = 0.1
+"""Share of the abscissae of a steady analysis by which it may be continued."""
+
+
+class NotReached(UsageError):
+    """Measured values beyond the end of a run."""
+
+
 class Curve(NamedTuple):
     """Values that a probe was measured to have, in SI units."""
 
@@ -41,23 +51,44 @@ class Curve(NamedTuple):
         return (self.values(run) - self.y) / self.deviation
 
     def values(self, run: Run) -> np.ndarray:
-        """The probe of a run where it was measured, shape (n,). Raises UsageError where the run does not get there."""
+        """The probe of a run where it was measured, shape (n,). Raises NotReached where the run does not get there.
+
+        A steady analysis is continued linearly, by up to a tenth of the range that it has: how far it gets may depend on the
+        parameters, as a force does.
+        """
         x, y = self._branch(run)
-        self._check_reach(x, run)
+        if self._beyond(x) > (EXTRAPOLATED if _is_smooth(run) and self.against != TIME else 1e-6) * np.ptp(x):
+            raise NotReached(f"{self._reach(x, run)}; extend the run, e.g. by `time.end`, or remove the rows beyond its end")
         return _read(x, y, self.x, _is_smooth(run))
+
+    def extrapolation(self, run: Run) -> str | None:
+        """Report measured values beyond the end of a run, None if there are none."""
+        x, _ = self._branch(run)
+        return self._reach(x, run) if self._beyond(x) > 1e-6 * np.ptp(x) else None
 
     def interpolation_error(self, run: Run) -> np.ndarray:
         """Estimate the error of `values` between the rows of the run, shape (n,): by how much two interpolants differ."""
         x, y = self._branch(run)
         return np.abs(_read(x, y, self.x, True) - _read(x, y, self.x, False))
 
+    def distance_to_rows(self, run: Run) -> float:
+        """Return the largest distance of a measured abscissa from the nearest row of a run, as a share of the range."""
+        x, _ = self._branch(run)
+        apart = np.abs(self.x[:, None] - x).min(axis=1)
+        return float(apart[(self.x >= x[0]) & (self.x <= x[-1])].max(initial=0.0) / np.ptp(x))
+
     def instants(self, run: Run) -> np.ndarray:
-        """Return the times [s] at which the abscissa of a run has the measured values, as far as the run has them."""
+        """Return the times [s] at which the abscissa of a steady run has the measured values, as far as the run has them."""
         x, times = self._branch(run, along=TIME)
+        if len(x) < 2:
+            return times
+        forward = np.argsort(times)
+        fine = np.union1d(np.linspace(times.min(), times.max(), FINE), times)
+        passed = _read(times[forward], x[forward], fine, _is_smooth(run))  # smooth in time, while its inverse may be steep
+        sign = 1.0 if times[-1] > times[0] else -1.0
+        passed = np.maximum.accumulate(sign * passed)
         wanted = self.x[(self.x >= x[0]) & (self.x <= x[-1])]
-        found, rows = _read(x, times, wanted, _is_smooth(run)), np.clip(np.searchsorted(x, wanted), 1, len(x) - 1)
-        ends = np.sort([times[rows - 1], times[rows]], axis=0) if len(x) > 1 else np.array([found, found])
-        return np.clip(found, *ends)
+        return np.asarray(np.interp(sign * wanted, passed, fine))
 
     def _branch(self, run: Run, along: str = "") -> tuple[np.ndarray, np.ndarray]:
         """The curve of a run by ascending abscissae, up to the first turn of a path that turns back."""
@@ -73,12 +104,13 @@ class Curve(NamedTuple):
         x, y = x[new], y[new]
         return (x, y) if sign > 0.0 else (x[::-1], y[::-1])
 
-    def _check_reach(self, x: np.ndarray, run: Run) -> None:
-        slack = 1e-6 * np.ptp(x)
-        if self.x.min() < x[0] - slack or self.x.max() > x[-1] + slack:
-            text = f"the measured {self.against} ranges from {self.x.min():.6g} to {self.x.max():.6g}, that of the run in "
-            text += f"{run.out} from {x[0]:.6g} to {x[-1]:.6g}"
-            raise UsageError(f"{self.path}: {text}; extend the run, e.g. by `time.end`, or remove the rows beyond its end")
+    def _beyond(self, x: np.ndarray) -> float:
+        """How far the measured abscissae reach beyond those of a run."""
+        return float(max(x[0] - self.x.min(), self.x.max() - x[-1], 0.0))
+
+    def _reach(self, x: np.ndarray, run: Run) -> str:
+        measured = f"the measured {self.against} ranges from {self.x.min():.6g} to {self.x.max():.6g}"
+        return f"{self.path}: {measured}, that of the run in {run.out} from {x[0]:.6g} to {x[-1]:.6g}"
 
 
 def _is_smooth(run: Run) -> bool:
@@ -87,13 +119,14 @@ def _is_smooth(run: Run) -> bool:
 
 
 def _read(x: np.ndarray, y: np.ndarray, at: np.ndarray, smooth: bool) -> np.ndarray:
-    """Read a curve between its values: by a cubic spline if it is smooth, else by a cubic that overshoots nowhere."""
+    """Read a curve between its values: by a cubic spline if it is smooth, else by a cubic that overshoots nowhere; beyond them
+    by straight lines."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     if len(x) < 2:
         return np.full(len(at), y[0])
-    at = np.clip(at, x[0], x[-1])
-    return np.asarray((CubicSpline if smooth else PchipInterpolator)(x, y)(at))
+    cubic, within = (CubicSpline if smooth else PchipInterpolator)(x, y), np.clip(at, x[0], x[-1])
+    return np.asarray(cubic(within) + (at - within) * cubic(within, 1))
 
 
 def read_curve(path: Path, probe: str, case: "Case", deviation: str | float | None = None) -> Curve:

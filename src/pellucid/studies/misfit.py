@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.errors import CaseError, UsageError
 from pellucid.progress import Progress
 from pellucid.results.storage.run import Run
-from pellucid.studies.measured import TIME, Curve
+from pellucid.studies.measured import TIME, Curve, NotReached
 from pellucid.studies.members import DONE, Member, Outcome, members_of, places
 from pellucid.studies.pool import Pool
 from pellucid.studies.ranges import Range, named
@@ -21,6 +21,8 @@ STEP = 0.02
 """Of differences, as a share of the range of a parameter."""
 MOST_EQUILIBRIA = 60
 """That a fit adds to a steady analysis; between them curves are interpolated."""
+SEARCHES, NEAR = 2, 2e-3
+"""Runs at most that find when the abscissae are measured, and the share of their range by which these may be missed."""
 CLOSEST = 1e-4
 """Share of the time of the loads by which these lie apart."""
 NOTICEABLE = 0.2
@@ -40,6 +42,8 @@ class Misfit:
         self.case, self.free, self.curves, self.out = case, free, curves, out
         self.members: dict[str, Member] = {}
         self.ended: dict[str, Outcome] = {}
+        self.short: NotReached | None = None
+        """Why a run could not be compared that did not get to the measured values."""
         self._known: dict[tuple[float, ...], Member | None] = {}
         self._pool, self._progress = pool, progress
         last = max(float(curve.x.max()) for curve in curves)
@@ -58,20 +62,31 @@ class Misfit:
             self._refine_rows(times)
             return
         others = [curve for curve in self.curves if curve.against != TIME]
-        if others:
-            middle = np.full(len(self.free), 0.5)
+        if not others:
+            self._add_equilibria(times)
+            return
+        own, middle = self.case, np.full(len(self.free), 0.5)
+        for _ in range(SEARCHES):
             self._run_members([middle])
-            if (run := self.run(middle)) is None:
-                return  # the search reports why
-            times += [curve.instants(run) for curve in others]
-        end = self.case.time.end
-        instants = np.unique(np.concatenate([[], *times]))
-        instants = instants[(instants > 0.0) & (instants < end)]
-        instants = instants[np.concatenate([[True], np.diff(instants) > CLOSEST * end])[: len(instants)]]
+            run = self.run(middle)
+            if run is None:  # the search reports why
+                return
+            if self.case is not own and max(curve.distance_to_rows(run) for curve in others) < NEAR:
+                return
+            found = [curve.instants(run) for curve in others]
+            self.case = own
+            self._add_equilibria([*times, *found])
+
+    def _add_equilibria(self, times: Sequence[np.ndarray]) -> None:
+        """Let the steady analysis have equilibria at these times of the loads [s]."""
+        steady, end = self.case.steady, self.case.time.end
+        instants = np.unique(np.concatenate([[0.0], *times]))
+        instants = instants[instants < end * (1.0 - CLOSEST)]
+        instants = instants[1:][np.diff(instants) > CLOSEST * end]
         if len(instants) > MOST_EQUILIBRIA:
             instants = instants[np.linspace(0, len(instants) - 1, MOST_EQUILIBRIA).round().astype(int)]
         data = self.case.to_data()
-        data["steady"]["at"] = sorted({*self.case.steady.at, *map(float, instants)})
+        data["steady"]["at"] = sorted({*(steady.at if steady else ()), *map(float, instants)})
         data.get("output", {}).pop("history", None)  # a row at each equilibrium
         self.case = type(self.case).model_validate(data)
         self.members.clear()
@@ -102,7 +117,8 @@ class Misfit:
         found = [self._of_run(self.run(shares)) for shares in several]
         for member, values in zip(members, found, strict=True):
             if member is not None and new.pop(member.digest, None) is not None:
-                told = "its run failed" if values is None else f"sum of squares {float(values @ values):.5g}"
+                failed = "its run failed, or ends before the measured values"
+                told = failed if values is None else f"sum of squares {float(values @ values):.5g}"
                 self._progress.note(f"{named(member.settings)}: {told}")
         return found
 
@@ -116,7 +132,11 @@ class Misfit:
         return members, new
 
     def _of_run(self, run: Run | None) -> np.ndarray | None:
-        return None if run is None else np.concatenate([curve.residuals(run) for curve in self.curves])
+        try:
+            return None if run is None else np.concatenate([curve.residuals(run) for curve in self.curves])
+        except NotReached as short:
+            self.short = short
+            return None
 
     def one(self, shares: np.ndarray) -> np.ndarray | None:
         """The residuals at one place."""
@@ -164,6 +184,8 @@ def interpolation_warnings(curves: Sequence[Curve], run: Run) -> list[str]:
     """Report curves that are not known well enough between the rows of a run, compared with their deviations or residuals."""
     told = []
     for curve in curves:
+        if (beyond := curve.extrapolation(run)) is not None:
+            told.append(f"{beyond}: its end is continued linearly. Extend the run, e.g. by a larger motion or load")
         error = float(np.sqrt(np.mean(curve.interpolation_error(run) ** 2)))
         spread = curve.deviation if curve.is_stated else curve.values(run) - curve.y
         size = max(float(np.sqrt(np.mean(spread**2))), SMALLEST * float(np.std(curve.y)))

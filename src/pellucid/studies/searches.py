@@ -27,6 +27,8 @@ def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np
     middle = np.full(len(misfit.free), 0.5)
     first = misfit.one(middle)
     if first is None:
+        if misfit.short is not None:
+            raise misfit.short
         misfit.case.with_settings(misfit.settings(middle))  # says what is wrong with it, if it is not the run
         failed = misfit.ended[next(iter(misfit.members))].message
         raise UsageError(f"the run in the middle of the ranges, {named(misfit.settings(middle))}, failed: {failed}")
@@ -71,6 +73,8 @@ def by_optuna(misfit: Misfit, trials: int, seed: int, at_once: int) -> np.ndarra
     try:
         best = study.best_params
     except ValueError:
+        if misfit.short is not None:
+            raise misfit.short from None
         raise UsageError(f"all {trials} runs failed: narrow the ranges of the free parameters") from None
     return np.array([best[key] for key in misfit.free])
 

@@ -50,8 +50,8 @@ class SeededBody(DampedModel):
     )
     cut_at: tuple[Face, ...] = parameter(
         "",
-        "faces of the grid at which the shape ends: planes of symmetry, beyond which lies its mirror image, or for a fluid faces "
-        "that an [[inflow]] or [[outflow]] opens",
+        "faces of the grid at which the shape ends: planes of symmetry, beyond which lies its mirror image, or for a fluid "
+        "faces that an [[inflow]] or [[outflow]] opens",
         (),
     )
     points_per_cell: int | tuple[int, int, int] | None = parameter(
