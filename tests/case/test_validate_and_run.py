@@ -189,11 +189,13 @@ def test_both_name_a_mistake_alike(judged, mistake, text, tmp_path):
     assert agreed(judged, file)[0] == 2
 
 
-@pytest.mark.parametrize("module", ["conditions/test_outflow.py", "conditions/test_inflow_mistakes.py"])
-def test_both_name_mistakes_at_open_faces_alike(judged, module, tmp_path):
+@pytest.mark.parametrize(
+    "module", ["conditions/test_outflow.py", "conditions/test_inflow_mistakes.py", "case/test_case_surfaces.py"]
+)
+def test_both_name_the_mistakes_of_other_tests_alike(judged, module, tmp_path):
     tables = runpy.run_path(str(TESTS / module))
     file = tmp_path / "my.toml"
-    for before, after, _ in tables["MISTAKES"].values():
+    for before, after, *_ in tables["MISTAKES"].values():
         file.write_text(tables["TEXT"].replace(before, after, 1), encoding="utf-8")
         assert agreed(judged, file)[0] == 2
 

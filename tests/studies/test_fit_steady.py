@@ -80,12 +80,14 @@ def pressed(monkeypatch):
 
 def test_a_run_has_equilibria_where_it_is_measured(pressed, tmp_path):
     """At any abscissae, be they times of the loads, ways or forces."""
-    force, bulge = exact(35e3, 0.42, WAYS)
-    pressed = loads(PRESS.replace('kind = "ramp", distance = "-4 mm", duration = 1', 'kind = "steady", velocity = "-4 mm/s"'))
+    ways = WAYS[::2]
+    force, bulge = exact(35e3, 0.42, ways)
+    led = PRESS.replace('kind = "ramp", distance = "-4 mm", duration = 1', 'kind = "steady", velocity = "-4 mm/s"')
+    pressed = loads(led.replace("load_steps = 4", "load_steps = 4, tolerance = 1e-5"))
     files = {
         "force": [
-            write_csv(tmp_path / "time.csv", ("time", "force"), ("s", "N"), *zip(-WAYS / 4e-3, force, strict=True)),
-            write_csv(tmp_path / "way.csv", ("way", "force"), ("m", "N"), *zip(WAYS, force, strict=True)),
+            write_csv(tmp_path / "time.csv", ("time", "force"), ("s", "N"), *zip(-ways / 4e-3, force, strict=True)),
+            write_csv(tmp_path / "way.csv", ("way", "force"), ("m", "N"), *zip(ways, force, strict=True)),
         ],
         "bulge": write_csv(tmp_path / "by-force.csv", ("force", "bulge"), ("N", "m"), *zip(force, bulge, strict=True)),
     }
@@ -95,7 +97,7 @@ def test_a_run_has_equilibria_where_it_is_measured(pressed, tmp_path):
     run = max((pellucid.Run(path) for path in members), key=lambda each: len(each.history["time"]))
     young = run.case.body[0].material.young_modulus
     curves = [read_curve(each, "force", pressed) for each in files["force"]] + [read_curve(files["bulge"], "bulge", pressed)]
-    right = exact(young, 0.42, WAYS)[0]
+    right = exact(young, 0.42, ways)[0]
     for curve in curves[:2]:
         np.testing.assert_allclose(curve.values(run), right, rtol=1e-4)
     assert interpolation_warnings(curves, run) == []
