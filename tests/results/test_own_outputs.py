@@ -18,6 +18,7 @@ from pellucid.results.checks import metric_of
 from pellucid.results.pictures.own import picture, plot
 from pellucid.results.pictures.painter import Painter
 from pellucid.results.pictures.style import house_style
+from pellucid.results.readings import Readings
 
 BLOCK = """
 schema = 1
@@ -350,7 +351,7 @@ def test_curves_that_are_gone_and_slices_of_nothing_do_not_end_a_report(folder, 
 def test_a_column_becomes_one_number(take, found):
     asked = Check(name="a", column="x", take=take, reference=0.0, tolerance=1.0, source="by hand")
     columns = {"time": np.arange(4.0), "x": np.array([1.0, -3.0, -0.5, 0.5])}
-    metric = metric_of(asked, columns, {"time": "s", "x": "1"})
+    metric = metric_of(asked, Readings(columns), {"time": "s", "x": "1"})
     assert metric.value == found
     assert metric.passed == (abs(found) <= 1.0)
 
@@ -362,7 +363,7 @@ def test_a_check_reads_a_column_when_another_passes(reaches, found):
     asked = Check(
         name="a", column="count", when={"column": "way", "reaches": reaches}, reference=1.5, tolerance=1e-9, source="by hand"
     )
-    metric = metric_of(asked, history, {"way": "m", "count": "1"})
+    metric = metric_of(asked, Readings(history), {"way": "m", "count": "1"})
     assert metric.value == pytest.approx(found, nan_ok=True)
     assert metric.passed is (found == 1.5)
 
@@ -371,8 +372,8 @@ def test_a_check_reads_a_column_when_another_passes(reaches, found):
 def test_a_check_takes_the_time_of_an_extreme(take, found):
     history = {"time": np.array([0.0, 1.0, 2.0, 3.0]), "way": np.array([0.0, -0.1, 0.3, 0.3])}
     asked = Check(name="a", column="way", take=take, reference="2 s", tolerance="1e-9 s", source="by hand")
-    metric = metric_of(asked, history, {"way": "m"})
+    metric = metric_of(asked, Readings(history), {"way": "m"})
     assert (metric.value, metric.unit, metric.passed) == (found, "s", found == 2.0)
-    nothing = metric_of(asked, history | {"way": np.full(4, np.nan)}, {"way": "m"})
+    nothing = metric_of(asked, Readings(history | {"way": np.full(4, np.nan)}), {"way": "m"})
     assert np.isnan(nothing.value)
     assert not nothing.passed

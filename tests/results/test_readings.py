@@ -76,8 +76,26 @@ def test_a_check_reads_a_mean_where_it_holds(history, asked, right):
     exact = relaxing(0.148) if right is None else right
     check = Check(name="a", column="force", reference=float(exact), relative_tolerance=2e-3, source="exact", **asked)
     units = {"time": "s", "force": "N", "way": "m"}
-    assert metric_of(check, history, units, ["force"]).passed, metric_of(check, history, units, ["force"])
-    assert not metric_of(check, history, units).passed
+    found = metric_of(check, Readings(history, ["force"]), units)
+    assert found.passed, found
+    assert not metric_of(check, Readings(history), units).passed
+
+
+def test_between_a_few_equilibria_a_spline_is_read():
+    """Exact for a cubic; straight lines are off by up to h²/8 of the second derivative."""
+    times = np.linspace(0.0, 1.0, 5)
+    history = {"time": times, "force": times**3, "way": 2.0 * times}
+    at = np.linspace(0.0, 1.0, 23)
+    steady, moving = Readings(history, is_steady=True), Readings(history)
+    assert np.abs(steady.at("force", at) - at**3).max() < 1e-15
+    assert np.abs(moving.at("force", at) - at**3).max() > 0.03
+    np.testing.assert_array_equal(steady.at("force", times), history["force"])
+    assert steady.first_time("force", 0.6**3) == pytest.approx(0.6, abs=1e-12)
+    assert moving.first_time("force", 0.6**3) == pytest.approx(0.6, abs=0.05)
+    assert np.isnan(steady.first_time("force", 2.0))
+    assert np.isnan(steady.at("force", [-0.1, 1.1])).all()
+    gap = Readings(history | {"force": np.array([0.0, np.nan, 0.1, 0.4, 1.0])}, is_steady=True)
+    assert gap.at("force", 0.875) == pytest.approx(0.7), "linear beside a value that is not there"
 
 
 def test_reactions_and_torques_in_time_are_means():

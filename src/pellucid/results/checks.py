@@ -1,6 +1,6 @@
 """The metrics that a case asks for with its checks."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from math import inf, nan
 from typing import Any
 
@@ -21,12 +21,8 @@ TAKE: dict[str, Callable[[np.ndarray], Any]] = {
 ROW = {"time-of-largest": np.nanargmax, "time-of-smallest": np.nanargmin}
 
 
-def metric_of(asked: Check, history: Mapping[str, np.ndarray], units: Mapping[str, str], means: Collection[str] = ()) -> Metric:
-    """Evaluate a check on the columns of a history, each of shape (rows,).
-
-    means: names of the columns that are means since the row before, see `pellucid.results.readings`.
-    """
-    readings = Readings(history, means)
+def metric_of(asked: Check, readings: Readings, units: Mapping[str, str]) -> Metric:
+    """Evaluate a check on the columns of a history."""
     unit = "s" if asked.takes_time else _unit(units, asked.column)
     try:
         instant = asked.at if asked.when is None else _passed(asked.when, readings, units)
@@ -43,15 +39,8 @@ def _unit(units: Mapping[str, str], column: str) -> str:
 
 
 def _passed(passing: Passing, readings: Readings, units: Mapping[str, str]) -> float:
-    """Return the first time [s] at which a column reaches a value, linear between its values; nan if it never does."""
-    times, values = readings.curve(passing.column, whole=True)
-    above = values - in_si(passing.reaches, _unit(units, passing.column))
-    rows = np.flatnonzero(above[:-1] * above[1:] <= 0.0)
-    if not len(rows):
-        return nan
-    before, after = above[rows[0]], above[rows[0] + 1]
-    part = before / (before - after) if before != after else 0.0
-    return float(times[rows[0]] + part * np.diff(times[rows[0] : rows[0] + 2])[0])
+    """Return the first time [s] at which a column reaches a value; nan if it never does."""
+    return readings.first_time(passing.column, in_si(passing.reaches, _unit(units, passing.column)))
 
 
 def _compared(asked: Check, readings: Readings, instant: float | None, unit: str) -> tuple[float, float, float, float, str]:

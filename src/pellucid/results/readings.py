@@ -18,11 +18,11 @@ class Readings:
     """A history whose columns are read as curves.
 
     history: columns by name, each of shape (rows,), with `time`. means: names of the columns that are means since the row
-    before.
+    before. is_steady: whether the rows are equilibria, few and on smooth curves, between which a cubic spline is read.
     """
 
-    def __init__(self, history: Mapping[str, np.ndarray], means: Collection[str] = ()) -> None:
-        self._history, self._means = history, frozenset(means)
+    def __init__(self, history: Mapping[str, np.ndarray], means: Collection[str] = (), is_steady: bool = False) -> None:
+        self._history, self._means, self._is_steady = history, frozenset(means), is_steady
 
     @property
     def span(self) -> tuple[float, float]:
@@ -50,9 +50,35 @@ class Readings:
         return self._at_middles(x, whole), self._at_middles(y, whole)
 
     def at(self, y: str, instants: "np.ndarray | float") -> np.ndarray:
-        """Return a column at instants [s], linear between its values; not a number where the history has none."""
+        """Return a column at instants [s], not a number where the history has none.
+
+        Between values it is linear, in a steady analysis a cubic spline.
+        """
         times, values = self.curve(y, whole=True)
-        return np.asarray(np.interp(instants, times, values, np.nan, np.nan))
+        linear = np.asarray(np.interp(instants, times, values, np.nan, np.nan))
+        if not self._is_splined(times, values):
+            return linear
+        from scipy.interpolate import CubicSpline
+
+        return np.where(np.isnan(linear), np.nan, CubicSpline(times, values)(instants))
+
+    def first_time(self, y: str, value: float) -> float:
+        """Return the first time [s] at which a column has a value, between its values as `at` reads it; nan if it never has."""
+        times, values = self.curve(y, whole=True)
+        above = values - value
+        rows = np.flatnonzero(above[:-1] * above[1:] <= 0.0)
+        if not len(rows):
+            return float("nan")
+        first, last, before, after = *times[rows[0] : rows[0] + 2], *above[rows[0] : rows[0] + 2]
+        if before * after < 0.0 and self._is_splined(times, values):
+            from scipy.optimize import brentq
+
+            return float(brentq(lambda time: float(self.at(y, time)) - value, first, last, xtol=1e-12 * times[-1]))
+        part = before / (before - after) if before != after else 0.0
+        return float(first + part * (last - first))
+
+    def _is_splined(self, times: np.ndarray, values: np.ndarray) -> bool:
+        return self._is_steady and len(times) > 2 and bool(np.isfinite(values).all() and (np.diff(times) > 0.0).all())
 
     def _at_middles(self, name: str, whole: bool) -> np.ndarray:
         times, values = np.asarray(self._history["time"]), np.asarray(self._history[name])

@@ -80,13 +80,16 @@ class Misfit:
     def _add_equilibria(self, times: Sequence[np.ndarray]) -> None:
         """Let the steady analysis have equilibria at these times of the loads [s]."""
         steady, end = self.case.steady, self.case.time.end
-        instants = np.unique(np.concatenate([[0.0], *times]))
-        instants = instants[instants < end * (1.0 - CLOSEST)]
-        instants = instants[1:][np.diff(instants) > CLOSEST * end]
+        if steady is None:
+            return
+        there = np.array(steady.levels(end)) * (end / steady.load_steps)
+        instants = np.unique(np.concatenate(times))
+        instants = instants[np.abs(instants[:, None] - there).min(axis=1) > CLOSEST * end]
+        instants = instants[np.diff(instants, prepend=-end) > CLOSEST * end]
         if len(instants) > MOST_EQUILIBRIA:
             instants = instants[np.linspace(0, len(instants) - 1, MOST_EQUILIBRIA).round().astype(int)]
         data = self.case.to_data()
-        data["steady"]["at"] = sorted({*(steady.at if steady else ()), *map(float, instants)})
+        data["steady"]["at"] = sorted([*steady.at, *instants.tolist()])
         data.get("output", {}).pop("history", None)  # a row at each equilibrium
         self.case = type(self.case).model_validate(data)
         self.members.clear()

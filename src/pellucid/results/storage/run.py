@@ -61,7 +61,7 @@ class Run:
     @cached_property
     def readings(self) -> Readings:
         """The columns of the history as curves."""
-        return Readings(self.history, self.stored.means)
+        return Readings(self.history, self.stored.means, self.stored.steady is not None)
 
     def curve(self, y: str, x: str = "time") -> tuple[np.ndarray, np.ndarray]:
         """Return a column of the history against another one, at the instants at which both hold.
@@ -115,7 +115,7 @@ class Run:
         module = catalogue.module(self.stored.id)
         found: dict[str, Metric] = {}
         if self.finished:
-            found = {asked.name: metric_of(asked, self.history, self.units, self.stored.means) for asked in self.stored.check}
+            found = {asked.name: metric_of(asked, self.readings, self.units) for asked in self.stored.check}
         if module is not None and self.finished:
             try:
                 found |= module.metrics(self)
