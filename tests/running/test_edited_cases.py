@@ -114,3 +114,18 @@ def test_a_case_changed_before_the_first_checkpoint_is_begun_again_as_it_is_writ
     assert run.finished
     assert "# mine" in run.folder.case.read_text()
     assert np.all(np.diff(run.history["time"]) > 0.0)
+
+
+def test_a_faulty_value_is_corrected_by_a_setting(begun):
+    edit(begun, "end = 1.0", "end = -1.0")
+    with pytest.raises(PellucidError, match=r"time\.end = -1\.0"):
+        resume_case(begun.out)
+    assert resume_case(begun.out, report=False, settings={"time.end": 0.75}).summary["end_time"] == 0.75
+    assert resume_case(begun.out, report=False, settings={"time.end": 1.0}).finished
+
+
+def test_a_setting_that_corrects_a_case_makes_no_other_run_of_it(begun):
+    edit(begun, "gamma = 1.4", "gamma = -1.4")
+    with pytest.raises(UsageError, match=r"gamma was 1\.4 and is 1\.3"):
+        resume_case(begun.out, settings={"body.gas.material.eos.gamma": 1.3})
+    assert resume_case(begun.out, report=False, settings={"body.gas.material.eos.gamma": 1.4}).finished
