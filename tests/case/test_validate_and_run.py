@@ -200,6 +200,16 @@ def test_both_name_the_mistakes_of_other_tests_alike(judged, module, tmp_path):
         assert agreed(judged, file)[0] == 2
 
 
+def test_a_large_case_is_judged_from_its_models_and_that_is_said(monkeypatch, tmp_path):
+    file = tmp_path / "my.toml"
+    file.write_text(SOLID)
+    monkeypatch.setattr(launch, "LARGE", launch.LARGE._replace(points=10))
+    found = CliRunner().invoke(app, ["validate", str(file)])
+    assert found.exit_code == 0
+    assert launch.NOT_SET_UP in found.stdout
+    assert "limited by body `block`; the time step is computed when the run starts" in found.stdout
+
+
 def test_the_remedy_of_a_fixed_step_is_enough(judged, tmp_path):
     file = tmp_path / "my.toml"
     file.write_text(TANK)

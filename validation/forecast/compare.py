@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pellucid
 from pellucid.running.forecast.pace import Paces
-from pellucid.running.forecast.steps import of_case
+from pellucid.running.forecast.steps import of_simulation
 
 CASES = [
     "basics/elastic-wave",
@@ -47,7 +47,7 @@ def main(names):
             paces = Paces(Path(folder))
             in_all, _, seconds = run(case)
             paces.learn(case, in_all, seconds)
-            each, number = paces.seconds_of_a_step(case), of_case(case).number
+            each, number = paces.seconds_of_a_step(case), of_simulation(pellucid.Simulation(case)).number
         in_all, steps, seconds = run(case)
         known = each.most * number * in_all / steps  # steps to settle are not foretold, but take time
         print(f"| `{name}` | {number:.0f} | {steps} | {number / steps:.2f}", end=" ")

@@ -156,6 +156,6 @@ def _costs(members: Sequence[Member]) -> dict[str, float]:
     found = {}
     for member in members:
         points = n_points(member.case)
-        steps = of_case(member.case, sets_up=False).number
+        steps = of_case(member.case).number
         found[member.digest] = float(max(points, 1)) * (steps if isfinite(steps) and steps > 0.0 else 1.0)
     return found

@@ -63,8 +63,9 @@ class Entering(ActiveCondition):
         self._face = OpenFace.of(inflow.where, case)
         self.opening, shape = opening_of(inflow.through, self._face, member.model, case)
         if not self.opening.n:
-            text = f"no point of body {inflow.body} would come in through the face {inflow.where}: others take its place there"
-            raise CaseError(Problem(text, f"{path}.where", remedy="take the bodies that it leaves out away from the face"))
+            text = f"no point of body {inflow.body} would come in through the face {inflow.where}: other bodies fill it"
+            remedy = f"move the bodies in `body.{inflow.body}.outside` away from the face, or enlarge the opening (`through`)"
+            raise CaseError(Problem(text, f"{path}.where", remedy=remedy))
         passage = Passage(self._face, self.opening, shape, case, member, self._face.inward, path)
         self.strip: LedStrip | PushedStrip
         self._margin = 0.0

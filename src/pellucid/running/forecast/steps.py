@@ -11,7 +11,6 @@ from pellucid.contact.overlap import RESOLVED, swing_of
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, motion_in_cells, swings, tightest, time_to_fall
-from pellucid.running.forecast.quick_set_up import set_up_quickly
 
 
 class Foretold(NamedTuple):
@@ -30,17 +29,13 @@ Limits = dict[tuple[str, str], StepLimit | None]
 """What bounds the step, by the name of the body and what there is of it."""
 
 
-def of_case(case: "Case", sets_up: bool = True) -> Foretold:
-    """From the model of a case; one with bodies that only tell when they are set up is set up, where that is quickly done,
-    and if `sets_up`."""
+def of_case(case: "Case") -> Foretold:
+    """Return the steps ahead from the models of a case; unknown if a body knows its step only when it is set up."""
     if case.steady is not None:
         return _steady(case)
     limits = dict(_limits(case))
     unknown = [key[0] for key, limit in limits.items() if limit is None]
     if unknown and case.time.step is None:
-        simulation = set_up_quickly(case) if sets_up else None
-        if simulation is not None:
-            return of_simulation(simulation)
         text = f"limited by body `{unknown[0]}`; the time step is computed when the run starts"
         return Foretold(UNKNOWN, UNKNOWN, text)
     return _foretold(case, *_tightest(limits), 0.0)
