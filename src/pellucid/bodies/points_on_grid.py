@@ -26,6 +26,7 @@ from pellucid.grid.points import (
     KEPT,
     KINETIC,
     LOSS,
+    LOST,
     LUMPING,
     MOMENTUM_X,
     POWER,
@@ -34,6 +35,7 @@ from pellucid.grid.points import (
     SPEED,
     STORED,
     VECTORS,
+    Fault,
     FullCells,
     InOrder,
     MappedPoints,
@@ -417,6 +419,24 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             if has_it:
                 code, p = map(int, fault[slab])
                 self.stop(code, p, n_steps, time)
+
+    def fault(self, code: int, p: int) -> Fault:
+        """Meaning and remedy of a fault at point p; of a lost one also the face that it passed, where a support holds that."""
+        if code == LOST and (face := self._held_face(self.arrays["position"][p])) is not None:
+            text = f"it passed the face {face}, which a support holds along its normal: it moved too far in one step"
+            return Fault(text, "use a smaller time.step or time.courant, or more points_per_cell")
+        return super().fault(code, p)
+
+    def _held_face(self, place: np.ndarray) -> str | None:
+        """Name of the face of the grid before a place beyond it [m], shape (3,), if a support holds its nodes there."""
+        lattice, constrained = self.grid.lattice, self.grid.nodes.constrained
+        cells = (place - np.array(lattice.lower)) * lattice.inverse_cell
+        near = np.clip(np.rint(np.nan_to_num(cells)), 0, np.where(self.grid.thin, 0, lattice.counts)).astype(np.int64)
+        node = int(near @ np.array(lattice.strides))
+        for axis, (at, count) in enumerate(zip(cells, lattice.counts, strict=True)):
+            if not (0.0 <= at <= count or self.grid.thin[axis] or self.grid.periodic[axis]) and constrained[node, axis] > 0:
+                return f"{'xyz'[axis]}-{'lower' if at < 0.0 else 'upper'}"
+        return None
 
     # checkpoint
 

@@ -1,6 +1,7 @@
 """Nodes constrained by supports: those of the grid, and those of bodies with their own."""
 
 from collections.abc import Collection, Sequence
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,12 +12,14 @@ from pellucid.findings import refuse
 from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
+from pellucid.grid.model import GridCase
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.supports import Supports, YieldingWalls, no_walls
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
 from pellucid.parts.capabilities import NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
+from pellucid.parts.support_precedence import find_owners
 
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
@@ -95,23 +98,23 @@ def constrain_nodes(
     gone: Collection[int] = (),
     numbers: Sequence[int] = (),
 ) -> Supports:
-    """Mark the constrained directions of nodes. Where supports overlap the later one counts; the last row is of thin axes.
+    """Mark the constrained directions of nodes; the last row is of thin axes. For the precedence of supports see `find_owners`.
 
     elsewhere: which supports, each on one face or none, constrain nodes of bodies, and may leave out those of the grid; gone:
     those that constrain none any more; numbers: those of the supports of the case, where these list faces.
     """
     index, position = grid.where()
     of = Selectable(position, periods=grid.periods)
-    constrained = grid.nodes.constrained
-    constrained.fill(0)
+    constrained, on_nodes = grid.nodes.constrained, []
     for row, support in enumerate(supports):
-        inside = nodes_of(support, grid, of) if support.body is None else np.zeros(len(position), bool)
+        inside = nodes_of(support, grid.case, of) if support.body is None else np.zeros(len(position), bool)
         if not inside.any() and support.body is None and row not in elsewhere:
             text = "constrains no node of the grid: the box lies between nodes or beyond the grid"
             wider = f"make the box at least one cell ({grid.lattice.cell:g} m) wide"
             raise CaseError(Problem(text, f"support.{numbers[row] if numbers else row}.where", remedy=wider))
-        for axis in np.flatnonzero(support.axes() if row not in gone else ()):
-            constrained[index[inside], axis] = row + 1
+        on_nodes.append(on_those(support, inside))
+    constrained.fill(0)
+    constrained[index] = find_owners(on_nodes, len(position), gone)
     for axis in np.flatnonzero(grid.thin):
         constrained[:, axis] = len(supports) + 1
     velocity = np.array([*(support.velocity for support in supports), (0.0, 0.0, 0.0)])
@@ -141,31 +144,39 @@ def nodal_support(member: AssembledBody, support: "Support", number: int) -> Nod
 
     Raises CaseError where it names this body and a region with none of its nodes.
     """
-    face, axes, region, of = support.face(), support.axes(), support.region(), member.selectable()
+    region, of = support.region(), member.selectable()
     if region is not None and support.body == member.body.name:
         refuse(faults(region, of, ("support", number, "where"), member.body.name, member.active_axes))
     label = f"support `{support.name}`" if support.name else f"support number {number + 1}"
     if support.body not in (None, member.body.name):
-        return NodalSupport(np.zeros(len(of.position), bool), axes, support.velocity, None, label)
-    grid = member.velocity_field.grid if member.velocity_field else None
+        return NodalSupport(np.zeros(len(of.position), bool), support.axes(), support.velocity, None, label)
+    grid = member.velocity_field.grid.case if member.velocity_field else None
+    on_nodes = on_those(support, nodes_of(support, grid, of))
+    if on_nodes.wall is not None and support.lets_go():
+        on_nodes.nodes[:] = False
+    return on_nodes._replace(label=label, friction=support.wall_friction())
+
+
+def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
+    """A support on one face or none, with the nodes that it constrains, shape (n,)."""
+    face, axes = support.face(), support.axes()
     wall = face if face is not None and axes[face[0]] else None
-    held = nodes_of(support, grid, of)
-    if wall is not None and support.lets_go():
-        held[:] = False
-    return NodalSupport(held, axes, support.velocity, wall, label, support.wall_friction())
+    until = inf if support.until is None else support.until
+    return NodalSupport(nodes, axes, support.velocity, wall, face=face, until=until)
 
 
-def nodes_of(support: "Support", grid: Grid | None, of: Selectable) -> np.ndarray:
-    """Which nodes a support constrains, shape (n,): those of the grid or a body's own."""
+def nodes_of(support: "Support", grid: GridCase | None, of: Selectable) -> np.ndarray:
+    """Nodes that a support constrains, of those of the grid or of a body, shape (n,)."""
     region, face, position = support.region(), support.face(), of.position
+    thin = grid.thin() if grid else NO_AXES
     if region is not None:
-        x, y, z = grid.thin if grid else NO_AXES
-        reach = REACH * grid.lattice.cell if grid else 0.0
+        x, y, z = thin
+        reach = REACH * grid.cell if grid else 0.0
         return chosen_nodes(region, of, (not x, not y, not z), reach)
     if face is None or grid is None:
         return np.ones(len(position), bool)
     axis, end = face
-    if grid.thin[axis]:
+    if thin[axis]:
         return np.ones(len(position), bool)
-    cells = (position[:, axis] - grid.lattice.lower[axis]) / grid.lattice.cell
-    return np.asarray(np.abs(cells - end * grid.lattice.counts[axis]) <= REACH)
+    cells = (position[:, axis] - grid.lower[axis]) / grid.cell
+    return np.asarray(np.abs(cells - end * grid.counts()[axis]) <= REACH)

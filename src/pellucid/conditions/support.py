@@ -1,6 +1,7 @@
 """Supports: nodes whose velocity is prescribed."""
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 from math import inf
 from typing import Any, Literal
 
@@ -86,6 +87,7 @@ class Support(Condition):
         cannot rub or open."""
         yield from self._face_problems((*path, "where"), parts)
         yield from self._yielding_problems(path, parts)
+        yield from self._velocity_problems(path, parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
             text = f"the nodes of {held[0]}, which takes steps of its own, are not let go"
@@ -117,6 +119,24 @@ class Support(Condition):
             elif self.fix != "normal" and parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
                 text = f"the grid is one cell thick along {face[0]}: all its nodes lie on the face {face}"
                 yield Finding(here, text, 'leave it out, or name "all-nodes"')
+
+    def _velocity_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Report another velocity of the same face along the same axis."""
+        for place, other in parts.placed(Support):
+            meets = self.body is None or other.body in (None, self.body)
+            if place >= path or not meets or self.until is not None or other.until is not None:
+                continue
+            for one, before in product(self.on_each_face(), other.on_each_face()):
+                same = one.faces() and one.faces() == before.faces()
+                for axis in range(3) if same else ():
+                    velocity, given = self.velocity[axis], other.velocity[axis]
+                    if one.axes()[axis] and before.axes()[axis] and velocity != given and parts.active_axes[axis]:
+                        text = (
+                            f"support number {int(place[1]) + 1} prescribes {given:g} m/s along {'xyz'[axis]} on the face "
+                            f"{listed(one.faces())}, and this one {velocity:g} m/s"
+                        )
+                        yield Finding((*path, "velocity"), text, "give them the same velocity, or leave one of the two out")
+                        return
 
     def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Of a wall that rubs or opens: what is none, what is said twice, and bodies to which it does neither."""

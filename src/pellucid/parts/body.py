@@ -12,7 +12,7 @@ from pellucid.energy import Totals, kinetic_energies
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import absent
 from pellucid.geometry.meshes.cells import Cells
-from pellucid.grid.points import FAULTS, LOST
+from pellucid.grid.points import FAULTS, LOST, Fault
 from pellucid.named import Named
 from pellucid.parts.capabilities import Membrane, NodalSupport
 from pellucid.parts.constraint import ConstrainedPoints
@@ -203,11 +203,15 @@ class Body(ConstrainedPoints, ABC):
         """Where point p is, for an error."""
         return f"at {in_metres(self.arrays['position'][p])}"
 
+    def fault(self, code: int, p: int) -> Fault:
+        """Meaning and remedy of a fault (of `pellucid.grid.points`) at point p."""
+        return FAULTS[code]
+
     def stop(self, code: int, p: int, n_steps: int, time: float) -> None:
         """Raise `RunStopped` for a fault (of `pellucid.grid.points`) at point p."""
         state = {name: array[p].tolist() for name, array in self.arrays.items()}
-        fault = FAULTS[int(code)]
-        leave = ", or let it leave through an [[outflow]]" if code == LOST and self.may_leave else ""
+        fault = self.fault(int(code), p)
+        leave = ", or let it leave through an [[outflow]]" if fault is FAULTS[LOST] and self.may_leave else ""
         raise RunStopped(
             f"step {n_steps}, time {time:.6g} s: point {state['id']} of body `{self.name}` {self.whereabouts(p)}: "
             f"{fault.meaning}; {SLOWER_LOADS if self.relaxes else fault.remedy + leave}",

@@ -6,6 +6,7 @@ who ask here find what they need.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -79,6 +80,8 @@ class NodalSupport(NamedTuple):
     wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
     label: str = "a support"  # for messages
     friction: float = 0.0  # coefficient of the wall
+    face: tuple[int, int] | None = None  # axis and end of the face of the grid on which it is, if it is on one
+    until: float = inf  # time at which it ends [s]
 
 
 @runtime_checkable

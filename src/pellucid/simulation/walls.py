@@ -33,7 +33,8 @@ def wall_contacts(
     column: of the work of contact between surfaces; gravity: largest [m/s²]. Raises CaseError where a gas touches a wall.
     """
     contacts, cell = [], case.grid.cell
-    for number, wall in enumerate(case.wall):
+    # sums over walls must not depend on the order of the tables
+    for number, wall in sorted(enumerate(case.wall), key=lambda item: (item[1].normal, item[1].point, item[1].velocity)):
         for model in wall.touching(case.body):
             body, plane = built[model.name][0], wall.plane()
             surface = surfaces.get(model.name)

@@ -92,7 +92,7 @@ class FluidFilm(
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
         """A support constrains its nodes."""
-        self._held.supports = supports
+        self._held.add_supports(supports)
 
     def add_normal_motions(self, names: Sequence[str], numbers: np.ndarray) -> None:
         """A motion along the normal leads its nodes."""

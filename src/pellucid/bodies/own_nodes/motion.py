@@ -13,6 +13,7 @@ from pellucid.grid.lattice import Grid
 from pellucid.grid.points import KINETIC, MOMENTUM_X, SPEED
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import NodalSupport
+from pellucid.parts.support_precedence import find_owners, in_order
 from pellucid.reductions import ordered_sum
 
 
@@ -131,14 +132,12 @@ class NodalMotion:
         a = self._arrays
         position, prescribed = a["position"], a["prescribed"]
         n_supports, n_rows = len(self.supports), len(self.supports) + len(self.motions) + 1
-        prescribed.fill(0)
         walls, friction = np.zeros((3, 2), np.int64), np.zeros((3, 2))
-        for row, support in enumerate(self.supports, start=1):
-            if row - 1 in self._gone:
-                continue
-            prescribed[np.ix_(support.nodes, np.flatnonzero(support.axes))] = row
-            if support.wall is not None:
-                walls[support.wall], friction[support.wall] = row, support.friction
+        prescribed[:] = find_owners(self.supports, len(prescribed), self._gone, may_leave=True)
+        for end in {support.wall for support in self.supports if support.wall is not None}:
+            there = [row for row, support in enumerate(self.supports) if support.wall == end and row not in self._gone]
+            for row in in_order(self.supports, there, end[0]):
+                walls[end], friction[end] = row + 1, self.supports[row].friction
         for number, axes in enumerate(self._axes, start=1):
             prescribed[np.ix_(self._motion_of_node == number, np.flatnonzero(axes))] = n_supports + number
         prescribed[(prescribed == 0) & np.array(self._thin)] = n_rows

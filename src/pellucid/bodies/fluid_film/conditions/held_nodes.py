@@ -10,6 +10,7 @@ from pellucid.bodies.fluid_film.forms.film_forces import in_space
 from pellucid.energy import INTERNAL, MOTION, SUPPORT, StepWork
 from pellucid.errors import CaseError, Problem
 from pellucid.parts.capabilities import NodalSupport
+from pellucid.parts.support_precedence import find_owners
 
 
 class HeldNodes:
@@ -21,14 +22,19 @@ class HeldNodes:
     def __init__(self, n: int, axes: Sequence[int], is_around: bool) -> None:
         self._n, self._axes, self._across = n, list(axes), 0.0 if is_around else 1.0
         self.supports: Sequence[NodalSupport] = ()
+        self._owner = np.zeros((n, 3), np.int64)
         self.motions: Sequence[str] = ()
         self.numbers = np.zeros(n, np.int64)  # 1 + that of a node's motion, else 0
         self.rates = np.zeros(0)  # of the motions along the normal [m/s]
 
+    def add_supports(self, supports: Sequence[NodalSupport]) -> None:
+        """Let supports constrain nodes."""
+        self.supports, self._owner = supports, find_owners(supports, self._n, may_leave=True)
+
     def check(self, name: str) -> None:
         """Raise CaseError where a node of the film of this name has both."""
-        for support in self.supports:
-            both = np.flatnonzero(self._constrained(support).any(axis=1) & (self.numbers > 0))
+        for number, support in enumerate(self.supports):
+            both = np.flatnonzero(self._constrained(number).any(axis=1) & (self.numbers > 0))
             if len(both):
                 motion = self.motions[self.numbers[both[0]] - 1]
                 text = f"{support.label} constrains {len(both)} of the nodes of film {name} that follow it"
@@ -38,8 +44,8 @@ class HeldNodes:
     def prescribed(self) -> tuple[np.ndarray, np.ndarray]:
         """Which components supports prescribe, and their values [m/s], shape (n, d)."""
         known, velocity = np.zeros((self._n, len(self._axes)), bool), np.zeros((self._n, len(self._axes)))
-        for support in self.supports:
-            chosen = self._constrained(support)
+        for number, support in enumerate(self.supports):
+            chosen = self._constrained(number)
             known |= chosen
             velocity = np.where(chosen, np.array(support.velocity)[self._axes], velocity)
         return known, velocity
@@ -55,8 +61,8 @@ class HeldNodes:
 
     def count(self, done: StepDone, dt: float, work: StepWork) -> None:
         """Add the work and impulses of one of the film's own steps dt [s]."""
-        for number, support in enumerate(self.supports):
-            forces = np.where(self._constrained(support), done.prescribed, 0.0)
+        for number in range(len(self.supports)):
+            forces = np.where(self._constrained(number), done.prescribed, 0.0)
             work.reactions[number] += self._counted(forces, done, dt, SUPPORT, work)
         for number, name in enumerate(self.motions, start=1):
             forces = np.where((self.numbers == number)[:, None], done.leading, 0.0)
@@ -69,6 +75,6 @@ class HeldNodes:
         work.works[INTERNAL] -= worked
         return np.asarray(dt * in_space(forces, self._axes).sum(axis=0) * (self._across, 1.0, 1.0))
 
-    def _constrained(self, support: NodalSupport) -> np.ndarray:
-        """Which components a support prescribes, shape (n, d)."""
-        return np.asarray(support.nodes[:, None] & np.array(support.axes)[self._axes])
+    def _constrained(self, number: int) -> np.ndarray:
+        """Components of the velocity that a support prescribes, shape (n, d)."""
+        return np.asarray(self._owner[:, self._axes] == number + 1)

@@ -1,0 +1,122 @@
+"""Supports that prescribe different velocities at the same nodes."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.case import Case
+from pellucid.case.sections import parts_of
+from pellucid.conditions.constrained_nodes import nodes_of, on_those
+from pellucid.conditions.support import Support
+from pellucid.geometry.region import Region, Selectable
+from pellucid.grid.model import GridCase
+from pellucid.parts.body_model import is_alone, selectable_of
+from pellucid.parts.capabilities import NodalSupport
+from pellucid.parts.support_precedence import find_owners, is_across
+
+
+class _Numbered(NamedTuple):
+    """A support on one face or none, and its label in messages."""
+
+    support: Support
+    label: str
+
+
+def crossing_supports(case: Case) -> Iterator[str]:
+    """Return a warning for each pair of supports of which one is overruled at nodes that both constrain."""
+    supports = [
+        _Numbered(one, f"support `{support.name}`" if support.name else f"support number {number + 1}")
+        for number, support in enumerate(case.support)
+        for one in support.on_each_face()
+    ]
+    texts: dict[str, None] = {}
+    for one, other in combinations(supports, 2):
+        axes = [axis for axis in range(3) if not case.thin[axis] and _differ(one.support, other.support, axis)]
+        if axes:
+            texts |= dict.fromkeys(_warnings(case, one, other, axes))
+    yield from texts
+
+
+def _differ(one: Support, other: Support, axis: int) -> bool:
+    """Whether two supports could prescribe different velocities along an axis at the same time, and one is overruled."""
+    if one.until is not None or other.until is not None or not (one.axes()[axis] and other.axes()[axis]):
+        return False
+    if None not in (one.body, other.body) and one.body != other.body:
+        return False
+    if one.velocity[axis] == other.velocity[axis]:
+        return False
+    faces = [support.face() for support in (one, other) if support.face() is not None]
+    if len(faces) == 1:  # a region counts on a face along the axis
+        return faces[0] is not None and faces[0][0] == axis
+    if len(faces) == 2:  # a wall at rest stops a lid at the edge that they share
+        across = any(face is not None and face[0] == axis for face in faces)
+        return not across and 0.0 not in (one.velocity[axis], other.velocity[axis])
+    return True
+
+
+def _warnings(case: Case, one: _Numbered, other: _Numbered, axes: list[int]) -> Iterator[str]:
+    """Return warnings of a pair for the nodes of the grid, and those of bodies with nodes of their own."""
+    parts, grid = parts_of(case), case.grid_or_none
+    if grid is not None and one.support.body is None and other.support.body is None:
+        of = Selectable(_common_nodes(grid, one.support, other.support), periods=grid.periods())
+        yield from _overruled(one, other, axes, grid, of, "")
+    for body in case.body:
+        named = [support.body for support in (one.support, other.support) if support.body is not None]
+        of_body = selectable_of(body, parts) if body.owns_nodes(is_alone(body, parts)) else None
+        if of_body is not None and all(name == body.name for name in named):
+            yield from _overruled(one, other, axes, grid, of_body, f" of body {body.name}")
+
+
+def _overruled(
+    one: _Numbered, other: _Numbered, axes: list[int], grid: GridCase | None, of: Selectable, whose: str
+) -> Iterator[str]:
+    pair = [on_those(numbered.support, nodes_of(numbered.support, grid, of)) for numbered in (one, other)]
+    owner = find_owners(pair, len(of.position), may_leave=bool(whose))
+    both = pair[0].nodes & pair[1].nodes
+    for axis in axes:
+        for loser, winner in ((0, 1), (1, 0)):
+            nodes = np.flatnonzero(both & (owner[:, axis] == winner + 1))
+            if len(nodes):
+                labels = (one.label, other.label)
+                place = ", ".join(f"{value:.4g}" for value in of.position[nodes[0]])
+                count = f"1 node{whose}" if len(nodes) == 1 else f"{len(nodes)} nodes{whose}"
+                yield _text(labels[loser], pair[loser], labels[winner], pair[winner], axis, f"{count}, first at ({place}) m")
+
+
+def _text(loser: str, overruled: NodalSupport, winner: str, counts: NodalSupport, axis: int, where: str) -> str:
+    name, slow, fast = "xyz"[axis], overruled.velocity[axis], counts.velocity[axis]
+    text = f"{loser} prescribes {slow:g} m/s along {name} and {winner} {fast:g} m/s at {where}"
+    if is_across(counts, axis):
+        return (
+            f"{text}: there {winner} counts, which holds the face of the grid, so that nothing passes it; let the region of "
+            f"{loser} end one cell before this face, or give both supports the same velocity along {name}"
+        )
+    why = "the later one" if counts.face is None else "the slower one" if abs(slow) != abs(fast) else "the face later in xyz"
+    remedy = "let their regions not overlap" if counts.face is None else f'take "{name}" out of `fix` of one of the two'
+    return f"{text}: there {winner} counts, {why}; {remedy}, or give both the same velocity along {name}"
+
+
+def _common_nodes(grid: GridCase, *supports: Support) -> np.ndarray:
+    """Nodes of the grid [m], shape (n, 3), among which are all that the supports have in common."""
+    lower, upper = np.array(grid.lower), np.array(grid.extent_upper())
+    first, last = (
+        np.zeros(3, np.int64),
+        np.array([0 if thin else n for thin, n in zip(grid.thin(), grid.counts(), strict=True)]),
+    )
+    for support in supports:
+        region, face = support.region(), support.face()
+        if face is not None:
+            axis, end = face
+            first[axis] = last[axis] = last[axis] if end and first[axis] < last[axis] else first[axis]
+        elif isinstance(region, Region) and region.shape is not None and not grid.periodic:
+            low, high = region.shape.geometry().bounds()
+            active = ~np.array(grid.thin())
+            cells = (np.maximum(low, lower) - lower) / grid.cell, (np.minimum(high, upper) - lower) / grid.cell
+            first[active] = np.maximum(first, np.floor(cells[0]).astype(np.int64))[active]
+            last[active] = np.minimum(last, np.ceil(cells[1]).astype(np.int64))[active]
+    if (last < first).any():
+        return np.zeros((0, 3))
+    ranges = [np.arange(low, high + 1) for low, high in zip(first, last, strict=True)]
+    return np.stack([index.ravel() for index in np.meshgrid(*ranges, indexing="ij")], axis=1) * grid.cell + lower
