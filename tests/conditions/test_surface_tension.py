@@ -44,10 +44,11 @@ def surface_of(sim):
     return next(active for active in sim.conditions._active if isinstance(active, TenseSurface))
 
 
-@pytest.mark.parametrize("angle", [90.0, 60.0])
+@pytest.mark.parametrize("angle", [90.0, 60.0, 130.0])
 def test_forces_are_the_derivative_of_the_energy(angle):
     block = {"shape": {"box": {"lower": [-1.6, -1.6, 0], "upper": [0.05, 0.13, 0]}}}
-    sim = simulation(body=block, tension={"contact_angle": angle}, support=[*FLOOR, {"where": "x-lower", "fix": "normal"}])
+    walls = [FLOOR[0] | {"contact_angle": angle}, {"where": "x-lower", "fix": "normal", "contact_angle": 0.9 * angle}]
+    sim = simulation(body=block, support=walls)
     body, surface, chance = sim.bodies[0], surface_of(sim), np.random.default_rng(1)
     position, volume = body.arrays["position"], body.arrays["volume"]
     position[:, :2] += chance.uniform(0.0, 0.01, (len(position), 2))
@@ -108,6 +109,94 @@ def test_a_drop_on_a_floor_has_the_height_of_its_contact_angle(angle, height):
     assert sim.bodies[0].field("position")[:, 1].max() + 0.1 / 6.0 == pytest.approx(height, rel=0.03)
 
 
+STILL = LIQUID | {"viscosity": 0.5, "pressure": 0.0, "eos": LIQUID["eos"] | {"sound_speed": 10.0}}
+WALL, MIRROR = {"fix": "normal", "contact_angle": 60.0}, {"fix": "normal", "contact_angle": 90.0}
+
+
+def rests(upper, box, end=5.0, **more):
+    """Where the outermost points of a block of liquid are that came to rest, with half their distance."""
+    fine = 3 if upper[2] == 0 else 2
+    grid, shape = {"lower": [0, 0, 0], "upper": upper}, {"box": {"lower": [0, 0, 0], "upper": box}}
+    body = {"shape": shape, "points_per_cell": [fine, fine, fine if upper[2] else 1], "material": STILL}
+    sim = simulation(grid=grid, body=body, end=end, **more)
+    for _ in sim:
+        pass
+    assert STILL["viscosity"] * sim.bodies[0].fastest() < 0.01
+    return sim.bodies[0].field("position").max(axis=0) + 0.5 * sim.bodies[0].grid.lattice.cell / fine
+
+
+def test_half_a_drop_beside_a_plane_of_symmetry():
+    """The arc of 60 degrees over an area of 0.5."""
+    x, y, _ = rests(
+        [2, 1.4, 0], [0.7, 5 / 7, 0], cell=0.1, support=[WALL | {"where": "y-lower"}, MIRROR | {"where": "x-lower"}]
+    )
+    radius = np.sqrt(1.0 / (np.pi / 3 - np.sqrt(3) / 4))
+    assert y == pytest.approx(0.5 * radius, rel=0.03)
+    assert x == pytest.approx(np.sqrt(0.75) * radius, rel=0.03), "no foot creeps ahead"
+
+
+def test_a_quarter_of_a_drop_in_space():
+    """The cap of 60 degrees over a volume of 2.048 in all."""
+    planes = [MIRROR | {"where": ["x-lower", "z-lower"]}, WALL | {"where": "y-lower"}]
+    x, y, z = rests([1.8, 1.4, 1.8], [0.8, 0.8, 0.8], end=4.0, cell=0.2, support=planes)
+    radius = np.cbrt(2.048 / (np.pi * 2.5 / 12))
+    assert y == pytest.approx(0.5 * radius, rel=0.03)
+    assert x == pytest.approx(z, rel=1e-9)
+    assert x == pytest.approx(np.sqrt(0.75) * radius, rel=0.06)
+
+
+def test_a_drop_between_two_walls_of_different_angles():
+    """An arc in a corner: its centre lies -R cos θ before each wall."""
+    walls = [{"where": "y-lower", "fix": "normal", "contact_angle": 60.0}]
+    walls += [{"where": "x-lower", "fix": "normal", "contact_angle": 100.0}]
+    x, y, _ = rests([2, 1.4, 0], [1.0, 0.6, 0], cell=0.1, support=walls)
+    a, b = -np.cos(np.radians([100.0, 60.0]))
+    places = np.linspace(0.0, a + np.sqrt(1.0 - b * b), 200001)
+    radius = np.sqrt(0.6 / np.trapezoid(np.maximum(b + np.sqrt(1.0 - (places - a) ** 2), 0.0), places))
+    assert y == pytest.approx((b + 1.0) * radius, rel=0.03)
+    assert x == pytest.approx((a + np.sqrt(1.0 - b * b)) * radius, rel=0.05)
+
+
+def angles_of(*supports, angle=60.0, **more):
+    table = case(support=supports, tension={"contact_angle": angle}, **more)
+    return next(dict(one.angles) for several in table.conditions().values() for one in several if hasattr(one, "angles"))
+
+
+SIDE = {"where": "x-lower", "fix": "normal"}
+
+
+@pytest.mark.parametrize(
+    ("supports", "angles"),
+    [
+        ([*FLOOR], {"y-lower": 60.0}),
+        ([FLOOR[0] | {"contact_angle": 50.0}, SIDE | {"contact_angle": 90.0}], {"y-lower": 50.0, "x-lower": 90.0}),
+        ([{"where": "y-lower"}, SIDE | {"contact_angle": 90.0}], {"y-lower": 60.0, "x-lower": 90.0}),
+        ([FLOOR[0] | {"friction": 0.1}, SIDE | {"contact_angle": "1.5 rad"}], {"y-lower": 60.0, "x-lower": np.degrees(1.5)}),
+        ([{"where": ["x-upper", "y-lower"]}], {"x-upper": 60.0, "y-lower": 60.0}),
+    ],
+)
+def test_the_role_of_a_face(supports, angles):
+    assert angles_of(*supports) == pytest.approx(angles)
+    assert angles_of(*supports[::-1]) == pytest.approx(angles)
+
+
+def test_a_face_at_which_a_body_is_cut_is_a_plane_of_symmetry():
+    half = {"shape": {"cylinder": {"centre": [-1.6, 0, 0], "radius": 1}}, "cut_at": ["x-lower"]}
+    assert angles_of(*FLOOR, SIDE, body=half) == {"x-lower": 90.0, "y-lower": 60.0}
+
+
+def test_faces_without_an_angle_are_neutral_where_the_fluid_has_none():
+    assert angles_of(*FLOOR, SIDE, angle=90.0) == {"x-lower": 90.0, "y-lower": 90.0}
+
+
+@pytest.mark.parametrize("floor", [FLOOR[0], {"where": "y-lower"}, FLOOR[0] | {"contact_angle": 60.0}])
+def test_a_face_that_may_be_a_wall_or_a_plane_of_symmetry_is_told(floor):
+    with pytest.raises(
+        ValueError, match=r"x-lower.* may be a wall, which the fluid meets at 60 degrees, or"
+    ):
+        angles_of(floor, SIDE)
+
+
 def test_threads_and_going_on_change_no_bit(tmp_path):
     more = {"time": {"step": 3e-3}, "end": 0.15, "tension": {"contact_angle": 70.0}, "support": FLOOR}
     more["output"] = {"history": 0.03}
@@ -153,6 +242,9 @@ TORN = LIQUID | {"pressure": 0.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
         ({"grid": {"periodic": ["x"]}}, "periodic"),
         ({"time": {"scheme": "usf"}}, "usf"),
         ({"outflow": [{"where": "x-upper"}]}, "passes a face"),
+        ({"support": [{"where": "y-lower", "fix": ["x"], "contact_angle": 60.0}]}, "held along its normal, for all bodies"),
+        ({"support": [FLOOR[0] | {"contact_angle": a} for a in (60.0, 70.0)]}, "gives the face y-lower the angle 60"),
+        ({"surface_tension": [], "support": [FLOOR[0] | {"contact_angle": 60.0}]}, "no fluid of this case has surface tension"),
     ],
 )
 def test_what_has_no_such_surface_is_refused(more, text):

@@ -20,6 +20,7 @@ from pellucid.parts.annotations import Assembly
 from pellucid.parts.body_model import BodyModel, is_alone, selectable_of
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
+from pellucid.units import in_degrees
 
 Face = Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"]
 Axis = Literal["x", "y", "z"]
@@ -53,6 +54,16 @@ class Support(Condition):
     opens: bool | None = parameter(
         "", "whether a wall lets go what moves away, else it holds that; if left out, only a wall that rubs lets go", None
     )
+    contact_angle: float | None = parameter(
+        "",
+        "angle at which fluids with surface tension meet this face, within the fluid, in degrees, or a text with a unit: that "
+        "of a wall, or 90 for a plane of symmetry; if left out, that of the fluid where the face can only be a wall",
+        None,
+        ge=0,
+        le=180,
+    )
+
+    _in_degrees = field_validator("contact_angle", mode="before")(in_degrees)
 
     until: float | None = parameter(
         "s", "time at which it lets the nodes go: 0 for one that holds them while bodies settle", None, ge=0
@@ -88,6 +99,7 @@ class Support(Condition):
         yield from self._face_problems((*path, "where"), parts)
         yield from self._yielding_problems(path, parts)
         yield from self._velocity_problems(path, parts)
+        yield from self._wetting_problems((*path, "contact_angle"), parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
             text = f"the nodes of {held[0]}, which takes steps of its own, are not let go"
@@ -119,6 +131,23 @@ class Support(Condition):
             elif self.fix != "normal" and parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
                 text = f"the grid is one cell thick along {face[0]}: all its nodes lie on the face {face}"
                 yield Finding(here, text, 'leave it out, or name "all-nodes"')
+
+    def _wetting_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Report a contact angle of what no fluid wets, and two of one face."""
+        if self.contact_angle is None:
+            return
+        held = [face for face in self.faces() if self.face_velocity(face) is not None]
+        if len(held) < len(self.faces()) or not held:
+            text = "only a face of the grid that is held along its normal, for all bodies, has a contact angle"
+            yield Finding(path, text, 'add fix = "normal", with a face as `where` and no `body`, or leave it out')
+        elif not parts.sections["surface_tension"].items:
+            text = "no fluid of this case has surface tension"
+            yield Finding(path, text, "add a [[surface_tension]] with the name of a fluid as `body`, or leave it out")
+        for place, other in parts.placed(Support):
+            same = [face for face in held if other.face_velocity(face) is not None]
+            if same and place < path[:-1] and other.contact_angle not in (None, self.contact_angle):
+                text = f"support number {int(place[1]) + 1} gives the face {listed(same)} the angle {other.contact_angle:g}"
+                yield Finding(path, text, "give each face one contact angle")
 
     def _velocity_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report another velocity of the same face along the same axis."""

@@ -48,6 +48,10 @@ class Condition(Part):
         """Why bodies under it cannot come to rest by dynamic relaxation, if they cannot."""
         return None
 
+    def within(self, bodies: "Sequence[BodyModel]", conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
+        """Return the condition as it acts in a case with these bodies and conditions, on a grid with these thin axes."""
+        return self
+
     @classmethod
     def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:
         """What acts for all conditions of this class in a run; nothing where they only mark nodes or pairs at the start.

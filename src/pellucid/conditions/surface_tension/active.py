@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
-from pellucid.conditions.surface_tension.colour import Faces, SurfaceEnergy
+from pellucid.conditions.surface_tension.colour import FREE, Faces, SurfaceEnergy
 from pellucid.conditions.surface_tension.kernels import gather_potential, scatter_forces, scatter_volumes
+from pellucid.conditions.surface_tension.roles import NEUTRAL
 from pellucid.energy import FIRST_LOAD, INTERNAL, SURFACE_ENERGY, StepWork
 from pellucid.grid.lattice import Grid
 from pellucid.parts.active_condition import ActiveCondition
@@ -51,7 +52,9 @@ class TenseSurface(ActiveCondition):
     def try_out(self) -> None:
         """Supports are known by now; it bounds the first step too."""
         body, model = self._body, self._model
-        self._surface = SurfaceEnergy(body.grid, body.functions, model.tension, _faces(body.grid, model.contact_angle))
+        self._surface = SurfaceEnergy(
+            body.grid, body.functions, model.tension, _faces(body.grid, model.angles, model.contact_angle)
+        )
         self._find()
         self._bound()
 
@@ -121,13 +124,19 @@ class TenseSurface(ActiveCondition):
         self._energy, self._found, self._work = numbers["energy"], numbers["found"], numbers["work"]
 
 
-def _faces(grid: Grid, angle: float) -> tuple[Faces, Faces, Faces]:
-    """How a fluid meets the faces of the grid: with an angle [°] those that supports hold, others not at all."""
-    cosine = 0.0 if angle == 90.0 else cos(radians(angle))
+def _faces(grid: Grid, angles: Mapping[str, float], default: float) -> tuple[Faces, Faces, Faces]:
+    """How a fluid meets the faces of the grid: with their angles [°] those that supports hold, others not at all.
+
+    angles: by the names of faces; default: of faces whose nodes are held by regions.
+    """
     index, position = grid.where()
     cells = np.rint((position - np.array(grid.lattice.lower)) * grid.lattice.inverse_cell)
     found = []
     for axis, count in enumerate(grid.lattice.counts):
-        held = [bool(np.all(grid.nodes.constrained[index[cells[:, axis] == layer], axis] > 0)) for layer in (0, count)]
-        found.append(Faces(*(cosine if is_held else -1.0 for is_held in held)))
+        cosines = []
+        for end, layer in (("lower", 0), ("upper", count)):
+            is_held = bool(np.all(grid.nodes.constrained[index[cells[:, axis] == layer], axis] > 0))
+            angle = angles.get(f"{'xyz'[axis]}-{end}", default)
+            cosines.append((0.0 if angle == NEUTRAL else cos(radians(angle))) if is_held else FREE)
+        found.append(Faces(*cosines))
     return found[0], found[1], found[2]

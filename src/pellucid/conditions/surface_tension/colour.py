@@ -9,8 +9,18 @@ areas of its level sets, by the coarea formula), summed over the cells by the sl
 
 Across walls c goes on as in a mirror: without the second part, the fluid meets them at a right angle. With it, a wall that is
 wet has the energy -σ cos θ per area (Young).
+
+A film on a wall that is thinner than a cell fills the share s < 1 of its nodes. A film of any thickness costs σ (1 - cos θ) per
+area; by the two parts it would cost c(s) of this, which grows with the square of s, so that the film would save energy by
+spreading: a foot of single points crept ahead of a drop and did not stop. Nodes of walls therefore have the energy
+
+    σ (1 - cos θ) Σ_I A_I (s (2 - s) - c(s))
+
+in addition, which vanishes where a wall is dry or the fluid is thick: a film draws together. From 60° to 90° it acts in
+proportion to cos θ, and beyond, where a foot is no wedge, not at all.
 """
 
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -26,6 +36,8 @@ fill a node within the fluid to 1 ± 0.03; below a half it is the same turned ro
 SOFTNESS = 1e-3
 """ε: where the slope of the colour is less than this over a cell, the energy is rounded off, as it must be for it to have a
 derivative everywhere. It takes some tenths of a per cent of the tension."""
+WETTING = 0.5
+"""Cosine of the contact angle from which on the energy of thin films acts in full; on walls that a fluid does not wet, none."""
 MARGIN = 3  # nodes about those that points reach: smoothing reaches one further, and so do the cells about it
 
 
@@ -37,10 +49,13 @@ class SurfaceFields(NamedTuple):
 
 
 class Faces(NamedTuple):
-    """How a fluid meets the faces of the grid across an axis: -1 where it is free there, its surface before the face."""
+    """How a fluid meets the faces of the grid across an axis: FREE where its surface lies before the face."""
 
     lower: float  # cosine of the angle
     upper: float
+
+
+FREE = -1.0
 
 
 def _along(axis: int, part: slice) -> tuple[slice, ...]:
@@ -85,8 +100,9 @@ class SurfaceEnergy:
             filled = _smooth(filled, axis, walls[axis])
         colour, grows = _colour(filled)
         energy, slope = self._of_slopes(colour)
-        energy += self._of_walls(colour, slope, box, walls)
+        energy += self._of_walls(colour, slope, walls)
         slope *= grows
+        energy += self._of_films(filled, colour, grows, slope, walls)
         for axis in self._axes:
             slope = _smooth_transposed(slope, axis, walls[axis])
         potential[box] = slope / about
@@ -128,28 +144,46 @@ class SurfaceEnergy:
             derivative[_along(axis, BUT_LAST)] -= back
         return energy, derivative
 
-    def _of_walls(
-        self,
-        colour: np.ndarray,
-        slope: np.ndarray,
-        box: tuple[slice, slice, slice],
-        walls: list[tuple[bool, bool]],
-    ) -> float:
-        """Of wet walls [J], whose derivative is added to that of the surface."""
-        energy = 0.0
+    def _wall_nodes(
+        self, shape: tuple[int, ...], walls: list[tuple[bool, bool]]
+    ) -> Iterator[tuple[tuple[slice, ...], float, np.ndarray]]:
+        """The nodes of each face of the grid that is no plane of symmetry, its cosine, and their areas [m²]."""
         for axis in self._axes:
             others = [self._grid.slice_thickness if self._grid.thin[o] else self._cell for o in range(3) if o != axis]
             for end, is_wall, cosine in zip((FIRST, LAST), walls[axis], self._faces[axis], strict=True):
                 if not is_wall or cosine == 0.0:
                     continue
-                layer = colour[_along(axis, end)]
-                area = np.full(layer.shape, others[0] * others[1])
+                area = np.full([1 if other == axis else n for other, n in enumerate(shape)], others[0] * others[1])
                 for other in self._axes:  # at edges of the grid
                     for edge, ends in zip((FIRST, LAST), walls[other], strict=True):
                         if other != axis and ends:
                             area[_along(other, edge)] *= 0.5
-                energy -= self._tension * cosine * float(np.sum(area * layer))
-                slope[_along(axis, end)] -= self._tension * cosine * area
+                yield _along(axis, end), cosine, area
+
+    def _of_walls(self, colour: np.ndarray, slope: np.ndarray, walls: list[tuple[bool, bool]]) -> float:
+        """Energy of wet walls [J], whose derivative by the colour is added to that of the surface."""
+        energy = 0.0
+        for nodes, cosine, area in self._wall_nodes(colour.shape, walls):
+            energy -= self._tension * cosine * float(np.sum(area * colour[nodes]))
+            slope[nodes] -= self._tension * cosine * area
+        return energy
+
+    def _of_films(
+        self,
+        filled: np.ndarray,
+        colour: np.ndarray,
+        grows: np.ndarray,
+        slope: np.ndarray,
+        walls: list[tuple[bool, bool]],
+    ) -> float:
+        """Energy that films thinner than a cell lack [J], whose derivative by the filled share is added to that of all else."""
+        energy = 0.0
+        for nodes, cosine, area in self._wall_nodes(colour.shape, walls):
+            if cosine > 0.0:
+                share, empty = min(1.0, cosine / WETTING), np.maximum(1.0 - filled[nodes], 0.0)
+                scale = share * self._tension * (1.0 - cosine) * area
+                energy += float(np.sum(scale * (1.0 - empty * empty - colour[nodes])))
+                slope[nodes] += scale * (2.0 * empty - grows[nodes])
         return energy
 
 

@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import pi, sqrt
-from typing import ClassVar
+from typing import ClassVar, Self
 
-from pydantic import field_validator
+from pydantic import PrivateAttr, field_validator
 
+from pellucid.conditions.support import Support
+from pellucid.conditions.surface_tension.roles import NEUTRAL, find_face_roles
 from pellucid.energy import SURFACE_ENERGY, SURFACE_TENSION_WORK, Channel
-from pellucid.findings import Finding, Path, Reason
+from pellucid.findings import Finding, Path, Reason, listed
 from pellucid.grid.model import GridCase
 from pellucid.model import parameter
 from pellucid.parts.active_condition import ActiveCondition
@@ -18,7 +20,6 @@ from pellucid.parts.part import Parts
 from pellucid.units import in_degrees
 
 FUNCTIONS = "quadratic-bspline"
-FACES = tuple(f"{axis}-{end}" for axis in "xyz" for end in ("lower", "upper"))
 
 
 class SurfaceTension(Condition):
@@ -31,14 +32,27 @@ class SurfaceTension(Condition):
     tension: float = parameter("N/m", "surface tension σ", gt=0)
     contact_angle: float = parameter(
         "",
-        "angle at which it meets faces of the grid that supports hold, measured within the fluid, in degrees, or a text with a "
-        'unit such as "1 rad"',
-        90.0,
+        "contact angle at walls whose support gives none, measured within the fluid, in degrees, or a text with a unit such as "
+        '"1 rad"; a face that is held along its normal alone may be a plane of symmetry: write the angle in its support',
+        NEUTRAL,
         ge=0,
         le=180,
     )
 
     _in_degrees = field_validator("contact_angle", mode="before")(in_degrees)
+    _angles: dict[str, float] = PrivateAttr(default_factory=dict)
+
+    @property
+    def angles(self) -> Mapping[str, float]:
+        """Contact angles [°] at the faces of the grid, by name, in a case (`within`)."""
+        return self._angles
+
+    def within(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
+        """Return the condition with the contact angles of the supports of a case."""
+        supports = [condition for condition in conditions if isinstance(condition, Support)]
+        copy = self.model_copy()
+        copy._angles = find_face_roles(self.contact_angle, supports, bodies, thin).angles
+        return copy
 
     def rate(self, density: float, cell: float) -> float:
         """Of the shortest capillary waves that the grid has [1/s], whose step is its reciprocal (Brackbill, Kothe & Zemach
@@ -86,10 +100,29 @@ class SurfaceTension(Condition):
         if getattr(time, "scheme", None) == "usf":
             text = 'the scheme "usf" changes volumes before the step that moves the points, on which its energy depends'
             yield Finding(path, text, 'use time.scheme = "musl" or "usl"')
-        held = any(condition.constrains_face(face) for condition in parts.of(Condition) for face in FACES)
-        if self.contact_angle != 90.0 and not held:
-            text = "no support holds a face of the grid, which it could meet at this angle"
-            yield Finding((*path, "contact_angle"), text, "add a [[support]] with a face as `where`, or leave it out")
+        yield from self._angle_problems((*path, "contact_angle"), parts)
+
+    def _angle_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Report a contact angle without a wall, and faces that may be walls or planes of symmetry."""
+        if self.contact_angle == NEUTRAL or not parts.are_sound(Condition):
+            return
+        x, y, z = parts.active_axes
+        angles, unknown = find_face_roles(self.contact_angle, parts.of(Support), parts.of(BodyModel), (not x, not y, not z))
+        if not (angles or unknown):
+            text = "no support holds a face of the grid along its normal, which the fluid could meet at this angle"
+            yield Finding(path, text, 'add a [[support]] with a face as `where` and fix = "normal", or leave it out')
+        elif unknown:
+            angle, held = f"{self.contact_angle:g}", 'fix = "normal", contact_angle ='
+            text = (
+                f"held along the normal alone, {listed(unknown)} may be a wall, which the fluid meets at {angle} degrees, or a "
+                "plane of symmetry, which it meets at 90 degrees"
+            )
+            remedy = (
+                f"write contact_angle = {angle} in the [[support]] of a wall and contact_angle = 90 in that of a plane of "
+                f'symmetry; split a support that lists both, such as into where = "{unknown[-1]}", {held} {angle} and '
+                f'where = "{unknown[0]}", {held} 90'
+            )
+            yield Finding(path, text, remedy)
 
     def _body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         body = parts.named(BodyModel, self.body)

@@ -1,0 +1,57 @@
+"""Which faces of the grid a fluid wets: walls and planes of symmetry.
+
+A support describes a wall or a plane of symmetry by its `contact_angle`: that of a wall, or 90 degrees. Without this key a face
+is a plane of symmetry if a body is cut there (`cut_at`), and a wall if its support moves, rubs, opens, or holds also directions
+along the face. A support that holds a face along its normal alone may be either: where it is the only one, the contact angle of
+the fluid belongs to it, and of several such faces none can be known.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pellucid.conditions.support import Support
+from pellucid.parts.body_model import BodyModel
+
+FACES = tuple(f"{axis}-{end}" for axis in "xyz" for end in ("lower", "upper"))
+NEUTRAL = 90.0
+"""Contact angle of a plane of symmetry [°], beyond which the fluid goes on as its mirror image."""
+
+
+class FaceRoles(NamedTuple):
+    """Contact angles of a fluid at the faces of the grid that supports hold along their normals."""
+
+    angles: dict[str, float]
+    """Degrees, by the names of the faces."""
+    unknown: list[str]
+    """Faces that may be walls or planes of symmetry, where the two differ."""
+
+
+def find_face_roles(
+    default: float, supports: Sequence[Support], bodies: Sequence[BodyModel], thin: tuple[bool, bool, bool]
+) -> FaceRoles:
+    """Find the contact angle [°] of each face of the grid that supports hold; default: that of the fluid."""
+    cut = {face for body in bodies for face in getattr(body, "cut_at", ())}
+    angles: dict[str, float] = {}
+    unknown = []
+    for face in FACES:
+        holding = [support for support in supports if support.face_velocity(face) is not None]
+        given = [support.contact_angle for support in holding if support.contact_angle is not None]
+        if not holding or thin["xyz".index(face[0])]:
+            continue
+        if given:
+            angles[face] = given[-1]
+        elif face in cut:
+            angles[face] = NEUTRAL
+        elif default == NEUTRAL or any(_is_wall(support, face, thin) for support in supports if support.constrains_face(face)):
+            angles[face] = default
+        else:
+            unknown.append(face)
+    if len(unknown) == 1 and all(angle == NEUTRAL for angle in angles.values()):
+        angles[unknown.pop()] = default
+    return FaceRoles(angles, unknown)
+
+
+def _is_wall(support: Support, face: str, thin: tuple[bool, bool, bool]) -> bool:
+    """Whether a support does with a face what none does with a plane of symmetry."""
+    along = () if support.fix == "normal" else [axis for axis in support.fix if axis != face[0] and not thin["xyz".index(axis)]]
+    return bool(along) or support.wall_friction() > 0.0 or support.lets_go() or any(support.velocity)
