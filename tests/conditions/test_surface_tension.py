@@ -191,9 +191,7 @@ def test_faces_without_an_angle_are_neutral_where_the_fluid_has_none():
 
 @pytest.mark.parametrize("floor", [FLOOR[0], {"where": "y-lower"}, FLOOR[0] | {"contact_angle": 60.0}])
 def test_a_face_that_may_be_a_wall_or_a_plane_of_symmetry_is_told(floor):
-    with pytest.raises(
-        ValueError, match=r"x-lower.* may be a wall, which the fluid meets at 60 degrees, or"
-    ):
+    with pytest.raises(ValueError, match=r"x-lower.* may be a wall, which the fluid meets at 60 degrees, or"):
         angles_of(floor, SIDE)
 
 

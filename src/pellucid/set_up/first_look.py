@@ -7,6 +7,7 @@ from pellucid.case import Case
 from pellucid.parts.standing import Standing
 from pellucid.set_up.behind_walls import refuse_behind_walls
 from pellucid.set_up.crossing_supports import crossing_supports
+from pellucid.set_up.floating import floating_bodies
 from pellucid.set_up.gaps import narrow_gaps
 from pellucid.set_up.indenters import coarse_indenters
 from pellucid.set_up.left_free import free_turns, passed_walls
@@ -50,6 +51,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
     yield from late_pictures(case)
     yield from slipped_past(case)
     yield from crossing_supports(case)
+    yield from floating_bodies(case)
     if case.grid_or_none is not None and len({body.field for body in case.body}) > 1:
         yield from coarse_indenters(case)
     if case.grid_or_none is not None:

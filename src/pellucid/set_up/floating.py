@@ -1,0 +1,91 @@
+"""Bodies that float in a liquid of their own velocity field, which sticks to them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pellucid.bodies.material_points.seeded_body import SeededBody
+from pellucid.case import Case
+from pellucid.case.sections import parts_of
+from pellucid.findings import listed
+from pellucid.parts.condition import Condition
+
+ON_FLOOR = 0.5  # of a cell, by which a body that stands on a face of the grid may be above it
+
+
+def floating_bodies(case: Case) -> Iterator[str]:
+    """Return a warning for each solid that may float in a liquid with which it shares the velocity field.
+
+    On nodes that both reach, the liquid moves as the body does, along its sides too. A layer as thick as a cell rises and sinks
+    with the body, and what of it is above the level of the liquid adds to the weight.
+    """
+    if case.grid_or_none is None or not any(case.gravity):
+        return
+    seeded = [body for body in case.body if isinstance(body, SeededBody)]
+    for body in (body for body in seeded if not body.material.flows):
+        beside = [other for other in seeded if other.field == body.field and other.material.flows]
+        liquids = [liquid.name for liquid in beside if _floats(body, liquid, case)]
+        if liquids and _is_free(body, case):
+            yield (
+                f"body {body.name} is in the velocity field of {listed(liquids)}: the liquid within a cell, "
+                f"{case.grid.cell:g} m, sticks to it and is lifted with it, so that it floats too deep, by up to half a cell; "
+                f'give it a velocity field of its own: add field = "{_free_field(case, body.name)}" to body {body.name}. They '
+                "then touch without friction, or as a [[contact]] between the two says"
+            )
+
+
+def _floats(body: SeededBody, liquid: SeededBody, case: Case) -> bool:
+    """Whether a body is lighter than a liquid, or reaches above it and does not stand on the floor."""
+    if body.material.density < liquid.material.density:
+        return True
+    up = -np.array(case.gravity) / np.linalg.norm(case.gravity)
+    return _top(body, up) > _top(liquid, up) and not _stands(body, case)
+
+
+def _top(body: SeededBody, up: np.ndarray) -> float:
+    """Height of the highest corner of the box about a body, along the unit vector `up` [m]."""
+    lower, upper = body.bounds()
+    return float(np.sum(np.where(up > 0.0, upper, lower) * up))
+
+
+def _stands(body: SeededBody, case: Case) -> bool:
+    """Whether a body begins on a face of the grid that is held, in the direction of gravity."""
+    lower, upper = body.bounds()
+    slack = ON_FLOOR * case.grid.cell
+    for axis, pull in enumerate(case.gravity):
+        end, gap = (
+            ("lower", lower[axis] - case.grid.lower[axis])
+            if pull < 0.0
+            else ("upper", case.grid.extent_upper()[axis] - upper[axis])
+        )
+        held = any(support.face_velocity(f"{'xyz'[axis]}-{end}") is not None for support in case.support)
+        if pull != 0.0 and gap < slack and held:
+            return True
+    return False
+
+
+def _is_free(body: SeededBody, case: Case) -> bool:
+    """Whether a body can move along gravity: no motion prescribes it there, and no support holds a part of it."""
+    parts, along = parts_of(case), {axis for axis in range(3) if case.gravity[axis] != 0.0}
+    led = {axis for condition in parts.of(Condition) for axis in condition.prescribed_axes(body.name)}
+    if along & led:
+        return False
+    if body.is_rigid:
+        return True
+    if any(motion.body == body.name for motion in case.motion):
+        return False
+    lower, upper = body.bounds()
+    for support in case.support:
+        region = support.region()
+        shape = getattr(region, "shape", None)
+        if shape is not None:
+            low, high = shape.geometry().bounds()
+            if bool(np.all((np.array(low) <= upper) & (np.array(high) >= lower))):
+                return False
+    return True
+
+
+def _free_field(case: Case, name: str) -> str:
+    """A name that no velocity field has yet."""
+    fields = {body.field for body in case.body}
+    return next(option for option in (name, f"{name}-field", f"{name}-alone") if option not in fields)
