@@ -1,9 +1,10 @@
 """Faces of a body on which tractions and pressures act, and the forces at its nodes or points."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from pellucid.conditions.enclosed.volume import failed_points
 from pellucid.findings import Finding, Path, refuse
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.face_shares import FaceShares
@@ -51,17 +52,21 @@ class LoadedFaces:
         return self._stored(self.shares(), areas[:, None] * traction)
 
     def pressure(self, pressure: float) -> np.ndarray:
-        """Forces [N], in this order, of a pressure [Pa] against the outward normals as they are now."""
+        """Forces [N], in this order, of a pressure [Pa] against the outward normals as they are now; none on failed points."""
         places, faces, shares = self.body.places(), self.faces, self.shares()
         if self._now is not None:
             where, start, active = self._now
             chosen = chosen_faces(where, start._replace(position=places), active, by_centre=True)
             faces, shares = faces[chosen], shares.of(chosen)
             self.is_left = not len(faces)
-        return self._stored(shares, -pressure * vector_areas(places, faces))
+        return self._stored(shares, -pressure * vector_areas(places, faces), failed_points(self.body))
 
-    def _stored(self, shares: FaceShares, on_faces: np.ndarray) -> np.ndarray:
-        return shares.at_nodes(on_faces, self.body.n_points)[self.body.stored_array("id")]
+    def _stored(self, shares: FaceShares, on_faces: np.ndarray, without: Sequence[int] | np.ndarray = ()) -> np.ndarray:
+        """without: numbers of points on which nothing acts."""
+        forces = shares.at_nodes(on_faces, self.body.n_points)
+        if len(without):
+            forces[without] = 0.0
+        return forces[self.body.stored_array("id")]
 
 
 def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: bool = False) -> Iterator[Finding]:

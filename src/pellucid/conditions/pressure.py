@@ -10,13 +10,14 @@ from pellucid.conditions.enclosed.foretold import membrane_at_start
 from pellucid.conditions.enclosed.given_volume import ActiveVolume, GivenVolume, bound_of_spring, critical, start_fault
 from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.enclosed.problems import encloses_problems, volume_at_start
+from pellucid.conditions.enclosed.volume import failed_points
 from pellucid.conditions.film_tractions import surface_load
 from pellucid.conditions.loaded_faces import LoadedFaces, face_problems, in_plane_problem
 from pellucid.findings import Finding, Path, Reason, Refusal
 from pellucid.geometry.region import Where, faults
 from pellucid.model import check, parameter
 from pellucid.parts.active_condition import ActiveCondition, AtEachStep
-from pellucid.parts.annotations import Assembly
+from pellucid.parts.annotations import Assembly, Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.capabilities import TakesPressure, TakesTractions
 from pellucid.parts.condition import Condition, Swing
@@ -157,7 +158,7 @@ class Pressure(ChangesInTime, Condition):
         if isinstance(member.body, TakesTractions):
             return surface_load(self.traction, self.body, channel, assembly, f"pressure.{number}")
         membrane, column = member.offers(TakesPressure), assembly.load_column(self.body, channel)
-        return AtEachStep(lambda time: membrane.add_pressure(self.at(time), column))
+        return PressedMembrane(lambda time: membrane.add_pressure(self.at(time), column), member.body)
 
     def at(self, time: float) -> float:
         """Pressure [Pa] at a time [s]."""
@@ -166,6 +167,29 @@ class Pressure(ChangesInTime, Condition):
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
         """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
         return self.at(time) * points.normal
+
+
+class PressedMembrane(AtEachStep):
+    """A pressure on all of a membrane."""
+
+    def __init__(self, act: Callable[[float], object], body: Body) -> None:
+        super().__init__(act)
+        self._body = body
+
+    def warning(self) -> str | None:
+        """Of holes in the membrane."""
+        return _holes(self._body)
+
+
+def _holes(body: Body) -> str | None:
+    """Return a warning about points of a membrane that have failed."""
+    if not (failed := len(failed_points(body))):
+        return None
+    return (
+        f"membrane {body.name} has failed at {failed} of its {body.n_points} points: the pressure on it is still given, and "
+        "does not act on the holes that they leave; let it fall by `amplitude`, use an [[enclosed]] gas, which flows out "
+        "through the holes, or let the run end before"
+    )
 
 
 class PressedFaces(ActiveCondition):
@@ -185,9 +209,9 @@ class PressedFaces(ActiveCondition):
         self._misses = pressure != 0.0 and self._faces.is_left
 
     def warning(self) -> str | None:
-        """Of a region that the body has left while a pressure acts there."""
+        """Of a region that the body has left while a pressure acts there, and of holes."""
         if not self._misses:
-            return None
+            return _holes(self._faces.body)
         where, name = ".".join(map(str, self._path)), self._faces.body.name
         what = f"`{where}` presses nothing: no face of body `{name}` has its centre in it now"
         return f'{what}; make it larger, or use choose = "start" to press the same faces wherever they go'

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 from pellucid.energy import Channel
 from pellucid.findings import Reason
 from pellucid.parts.active_condition import ActiveCondition
+from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Part, Parts
 from pellucid.parts.step_limit import Cause
 
 if TYPE_CHECKING:
     from pellucid.parts.assembly import Assembly
-    from pellucid.parts.body_model import BodyModel
 
 
 class Swing(NamedTuple):
@@ -39,7 +39,7 @@ class Condition(Part):
         """The columns of the history that show its state, with their SI units."""
         return {}
 
-    def swing_of(self, body: "BodyModel", rate: float, cell: float | None) -> float:
+    def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
         """How fast a body at the start, whose own steps are 1/rate [s] at most, swings on it besides, as far as their models
         tell, in cells of this edge [m] if there are any: a rate that is added to the own one as squares are [1/s]."""
         return 0.0
@@ -48,7 +48,7 @@ class Condition(Part):
         """Why bodies under it cannot come to rest by dynamic relaxation, if they cannot."""
         return None
 
-    def within(self, bodies: "Sequence[BodyModel]", conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
+    def within(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
         """Return the condition as it acts in a case with these bodies and conditions, on a grid with these thin axes."""
         return self
 
@@ -84,6 +84,13 @@ class Condition(Part):
     def prescribed_axes(self, body: str) -> set[int]:
         """The axes along which a body as a whole follows it."""
         return set()
+
+
+def conditions_within(parts: Parts) -> list[Condition]:
+    """Return the sound conditions of a case as they act in it."""
+    conditions, bodies = parts.of(Condition), parts.of(BodyModel)
+    x, y, z = parts.active_axes
+    return [condition.within(bodies, conditions, (not x, not y, not z)) for condition in conditions]
 
 
 def is_driven(body: str, parts: Parts) -> bool:

@@ -24,6 +24,7 @@ from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
 from pellucid.grid.passes.moving import move_points
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
+from pellucid.grid.points import LOST, Fault
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -167,6 +168,12 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
             failed[self.arrays["id"]] = self._record.failed > 0.0
         return torn(self.name, self.places(), self._triangles, failed, self.grid)
 
+    def fault(self, code: int, p: int) -> Fault:
+        """Meaning and remedy of a fault at point p; of a lost one also that it had failed."""
+        if code == LOST and len(self._record.failed) and self._record.failed[p] > 0.0:
+            return Fault("it had failed, and left the grid", "make the grid larger, or let the run end before")
+        return super().fault(code, p)
+
     def half_width(self) -> tuple[float, float, float]:
         """Half the thickness."""
         return 0.5 * self.thickness, 0.0, 0.0
@@ -228,7 +235,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes."""
         load = self.velocity_field.load_row(column - FIRST_LOAD)
-        press(self.n_slabs, self.mapped, self.fans, load, pressure * self._slice)
+        press(self.n_slabs, self.mapped, self._surface, load, pressure * self._slice)
 
     def passes(self) -> dict[str, PassAlone]:
         """As for other bodies on the grid; velocity gradients."""

@@ -3,16 +3,22 @@
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import add_vector, stencil
 from pellucid.jit.loops import parallel_loop_by_colour
+from pellucid.materials.damage import has_failed
 
 
 @parallel_loop_by_colour(gives="load")
-def press(s, mapped, fans, load, pressure):
-    """Forces of a pressure [Pa] along the normals of a membrane's points, added to the nodes' `load` [N]."""
+def press(s, mapped, surface, load, pressure):
+    """Add the forces of a pressure [Pa] along the normals of a membrane's points to the nodes' `load` [N].
+
+    Points that have failed leave a hole, on which no pressure acts. surface: a `StrainedMembrane`.
+    """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
-    start, corners = fans.start, fans.corners
+    start, corners = surface.fans.start, surface.fans.corners
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
+        if has_failed(surface.damage, surface.record, p):
+            continue
         fx = fy = fz = 0.0
         for t in range(start[p], start[p + 1]):
             i, j = corners[t, 0], corners[t, 1]

@@ -33,7 +33,7 @@ class ActiveEnclosed(ActiveCondition):
         self._check(self._now)
         self.contents: Contents = enclosed.amount().contents(self._now.volume)
         self._open = [vent.opens_at == 0.0 for vent in enclosed.vent]
-        self._vent_flow = self._leak_flow = 0.0
+        self._vent_flow = self._leak_flow = self._hole_flow = 0.0
         self._passing, self._time = 0.0, 0.0
         self._works: dict[str, float] = {}
         self._governs = False
@@ -53,6 +53,12 @@ class ActiveEnclosed(ActiveCondition):
             what = f"the membrane {self._model.body} of `{self._model.name}` encloses {now.volume:.3g} m3"
             text = "it is turned inside out, or bodies inside fill it: look at what acts there"
             raise RunStopped(f"{what}: {text}", body=self._model.body)
+        for name, failed in zip(self._model.inside, now.failed[1:], strict=True):
+            if failed:
+                what = f"membrane {name} inside `{self._model.name}` has failed at {failed} points"
+                text = "what it holds and what is around it would mix, which is not computed"
+                advice = f"leave out the `damage` of body {name}, or let the run end before"
+                raise RunStopped(f"{what}: {text}; {advice}", body=name)
 
     @property
     def _gauge(self) -> float:
@@ -72,16 +78,16 @@ class ActiveEnclosed(ActiveCondition):
         """
         before, contents, gauge = self._now, self.contents, self._gauge
         held, works = contents.energy, dict.fromkeys(("enclosed_heat", "inflator_energy", "vent_energy"), 0.0)
-        self._vent_flow = self._leak_flow = 0.0
+        self._vent_flow = self._leak_flow = self._hole_flow = 0.0
         self._flow(self._time, works)
         self._now = now = self._space.now()
         self._check(now)
         works["enclosed_heat"] += contents.expand(before.volume, now.volume)
         grown = now.volume - before.volume
         works["outside_work"] = self._model.outside * grown
-        swept = before.swept(now) if self._space.is_open else grown
+        swept = before.swept(now) if self._space.is_open or now.hole > 0.0 else grown
         mean = 0.5 * (gauge + self._gauge)
-        works["outside_work"] += mean * (grown - swept)  # on lids, which something else holds
+        works["outside_work"] += mean * (grown - swept)  # on lids, which something else holds, and in holes
         self._flow(self._time + 0.5 * self._passing, works)
         works["enclosed_energy"] = contents.energy - held
         self._works = works
@@ -106,39 +112,53 @@ class ActiveEnclosed(ActiveCondition):
 
     def _flow_out(self, dt: float, works: dict[str, float]) -> None:
         """By the flow at the middle of this time [s]; no farther than to the pressure outside."""
-        if not self._model.lets_out or self.contents.mass == 0.0:
+        if self._gauge < 0.0 and self._now.hole > 0.0:
+            self._flow_back(dt, works)
+        if not (self._model.lets_out or self._now.hole > 0.0) or self.contents.mass == 0.0:
             return
         volume = self._now.volume
         self._open = [
             is_open or self._gauge >= vent.opens_at for is_open, vent in zip(self._open, self._model.vent, strict=True)
         ]
-        area = self._space.membrane_area() if self._model.leak > 0.0 else 0.0
-        half = copy(self.contents)
-        half.let_out(self._limited(0.5 * dt, *self._efflux(half, area)), volume)
-        through_vents, through_leaks = self._efflux(half, area)
-        mass = self._limited(dt, through_vents, through_leaks)
+        area = self._space.membrane_area() - self._now.hole if self._model.leak > 0.0 else 0.0
+        flows, excess = self._efflux(self.contents, area), self.contents.excess(volume, self._model.outside)
+        mass = 0.5 * dt * sum(flows)
+        if mass < excess:  # else the pressure outside is reached within half of this time
+            half = copy(self.contents)
+            half.let_out(mass, volume)
+            flows = self._efflux(half, area)
+            mass = dt * sum(flows)
+        mass = min(mass, max(excess, 0.0))
         energy, heat = self.contents.let_out(mass, volume)
         works["vent_energy"] += energy
         works["enclosed_heat"] += heat
-        if (flow := through_vents + through_leaks) > 0.0:
+        if (flow := sum(flows)) > 0.0:
             share = mass / self._passing / flow
-            self._vent_flow += share * through_vents
-            self._leak_flow += share * through_leaks
+            self._vent_flow += share * flows[0]
+            self._leak_flow += share * flows[1]
+            self._hole_flow += share * flows[2]
 
-    def _limited(self, dt: float, *flows: float) -> float:
-        flow = sum(flows)
-        return min(dt * flow, max(self.contents.excess(self._now.volume, self._model.outside), 0.0)) if flow > 0.0 else 0.0
+    def _flow_back(self, dt: float, works: dict[str, float]) -> None:
+        """Let in through holes what is outside, over a time [s]; no farther than to the pressure there."""
+        volume, outside = self._now.volume, self._model.outside
+        most = self.contents.lack(volume, outside)
+        mass = min(dt * self._now.hole * self.contents.influx(volume, outside), most)
+        energy, heat = self.contents.draw_in(mass, volume)
+        works["vent_energy"] -= energy
+        works["enclosed_heat"] += heat
+        self._hole_flow -= mass / self._passing
 
-    def _efflux(self, contents: Contents, area: float) -> tuple[float, float]:
-        """Mass that flows on unit of time through vents and through the membrane of an area [m²] [kg/s]."""
+    def _efflux(self, contents: Contents, area: float) -> tuple[float, float, float]:
+        """Mass that flows out on unit of time through vents, through the membrane of an area [m²], and through holes [kg/s]."""
         volume, outside = self._now.volume, self._model.outside
         gauge = contents.pressure(volume) - outside
         if gauge <= 0.0:
-            return 0.0, 0.0
+            return 0.0, 0.0, 0.0
         vents = zip(self._open, self._model.vent, strict=True)
-        opening = sum(vent.coefficient * vent.area for is_open, vent in vents if is_open)
+        opening, hole = sum(vent.coefficient * vent.area for is_open, vent in vents if is_open), self._now.hole
         through_vents = opening * contents.efflux(volume, outside) if opening > 0.0 else 0.0
-        return through_vents, self._model.leak * area * gauge
+        through_holes = hole * contents.efflux(volume, outside) if hole > 0.0 else 0.0
+        return through_vents, self._model.leak * area * gauge, through_holes
 
     def _count_power(self, growth: float) -> None:
         """Half the power of its pressure, in the totals of the first body, as the balance adds up those of all.
@@ -168,6 +188,16 @@ class ActiveEnclosed(ActiveCondition):
             done.works[INTERNAL] -= channel.sign * amount  # what its pressure did by its own account
         return done
 
+    def warning(self) -> str | None:
+        """Of holes in the membrane."""
+        now, model = self._now, self._model
+        if not now.failed[0]:
+            return None
+        return (
+            f"membrane {model.body} has failed at {now.failed[0]} of its {len(now.areas[0])} points: they leave holes of "
+            f"{now.hole:.3g} m2, through which `{model.name}` flows out against the pressure outside, {model.outside:g} Pa"
+        )
+
     def columns(self) -> Mapping[str, float]:
         """State and flows."""
         volume, contents = self._now.volume, self.contents
@@ -179,6 +209,8 @@ class ActiveEnclosed(ActiveCondition):
             "temperature": contents.temperature,
             "vent_flow": self._vent_flow,
             "leak_flow": self._leak_flow,
+            "hole_flow": self._hole_flow,
+            "hole_area": self._now.hole,
         }
         shown = {f"{self._model.name}_{name}": value for name, value in values.items() if value is not None}
         return {name: shown[name] for name in self._model.columns()}
@@ -186,11 +218,13 @@ class ActiveEnclosed(ActiveCondition):
     def state_numbers(self) -> dict[str, Any]:
         """Mass, energy, vents, flows."""
         flows: Sequence[float] = self._vent_flow, self._leak_flow
-        return {"mass": self.contents.mass, "energy": self.contents.energy, "open": list(self._open), "flows": list(flows)}
+        state = {"mass": self.contents.mass, "energy": self.contents.energy, "open": list(self._open), "flows": list(flows)}
+        return state | {"hole_flow": self._hole_flow}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on, with the membranes where a checkpoint has them."""
         self.contents.mass, self.contents.energy = numbers["mass"], numbers["energy"]
         self._open = list(numbers["open"])
         self._vent_flow, self._leak_flow = numbers["flows"]
+        self._hole_flow = numbers.get("hole_flow", 0.0)
         self._now = self._space.now()

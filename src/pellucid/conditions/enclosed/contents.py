@@ -47,6 +47,21 @@ class Contents(ABC):
     def efflux(self, volume: float, outside: float) -> float:
         """The mass that flows through unit of area of a vent [kg/(s m²)] against a lower pressure [Pa] outside."""
 
+    @abstractmethod
+    def lack(self, volume: float, outside: float) -> float:
+        """Return the mass whose inflow lets the pressure rise to that outside [kg]."""
+
+    @abstractmethod
+    def influx(self, volume: float, outside: float) -> float:
+        """Return the mass flux through a hole from a higher pressure [Pa] outside [kg/(s m²)].
+
+        The same gas, at its temperature at the start, or the same liquid is outside.
+        """
+
+    @abstractmethod
+    def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
+        """Take in mass from outside [kg]. Returns the energy that it brings and the heat taken up [J]."""
+
 
 class Gas(Contents):
     """An ideal gas of constant heat capacities, p V = (γ-1) E; where it is isothermal, heat keeps its temperature."""
@@ -112,6 +127,19 @@ class Gas(Contents):
         pressure = self.pressure(volume)
         return flow_function(outside / pressure, self.gamma) * pressure / sqrt(self.constant * self.temperature)
 
+    def lack(self, volume: float, outside: float) -> float:
+        """By the enthalpy that it brings, or at one temperature."""
+        rise = (outside - self.pressure(volume)) * volume / (self.constant * self._start)
+        return rise if self.isothermal else rise / self.gamma
+
+    def influx(self, volume: float, outside: float) -> float:
+        """As `efflux`, from outside."""
+        return flow_function(self.pressure(volume) / outside, self.gamma) * outside / sqrt(self.constant * self._start)
+
+    def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
+        """At the temperature of the start."""
+        return self.take_in(mass, mass * self._start, volume)
+
 
 def flow_function(ratio: float, gamma: float) -> float:
     """ψ of the flow through a nozzle from a pressure to `ratio` times it. Source: Saint-Venant & Wantzel 1839."""
@@ -166,3 +194,15 @@ class Liquid(Contents):
     def efflux(self, volume: float, outside: float) -> float:
         """√(2ρ Δp)."""
         return sqrt(2.0 * self.mass / volume * (self.pressure(volume) - outside))
+
+    def lack(self, volume: float, outside: float) -> float:
+        """By its law."""
+        return -self.excess(volume, outside)
+
+    def influx(self, volume: float, outside: float) -> float:
+        """√(2ρ₀ Δp)."""
+        return sqrt(2.0 * self.density * (outside - self.pressure(volume)))
+
+    def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
+        """As `take_in`."""
+        return self.take_in(mass, 0.0, volume)

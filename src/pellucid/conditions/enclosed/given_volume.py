@@ -127,6 +127,16 @@ class ActiveVolume(ActiveCondition):
         reason = f"body {self._body} swings on the stiffness of its given volume within {step:.3g} s"
         return StepLimit(step, "spring", reason)
 
+    def warning(self) -> str | None:
+        """Of holes, through which nothing flows."""
+        if not (failed := self._now.failed[0]):
+            return None
+        return (
+            f"membrane {self._body} has failed at {failed} of its {len(self._now.areas[0])} points, and its given volume is "
+            "held as if it had no holes; use an [[enclosed]] gas or liquid, which flows out through them, or let the run end "
+            "before"
+        )
+
     def columns(self) -> Mapping[str, float]:
         """Pressure and volume."""
         return {f"{self._body}_pressure": self._pressure, f"{self._body}_volume": self._now.volume}

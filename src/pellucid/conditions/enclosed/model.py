@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
-from typing import ClassVar
+from typing import ClassVar, Self
+
+from pydantic import PrivateAttr
 
 from pellucid.conditions.enclosed.contents import Contents, Gas, Liquid
 from pellucid.conditions.enclosed.flows import Inflator, Vent
@@ -103,6 +105,16 @@ class Enclosed(Condition):
         ge=0,
     )
 
+    _may_tear: bool = PrivateAttr(default=False)
+    """Whether damage can make holes in its membrane, in a case (`within`)."""
+
+    def within(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
+        """Return it knowing whether its membrane has damage."""
+        membrane = next((body for body in bodies if body.name == self.body), None)
+        copy = self.model_copy()
+        copy._may_tear = getattr(getattr(membrane, "material", None), "damage", None) is not None
+        return copy
+
     @check
     def _has_contents(self) -> None:
         if self.gas is None and self.liquid is None:
@@ -137,7 +149,7 @@ class Enclosed(Condition):
         """Where its energy comes from and goes to."""
         left_out = {
             "inflator_energy": self.inflator is None,
-            "vent_energy": not self.lets_out,
+            "vent_energy": not (self.lets_out or self._may_tear),
             "enclosed_heat": self.gas is None or not self.gas.isothermal,
         }
         return [Channel(name, sign) for name, sign in CHANNELS.items() if not left_out.get(name, False)]
@@ -148,6 +160,7 @@ class Enclosed(Condition):
         units |= {"temperature": "K"} if self.gas is not None else {}
         units |= {"vent_flow": "kg/s"} if self.vent else {}
         units |= {"leak_flow": "kg/s"} if self.leak > 0.0 else {}
+        units |= {"hole_flow": "kg/s", "hole_area": "m^2"} if self._may_tear else {}
         return {f"{self.name}_{what}": unit for what, unit in units.items()}
 
     def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:

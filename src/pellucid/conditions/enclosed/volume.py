@@ -10,13 +10,18 @@ from pellucid.geometry.algorithms.lids import Lids
 from pellucid.parts.annotations import AssembledBody, Assembly, Body
 from pellucid.parts.capabilities import Membrane
 
+FAILED = "failed"  # field of membranes that damage can tear
+
 
 class Enclosure(NamedTuple):
-    """A volume at an instant; areas and places are those of each body, in the order of the numbers of its points."""
+    """A volume at an instant; areas and places are those of each body, in the order of the numbers of its points. Points that
+    have failed have no area: no pressure acts on the hole that they leave."""
 
     volume: float  # [m³]
     areas: list[np.ndarray]  # (n, 3) of each, outwards of the volume [m²]
     places: list[np.ndarray]  # (n, 3) of each [m]
+    failed: list[int]  # of the points of each that bear no stress any more
+    hole: float = 0.0  # area of the holes that those leave in the outer membrane [m²]
 
     def swept(self, other: "Enclosure") -> float:
         """The volume that the membranes sweep from here to another instant, without that of lids [m³]."""
@@ -51,7 +56,15 @@ class EnclosedVolume:
     def now(self) -> Enclosure:
         """As it is."""
         volumes, areas, places = zip(*(self._of(number) for number in range(len(self.members))), strict=True)
-        return Enclosure(sum(volumes), list(areas), list(places))
+        holes = [failed_points(body) for body in self.bodies]
+        for area, failed in zip(areas, holes, strict=True):
+            area[failed] = 0.0
+        hole = float(self._membrane.surface_areas()[holes[0]].sum()) if len(holes[0]) else 0.0
+        return Enclosure(sum(volumes), list(areas), list(places), [len(failed) for failed in holes], hole)
+
+    @property
+    def _membrane(self) -> Membrane:
+        return self.members[0].offers(Membrane)
 
     def _of(self, number: int) -> tuple[float, np.ndarray, np.ndarray]:
         sign, member = self._signs[number], self.members[number]
@@ -65,8 +78,8 @@ class EnclosedVolume:
             add((pressure * areas)[body.stored_array("id")])
 
     def membrane_area(self) -> float:
-        """Of the outer membrane [m²]."""
-        return float(self.members[0].offers(Membrane).surface_areas().sum())
+        """Of the outer membrane, with its holes [m²]."""
+        return float(self._membrane.surface_areas().sum())
 
     def mobility(self, now: Enclosure) -> float:
         """By how much a pressure makes the volume accelerate, Σ A²/m [m⁴/kg], where nothing else has mass."""
@@ -85,3 +98,10 @@ class EnclosedVolume:
         for body in self.bodies:
             body.totals.rate = float(np.hypot(body.totals.rate, rate))
         return governs
+
+
+def failed_points(body: Body) -> np.ndarray:
+    """Numbers of the points of a membrane that bear no stress any more, shape (k,)."""
+    if FAILED not in body.field_names:
+        return np.zeros(0, np.int64)
+    return np.flatnonzero(np.asarray(body.field(FAILED)) > 0.0)
