@@ -44,11 +44,8 @@ def surface_of(sim):
     return next(active for active in sim.conditions._active if isinstance(active, TenseSurface))
 
 
-@pytest.mark.parametrize("angle", [90.0, 60.0, 130.0])
-def test_forces_are_the_derivative_of_the_energy(angle):
-    block = {"shape": {"box": {"lower": [-1.6, -1.6, 0], "upper": [0.05, 0.13, 0]}}}
-    walls = [FLOOR[0] | {"contact_angle": angle}, {"where": "x-lower", "fix": "normal", "contact_angle": 0.9 * angle}]
-    sim = simulation(body=block, support=walls)
+def assert_exact(sim):
+    """Forces are the derivative of the energy by places and volumes."""
     body, surface, chance = sim.bodies[0], surface_of(sim), np.random.default_rng(1)
     position, volume = body.arrays["position"], body.arrays["volume"]
     position[:, :2] += chance.uniform(0.0, 0.01, (len(position), 2))
@@ -65,6 +62,14 @@ def test_forces_are_the_derivative_of_the_energy(angle):
     energy(0.0)
     at_points = surface._values
     assert np.sum(size[:, None] * at_points[:, 1:] * moves) + np.sum(at_points[:, 0] * grows) == pytest.approx(slope, rel=1e-6)
+
+
+@pytest.mark.parametrize("angle", [90.0, 60.0, 130.0])
+def test_forces_are_the_derivative_of_the_energy(angle):
+    block = {"shape": {"box": {"lower": [-1.6, -1.6, 0], "upper": [0.05, 0.13, 0]}}}
+    walls = [FLOOR[0] | {"contact_angle": angle}, {"where": "x-lower", "fix": "normal", "contact_angle": 0.9 * angle}]
+    sim = simulation(body=block, support=walls)
+    assert_exact(sim)
 
 
 def test_a_drop_has_the_energy_of_its_surface_and_keeps_momentum():
@@ -157,11 +162,42 @@ def test_a_drop_between_two_walls_of_different_angles():
     assert x == pytest.approx((a + np.sqrt(1.0 - b * b)) * radius, rel=0.05)
 
 
+def on_a_plane(tilt, angle, **more):
+    """Height over a wall and half the width of a block of liquid with an area of 1.6 that came to rest there."""
+    cos, sin = np.cos(np.radians(tilt)), np.sin(np.radians(tilt))
+    along, normal = [cos, sin, 0], [-sin, cos, 0]
+    point = np.array([0.0, 0.05, 0.0])
+    box = {"box": {"lower": [-0.9, 0.05, 0], "upper": [0.9, 0.05 + 8 / 9, 0]}}
+    turned = {"rotate": [{"angle": tilt, "axis": [0, 0, 1], "centre": point.tolist()}]} if tilt else {}
+    body = {"shape": box | turned, "material": STILL}
+    wall = {"point": point.tolist(), "normal": normal, "contact_angle": angle} | more
+    sim = simulation(cell=0.1, end=4.5, grid={"lower": [-2.2, -1, 0], "upper": [2.2, 2, 0]}, body=body, wall=[wall])
+    for _ in sim:
+        pass
+    places = sim.bodies[0].field("position") - point
+    return (places @ normal).max() + 0.1 / 6, 0.5 * np.ptp(places @ along) + 0.1 / 6
+
+
+@pytest.mark.parametrize("tilt", [0.0, 20.0], ids=["level", "oblique"])
+def test_a_drop_on_a_plane_that_cuts_cells(tilt):
+    height, wide = on_a_plane(tilt, 60.0)
+    assert height == pytest.approx(0.807, rel=0.03)
+    assert wide == pytest.approx(1.398, rel=0.03)
+
+
+def test_forces_beside_planes_are_the_derivative_of_the_energy_too():
+    block = {"shape": {"box": {"lower": [-1.2, -1.3, 0], "upper": [0.05, 0.13, 0]}}}
+    walls = [{"point": [-1.2, -1.31, 0], "normal": [0.2, 1, 0], "contact_angle": 50.0, "name": "floor"}]
+    walls += [{"point": [-1.22, 0, 0], "normal": [1, 0, 0], "contact_angle": 120.0}]
+    assert_exact(simulation(body=block, wall=walls))
+
+
 def angles_of(*supports, angle=60.0, **more):
     table = case(support=supports, tension={"contact_angle": angle}, **more)
     return next(dict(one.angles) for several in table.conditions().values() for one in several if hasattr(one, "angles"))
 
 
+FLAT = {"point": [0, -1.5, 0], "normal": [0, 1, 0]}
 SIDE = {"where": "x-lower", "fix": "normal"}
 
 
@@ -183,6 +219,15 @@ def test_the_role_of_a_face(supports, angles):
 def test_a_face_at_which_a_body_is_cut_is_a_plane_of_symmetry():
     half = {"shape": {"cylinder": {"centre": [-1.6, 0, 0], "radius": 1}}, "cut_at": ["x-lower"]}
     assert angles_of(*FLOOR, SIDE, body=half) == {"x-lower": 90.0, "y-lower": 60.0}
+
+
+def test_a_wall_has_the_angle_of_the_fluid_or_its_own():
+    walls = [FLAT, FLAT | {"point": [0, -1.4, 0], "contact_angle": 30.0}, FLAT | {"velocity": [0, -1, 0]}]
+    table = case(tension={"contact_angle": 60.0}, wall=walls)
+    (tension,) = (one for several in table.conditions().values() for one in several if hasattr(one, "angles"))
+    assert [angle for _, angle in tension.walls] == [60.0, 30.0], "none where a wall moves along its normal"
+    with pytest.raises(ValueError, match="may be a wall"):
+        case(tension={"contact_angle": 60.0}, wall=[FLAT], support=[SIDE])
 
 
 def test_faces_without_an_angle_are_neutral_where_the_fluid_has_none():
@@ -242,6 +287,8 @@ TORN = LIQUID | {"pressure": 0.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
         ({"outflow": [{"where": "x-upper"}]}, "passes a face"),
         ({"support": [{"where": "y-lower", "fix": ["x"], "contact_angle": 60.0}]}, "held along its normal, for all bodies"),
         ({"support": [FLOOR[0] | {"contact_angle": a} for a in (60.0, 70.0)]}, "gives the face y-lower the angle 60"),
+        ({"surface_tension": [], "wall": [FLAT | {"contact_angle": 60.0}]}, "no fluid of this case has surface tension"),
+        ({"wall": [FLAT | {"contact_angle": 60.0, "velocity": [0, 0.1, 0]}]}, "moves along its normal"),
         ({"surface_tension": [], "support": [FLOOR[0] | {"contact_angle": 60.0}]}, "no fluid of this case has surface tension"),
     ],
 )

@@ -16,6 +16,7 @@ from pellucid.model import Vector, parameter
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import is_driven
 from pellucid.parts.part import Parts
+from pellucid.units import in_degrees
 
 ON_A_FACE = 1e-9  # of a cell, by which a plane on a face of the grid may lie outside
 
@@ -33,6 +34,22 @@ class Wall(Sliding):
         (0, 0, 0),
     )
     bodies: tuple[str, ...] = parameter("", "bodies that touch it; without it all that can and follow no motion as a whole", ())
+
+    contact_angle: float | None = parameter(
+        "",
+        "angle at which fluids with surface tension meet it, measured within the fluid, in degrees, or a text with a unit; if "
+        "left out, that of the fluid",
+        None,
+        ge=0,
+        le=180,
+    )
+
+    _in_degrees = field_validator("contact_angle", mode="before")(in_degrees)
+
+    @property
+    def advances(self) -> bool:
+        """Whether it moves along its normal."""
+        return sum(a * b for a, b in zip(self.normal, self.velocity, strict=True)) != 0.0
 
     @field_validator("normal")
     @classmethod
@@ -55,6 +72,13 @@ class Wall(Sliding):
         if parts.grid is not None:
             yield from self._grid_problems(path, parts.grid)
         yield from self._body_problems(path, parts)
+        if self.contact_angle is not None and not parts.sections["surface_tension"].items:
+            text = "no fluid of this case has surface tension"
+            remedy = "add a [[surface_tension]] with the name of a fluid as `body`, or leave it out"
+            yield Finding((*path, "contact_angle"), text, remedy)
+        elif self.contact_angle is not None and self.advances:
+            text = "the wall moves along its normal: the energy of a surface on it is not known"
+            yield Finding((*path, "contact_angle"), text, "leave it out, or let the wall move along its plane alone")
         yield from super().problems(path, parts)
 
     def _grid_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ import numpy as np
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.conditions.surface_tension.colour import FREE, Faces, SurfaceEnergy
 from pellucid.conditions.surface_tension.kernels import gather_potential, scatter_forces, scatter_volumes
+from pellucid.conditions.surface_tension.planes import WettedPlane
 from pellucid.conditions.surface_tension.roles import NEUTRAL
 from pellucid.energy import FIRST_LOAD, INTERNAL, SURFACE_ENERGY, StepWork
 from pellucid.grid.lattice import Grid
@@ -52,9 +53,9 @@ class TenseSurface(ActiveCondition):
     def try_out(self) -> None:
         """Supports are known by now; it bounds the first step too."""
         body, model = self._body, self._model
-        self._surface = SurfaceEnergy(
-            body.grid, body.functions, model.tension, _faces(body.grid, model.angles, model.contact_angle)
-        )
+        faces = _faces(body.grid, model.angles, model.contact_angle)
+        planes = [WettedPlane(wall.plane(), _cosine(angle)) for wall, angle in model.walls]
+        self._surface = SurfaceEnergy(body.grid, body.functions, model.tension, faces, planes)
         self._find()
         self._bound()
 
@@ -137,6 +138,10 @@ def _faces(grid: Grid, angles: Mapping[str, float], default: float) -> tuple[Fac
         for end, layer in (("lower", 0), ("upper", count)):
             is_held = bool(np.all(grid.nodes.constrained[index[cells[:, axis] == layer], axis] > 0))
             angle = angles.get(f"{'xyz'[axis]}-{end}", default)
-            cosines.append((0.0 if angle == NEUTRAL else cos(radians(angle))) if is_held else FREE)
+            cosines.append(_cosine(angle) if is_held else FREE)
         found.append(Faces(*cosines))
     return found[0], found[1], found[2]
+
+
+def _cosine(angle: float) -> float:
+    return 0.0 if angle == NEUTRAL else cos(radians(angle))

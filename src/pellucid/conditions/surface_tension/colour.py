@@ -10,6 +10,9 @@ areas of its level sets, by the coarea formula), summed over the cells by the sl
 Across walls c goes on as in a mirror: without the second part, the fluid meets them at a right angle. With it, a wall that is
 wet has the energy -σ cos θ per area (Young).
 
+Before planes that cut cells (`planes`) the volume about a node counts over the share of it that is open, and the energy of a cell
+by its share.
+
 A film on a wall that is thinner than a cell fills the share s < 1 of its nodes. A film of any thickness costs σ (1 - cos θ) per
 area; by the two parts it would cost c(s) of this, which grows with the square of s, so that the film would save energy by
 spreading: a foot of single points crept ahead of a drop and did not stop. Nodes of walls therefore have the energy
@@ -20,12 +23,13 @@ in addition, which vanishes where a wall is dry or the fluid is thick: a film dr
 proportion to cos θ, and beyond, where a foot is no wedge, not at all.
 """
 
-from collections.abc import Iterator
-from typing import Annotated, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from pellucid.approximants import GridFunctions
+from pellucid.conditions.surface_tension.planes import WettedPlane, find_open_space
 from pellucid.grid.cell_integrals import axis_integrals
 from pellucid.grid.lattice import Grid, layers_of
 from pellucid.grid.nodal_fields import FOUND, STEP, SUM, NodalField, allocate
@@ -38,6 +42,7 @@ SOFTNESS = 1e-3
 derivative everywhere. It takes some tenths of a per cent of the tension."""
 WETTING = 0.5
 """Cosine of the contact angle from which on the energy of thin films acts in full; on walls that a fluid does not wet, none."""
+LEAST_OPEN = 0.02  # share of the volume about a node before planes, below which the node counts as behind them
 MARGIN = 3  # nodes about those that points reach: smoothing reaches one further, and so do the cells about it
 
 
@@ -65,10 +70,31 @@ def _along(axis: int, part: slice) -> tuple[slice, ...]:
 FIRST, LAST, BUT_FIRST, BUT_LAST = slice(0, 1), slice(-1, None), slice(1, None), slice(None, -1)
 
 
+_Wetted = tuple[Any, float, np.ndarray]
+"""Which nodes a wall has, the cosine of its contact angle, and its areas about them [m²]."""
+
+
+class _Beside(NamedTuple):
+    """What planes make of the nodes in a box."""
+
+    per_share: np.ndarray
+    """One over the share of the smoothed volume about a node that lies before the planes; 0 behind them."""
+    cells: np.ndarray
+    """Share of each cell."""
+    planes: list[_Wetted]
+
+
 class SurfaceEnergy:
     """The energy of the surface of a fluid with a tension [N/m]; faces: how it meets those of the grid, along each axis."""
 
-    def __init__(self, grid: Grid, functions: GridFunctions, tension: float, faces: tuple[Faces, Faces, Faces]) -> None:
+    def __init__(
+        self,
+        grid: Grid,
+        functions: GridFunctions,
+        tension: float,
+        faces: tuple[Faces, Faces, Faces],
+        planes: Sequence[WettedPlane] = (),
+    ) -> None:
         lattice = grid.lattice
         self._grid, self._tension, self._faces, self._cell = grid, tension, faces, lattice.cell
         self._axes = [axis for axis in range(3) if not grid.thin[axis]]
@@ -80,6 +106,8 @@ class SurfaceEnergy:
         self._widths = [
             np.full(1, grid.slice_thickness) if grid.thin[axis] else lattice.cell * widths[axis] for axis in range(3)
         ]
+        self._planes = planes
+        self._open = find_open_space(grid, functions, planes) if planes else None
         self.at_wall = np.zeros(3, bool)
         """Along which axes the fluid has reached a wall that it wets."""
 
@@ -98,11 +126,18 @@ class SurfaceEnergy:
         filled = volume[box] / about
         for axis in self._axes:
             filled = _smooth(filled, axis, walls[axis])
+        beside = self._beside_planes(box, walls)
+        if beside is not None:
+            filled *= beside.per_share
         colour, grows = _colour(filled)
-        energy, slope = self._of_slopes(colour)
-        energy += self._of_walls(colour, slope, walls)
+        energy, slope = self._of_slopes(colour, 1.0 if beside is None else beside.cells)
+        wetted = [*self._wall_nodes(colour.shape, walls), *([] if beside is None else beside.planes)]
+        energy += self._of_walls(colour, slope, wetted)
         slope *= grows
-        energy += self._of_films(filled, colour, grows, slope, walls)
+        energy += self._of_films(filled, colour, grows, slope, wetted)
+        if beside is not None:
+            slope *= beside.per_share
+            self._reach(colour, beside)
         for axis in self._axes:
             slope = _smooth_transposed(slope, axis, walls[axis])
         potential[box] = slope / about
@@ -121,8 +156,26 @@ class SurfaceEnergy:
             walls.append((box[-1].start == 0, box[-1].stop == n))
         return (box[0], box[1], box[2]), walls
 
-    def _of_slopes(self, colour: np.ndarray) -> tuple[float, np.ndarray]:
-        """Of the surface [J], and its derivative by the colour of the nodes [J]."""
+    def _beside_planes(self, box: tuple[slice, slice, slice], walls: list[tuple[bool, bool]]) -> _Beside | None:
+        """What planes make of the nodes in a box, where there are planes."""
+        if self._open is None:
+            return None
+        share = self._open.nodes[box]
+        for axis in self._axes:
+            share = _smooth(share, axis, walls[axis])
+        per_share = np.where(share > LEAST_OPEN, 1.0 / np.maximum(share, LEAST_OPEN), 0.0)
+        cells = tuple(slice(part.start, part.stop - 1) if axis in self._axes else part for axis, part in enumerate(box))
+        planes = [(..., plane.cosine, area[box]) for plane, area in zip(self._planes, self._open.areas, strict=True)]
+        return _Beside(per_share, self._open.cells[cells], planes)
+
+    def _reach(self, colour: np.ndarray, beside: _Beside) -> None:
+        """Find along which axes the fluid has reached planes."""
+        for plane, (_, _, area) in zip(self._planes, beside.planes, strict=True):
+            if float(np.sum(area * colour)) > 0.0:
+                self.at_wall |= plane.wall.normal != 0.0
+
+    def _of_slopes(self, colour: np.ndarray, share: np.ndarray | float) -> tuple[float, np.ndarray]:
+        """Of the surface [J], and its derivative by the colour of the nodes [J]; share: of the cells before planes."""
         slopes = []
         for axis in self._axes:
             along = np.diff(colour, axis=axis) / self._cell
@@ -133,10 +186,10 @@ class SurfaceEnergy:
         soft = SOFTNESS / self._cell
         size = np.sqrt(sum(slope * slope for slope in slopes) + soft * soft)
         scale = self._tension * self._grid.cell_volume
-        energy = scale * float(np.sum(size - soft))
+        energy = scale * float(np.sum(share * (size - soft)))
         derivative = np.zeros_like(colour)
         for axis, slope in zip(self._axes, slopes, strict=True):
-            back = (scale / self._cell) * slope / size
+            back = share * ((scale / self._cell) * slope / size)
             for other in self._axes:
                 if other != axis:
                     back = _spread(back, other)
@@ -144,9 +197,7 @@ class SurfaceEnergy:
             derivative[_along(axis, BUT_LAST)] -= back
         return energy, derivative
 
-    def _wall_nodes(
-        self, shape: tuple[int, ...], walls: list[tuple[bool, bool]]
-    ) -> Iterator[tuple[tuple[slice, ...], float, np.ndarray]]:
+    def _wall_nodes(self, shape: tuple[int, ...], walls: list[tuple[bool, bool]]) -> Iterator[_Wetted]:
         """The nodes of each face of the grid that is no plane of symmetry, its cosine, and their areas [m²]."""
         for axis in self._axes:
             others = [self._grid.slice_thickness if self._grid.thin[o] else self._cell for o in range(3) if o != axis]
@@ -160,10 +211,10 @@ class SurfaceEnergy:
                             area[_along(other, edge)] *= 0.5
                 yield _along(axis, end), cosine, area
 
-    def _of_walls(self, colour: np.ndarray, slope: np.ndarray, walls: list[tuple[bool, bool]]) -> float:
+    def _of_walls(self, colour: np.ndarray, slope: np.ndarray, wetted: Sequence[_Wetted]) -> float:
         """Energy of wet walls [J], whose derivative by the colour is added to that of the surface."""
         energy = 0.0
-        for nodes, cosine, area in self._wall_nodes(colour.shape, walls):
+        for nodes, cosine, area in wetted:
             energy -= self._tension * cosine * float(np.sum(area * colour[nodes]))
             slope[nodes] -= self._tension * cosine * area
         return energy
@@ -174,11 +225,11 @@ class SurfaceEnergy:
         colour: np.ndarray,
         grows: np.ndarray,
         slope: np.ndarray,
-        walls: list[tuple[bool, bool]],
+        wetted: Sequence[_Wetted],
     ) -> float:
         """Energy that films thinner than a cell lack [J], whose derivative by the filled share is added to that of all else."""
         energy = 0.0
-        for nodes, cosine, area in self._wall_nodes(colour.shape, walls):
+        for nodes, cosine, area in wetted:
             if cosine > 0.0:
                 share, empty = min(1.0, cosine / WETTING), np.maximum(1.0 - filled[nodes], 0.0)
                 scale = share * self._tension * (1.0 - cosine) * area

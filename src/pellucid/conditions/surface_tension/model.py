@@ -8,6 +8,7 @@ from pydantic import PrivateAttr, field_validator
 
 from pellucid.conditions.support import Support
 from pellucid.conditions.surface_tension.roles import NEUTRAL, find_face_roles
+from pellucid.conditions.wall import Wall
 from pellucid.energy import SURFACE_ENERGY, SURFACE_TENSION_WORK, Channel
 from pellucid.findings import Finding, Path, Reason, listed
 from pellucid.grid.model import GridCase
@@ -42,6 +43,13 @@ class SurfaceTension(Condition):
     _in_degrees = field_validator("contact_angle", mode="before")(in_degrees)
     _angles: dict[str, float] = PrivateAttr(default_factory=dict)
 
+    _walls: list[tuple[Wall, float]] = PrivateAttr(default_factory=list)
+
+    @property
+    def walls(self) -> Sequence[tuple[Wall, float]]:
+        """Walls that are planes at rest and that it touches, with their contact angles [°], in a case (`within`)."""
+        return self._walls
+
     @property
     def angles(self) -> Mapping[str, float]:
         """Contact angles [°] at the faces of the grid, by name, in a case (`within`)."""
@@ -50,8 +58,14 @@ class SurfaceTension(Condition):
     def within(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
         """Return the condition with the contact angles of the supports of a case."""
         supports = [condition for condition in conditions if isinstance(condition, Support)]
+        walls = [condition for condition in conditions if isinstance(condition, Wall)]
         copy = self.model_copy()
-        copy._angles = find_face_roles(self.contact_angle, supports, bodies, thin).angles
+        copy._angles = find_face_roles(self.contact_angle, supports, bodies, thin, bool(walls)).angles
+        copy._walls = [
+            (wall, self.contact_angle if wall.contact_angle is None else wall.contact_angle)
+            for wall in walls
+            if not wall.advances and any(body.name == self.body for body in wall.touching(bodies))
+        ]
         return copy
 
     def rate(self, density: float, cell: float) -> float:
@@ -107,8 +121,9 @@ class SurfaceTension(Condition):
         if self.contact_angle == NEUTRAL or not parts.are_sound(Condition):
             return
         x, y, z = parts.active_axes
-        angles, unknown = find_face_roles(self.contact_angle, parts.of(Support), parts.of(BodyModel), (not x, not y, not z))
-        if not (angles or unknown):
+        walls, thin = parts.of(Wall), (not x, not y, not z)
+        angles, unknown = find_face_roles(self.contact_angle, parts.of(Support), parts.of(BodyModel), thin, bool(walls))
+        if not (angles or unknown or walls):
             text = "no support holds a face of the grid along its normal, which the fluid could meet at this angle"
             yield Finding(path, text, 'add a [[support]] with a face as `where` and fix = "normal", or leave it out')
         elif unknown:

@@ -27,9 +27,16 @@ class FaceRoles(NamedTuple):
 
 
 def find_face_roles(
-    default: float, supports: Sequence[Support], bodies: Sequence[BodyModel], thin: tuple[bool, bool, bool]
+    default: float,
+    supports: Sequence[Support],
+    bodies: Sequence[BodyModel],
+    thin: tuple[bool, bool, bool],
+    has_walls: bool = False,
 ) -> FaceRoles:
-    """Find the contact angle [°] of each face of the grid that supports hold; default: that of the fluid."""
+    """Find the contact angle [°] of each face of the grid that supports hold.
+
+    default: that of the fluid; has_walls: whether there are walls that are planes.
+    """
     cut = {face for body in bodies for face in getattr(body, "cut_at", ())}
     angles: dict[str, float] = {}
     unknown = []
@@ -46,7 +53,7 @@ def find_face_roles(
             angles[face] = default
         else:
             unknown.append(face)
-    if len(unknown) == 1 and all(angle == NEUTRAL for angle in angles.values()):
+    if len(unknown) == 1 and not has_walls and all(angle == NEUTRAL for angle in angles.values()):
         angles[unknown.pop()] = default
     return FaceRoles(angles, unknown)
 
