@@ -5,7 +5,7 @@ from typing import Any
 
 from pellucid.case.probe import Probe, other_columns
 from pellucid.findings import Finding, Path, hint, listed
-from pellucid.parts.condition import Condition, conditions_within
+from pellucid.parts.condition import Condition, conditions_in_case
 from pellucid.parts.part import Parts
 
 UNITS = {
@@ -28,7 +28,7 @@ def unit_of(name: str, parts: Parts) -> str | None:
         return probe.unit
     if name in UNITS:
         return UNITS[name]
-    for condition in conditions_within(parts):
+    for condition in conditions_in_case(parts):
         if name in condition.columns():
             return condition.columns()[name]
     if name.startswith("momentum_"):
@@ -48,7 +48,7 @@ def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
     sound = parts.are_sound(Probe) and parts.are_sound(Condition)
     if sound and unit_of(name, parts) is None:
         names = [*parts.names(Probe), "time", *other_columns(parts)]
-        told = [column for condition in conditions_within(parts) for column in condition.columns()]
+        told = [column for condition in conditions_in_case(parts) for column in condition.columns()]
         text = f"no column of the history; there are the probes {listed(parts.names(Probe)) or 'none'}"
         text += f", {', '.join(told)}" * bool(told) + ", time and energies"
         yield Finding(path, text, hint(name, names) or "add a [[probe]] of this name")

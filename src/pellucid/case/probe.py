@@ -11,7 +11,7 @@ from pellucid.errors import RunStopped
 from pellucid.findings import Finding, Path, hint, listed
 from pellucid.model import Vector, check, name_parameter, parameter
 from pellucid.parts.body_model import BodyModel
-from pellucid.parts.condition import Condition, conditions_within
+from pellucid.parts.condition import Condition, conditions_in_case
 from pellucid.parts.part import Part, Parts
 from pellucid.registry import OneNameOf, Registry
 from pellucid.state import COMPONENT_NAMES, FIELDS, Field
@@ -129,7 +129,7 @@ COLUMNS = (
 
 def other_columns(parts: Parts) -> list[str]:
     """The columns that the history of a case may have beside those of probes."""
-    conditions = conditions_within(parts)
+    conditions = conditions_in_case(parts)
     loads = (name for condition in conditions if (name := condition.load_channel()) is not None)
     channels = (channel.name for condition in conditions for channel in condition.channels())
     of_bodies = (channel.name for body in parts.of(BodyModel) for channel in body.channels())

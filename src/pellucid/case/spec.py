@@ -251,7 +251,7 @@ class Case(Model):
             acting = {base: tuple(map(self._growing, several)) for base, several in acting.items()}
         every, grid = [condition for several in acting.values() for condition in several], self.grid_or_none
         thin = grid.thin() if grid is not None else (False, False, False)
-        acting = {base: tuple(one.within(self.body, every, thin) for one in several) for base, several in acting.items()}
+        acting = {base: tuple(one.in_case(self.body, every, thin) for one in several) for base, several in acting.items()}
         damped = [body for body in self.body if isinstance(body, DampedModel) and body.damping > 0.0 and self.steady is None]
         drags = tuple(Damping(body=body.name, rate=body.damping, until=body.damping_until) for body in damped)
         first: dict[type[Condition], tuple[Condition, ...]] = {Damping: drags}

@@ -164,7 +164,8 @@ class Support(Condition):
                             f"support number {int(place[1]) + 1} prescribes {given:g} m/s along {'xyz'[axis]} on the face "
                             f"{listed(one.faces())}, and this one {velocity:g} m/s"
                         )
-                        yield Finding((*path, "velocity"), text, "give them the same velocity, or leave one of the two out")
+                        remedy = f"take the face {listed(one.faces())} out of one of the two, or give both the same velocity"
+                        yield Finding((*path, "velocity"), text, remedy)
                         return
 
     def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

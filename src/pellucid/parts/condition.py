@@ -48,7 +48,7 @@ class Condition(Part):
         """Why bodies under it cannot come to rest by dynamic relaxation, if they cannot."""
         return None
 
-    def within(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
+    def in_case(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
         """Return the condition as it acts in a case with these bodies and conditions, on a grid with these thin axes."""
         return self
 
@@ -86,11 +86,11 @@ class Condition(Part):
         return set()
 
 
-def conditions_within(parts: Parts) -> list[Condition]:
+def conditions_in_case(parts: Parts) -> list[Condition]:
     """Return the sound conditions of a case as they act in it."""
     conditions, bodies = parts.of(Condition), parts.of(BodyModel)
     x, y, z = parts.active_axes
-    return [condition.within(bodies, conditions, (not x, not y, not z)) for condition in conditions]
+    return [condition.in_case(bodies, conditions, (not x, not y, not z)) for condition in conditions]
 
 
 def is_driven(body: str, parts: Parts) -> bool:

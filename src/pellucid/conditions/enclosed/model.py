@@ -106,9 +106,9 @@ class Enclosed(Condition):
     )
 
     _may_tear: bool = PrivateAttr(default=False)
-    """Whether damage can make holes in its membrane, in a case (`within`)."""
+    """Whether damage can make holes in its membrane, in a case (`in_case`)."""
 
-    def within(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
+    def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
         """Return it knowing whether its membrane has damage."""
         membrane = next((body for body in bodies if body.name == self.body), None)
         copy = self.model_copy()

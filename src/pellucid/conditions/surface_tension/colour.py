@@ -10,8 +10,8 @@ areas of its level sets, by the coarea formula), summed over the cells by the sl
 Across walls c goes on as in a mirror: without the second part, the fluid meets them at a right angle. With it, a wall that is
 wet has the energy -σ cos θ per area (Young).
 
-Before planes that cut cells (`planes`) the volume about a node counts over the share of it that is open, and the energy of a cell
-by its share.
+Before planes that cut cells (`planes`) the volume about a node counts over the share of it that is open, and the energy of a
+cell by its share.
 
 A film on a wall that is thinner than a cell fills the share s < 1 of its nodes. A film of any thickness costs σ (1 - cos θ) per
 area; by the two parts it would cost c(s) of this, which grows with the square of s, so that the film would save energy by

@@ -47,15 +47,15 @@ class SurfaceTension(Condition):
 
     @property
     def walls(self) -> Sequence[tuple[Wall, float]]:
-        """Walls that are planes at rest and that it touches, with their contact angles [°], in a case (`within`)."""
+        """Walls that are planes at rest and that it touches, with their contact angles [°], in a case (`in_case`)."""
         return self._walls
 
     @property
     def angles(self) -> Mapping[str, float]:
-        """Contact angles [°] at the faces of the grid, by name, in a case (`within`)."""
+        """Contact angles [°] at the faces of the grid, by name, in a case (`in_case`)."""
         return self._angles
 
-    def within(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
+    def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
         """Return the condition with the contact angles of the supports of a case."""
         supports = [condition for condition in conditions if isinstance(condition, Support)]
         walls = [condition for condition in conditions if isinstance(condition, Wall)]
