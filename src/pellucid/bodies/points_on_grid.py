@@ -9,9 +9,10 @@ from pellucid.approximants import GridFunctions
 from pellucid.bodies.material_points.grid_surface import GridSurface
 from pellucid.bodies.point_fields import PointFields
 from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
-from pellucid.energy import FIRST_LOAD, Totals
+from pellucid.energy import FIRST_LOAD, AngularMomentum, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
+from pellucid.grid.angular_momentum import sum_angular_momentum
 from pellucid.grid.nodal_fields import with_fields
 from pellucid.grid.particle_to_grid import ParticleToGrid, inertia_of
 from pellucid.grid.passes.each_point import each_point
@@ -54,6 +55,8 @@ from pellucid.parts.step_limit import StepLimit, motion_in_cells, swings, told
 from pellucid.ranks.domain import domain
 from pellucid.reductions import exact_parts, ordered_sum
 from pellucid.state import of_owner, with_owner
+
+NO_FIELDS = np.zeros((0, FIELD_ENERGY + 1))
 
 
 class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpulses):
@@ -115,6 +118,13 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.points = PointArrays(**{name: a[name] for name in PointArrays._fields if name in a})
         self._affine = a.get("affine")
 
+    def carry_rotation(self) -> None:
+        """Let the points have affine velocity fields, which what leads them sets, and take no velocity from the nodes."""
+        if self._affine is None:
+            self.arrays["affine"] = np.zeros((len(self.arrays["mass"]), FIELD_ENERGY + 1))
+            self._bind()
+            self._make_bundles()
+
     def _make_bundles(self) -> None:
         """Make the bundles of points and slabs that kernels take."""
         mapped = MappedPoints(
@@ -139,7 +149,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         """The pass that gives the points their velocities: whether it keeps heat may change while conditions are made known."""
         if self.keeps_heat not in self._velocity_passes:
             heat = HeatArrays(self.kept_energy(), self._heat) if self.keeps_heat else None
-            where = self.transfer, self.mapped.content, self._affine, heat, self._cells
+            affine = self._affine if isinstance(self.transfer, Apic) else None
+            where = self.transfer, self.mapped.content, affine, heat, self._cells
             self._velocity_passes[self.keeps_heat] = taking_velocities(*where)
         return self._velocity_passes[self.keeps_heat]
 
@@ -284,7 +295,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
         """New velocities; where `remap`, momentum of free points back on the nodes. What the transfer loses becomes heat."""
-        each_point(self._velocity_pass(), dt, FIRST if remap and self.constraint is None else 0)
+        if self.rigid is None:
+            each_point(self._velocity_pass(), dt, FIRST if remap and self.constraint is None else 0)
         if self.is_led(by_slabs=True):
             self._lead(remap)
 
@@ -294,6 +306,10 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         if self.is_led(by_slabs=False):
             self._lead(remap)
         sums = self.sums()
+        if (rigid := self.rigid) is not None:
+            self.transfer_loss = TransferLoss(rigid.mixing, rigid.mixing)
+            self._collect_momentum_sums(sums)
+            return
         self._short_runs.add(float(sums[VECTORS]))
         lumping, loss = float(sums[LUMPING]), float(sums[LOSS])
         if self._affine is not None:
@@ -351,6 +367,9 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         """Prescribed positions, of a prescribed motion or a rigid body, after the points moved with the grid."""
         if self.constraint is not None:
             self.constraint.prescribe_positions()
+        if self.rigid is not None:  # its velocities have turned with it
+            kernels.sum_momentum(self.n_slabs, self.mapped)
+            self._collect_momentum_sums(self.sums())
 
     def _collect_strain_sums(self, last: bool) -> None:
         """Totals after straining; last: after the momentum equation and not before."""
@@ -371,6 +390,14 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         swing = getattr(self.constraint, "swing", 0.0)
         led = [motion_in_cells(self.grid.lattice.cell, prescribed), swings(swing, "spring")]
         return told(self.totals.rate, [self.signal_limit(), *led])
+
+    def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
+        """Angular momentum of its points, with that of their affine velocity fields; those of a rigid body have none."""
+        sums = np.zeros((self.n_slabs, 4))
+        affine = NO_FIELDS if self._affine is None or self.rigid is not None else self._affine
+        sum_angular_momentum(self.n_slabs, self.mapped, affine, about, sums)
+        total = ordered_sum(domain.complete(sums))
+        return AngularMomentum(total[:3], float(total[3]))
 
     def fastest(self) -> float:
         """The largest speed of its points [m/s]."""
@@ -395,7 +422,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.renew_totals()
         for array, values in zip(arrays, kept, strict=True):
             array[...] = values  # no strain leaves no viscous stress
-        if self._goes_on and self._affine is not None:
+        if self._goes_on and self._affine is not None and self.rigid is None:
             self.totals.affine = float(np.sum(self.stored_field("mass") * self.stored_field("affine")[:, FIELD_ENERGY]))
             self.totals.kinetic += self.totals.affine
 

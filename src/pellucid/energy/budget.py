@@ -21,6 +21,7 @@ from pellucid.energy.works import (
 ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses", "left_momentum", "entered_momentum"
 """Of the balance, which a checkpoint keeps as lists."""
 
+ISOLATED = 1e-9  # of the largest Σ m|v|: impulses that add up to less are rounding
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
 
 
@@ -237,6 +238,11 @@ class EnergyBudget:
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"] + self.staggering
         error = change - sum(channel.sign * self.sums[channel.name] for channel in self.channels)
         return float((error + self.made) / self.energy_scale) if self.energy_scale > 0.0 else 0.0
+
+    @property
+    def is_isolated(self) -> bool:
+        """Whether no impulse from outside has acted on the bodies so far, apart from rounding."""
+        return bool(np.all(self.exchanged <= ISOLATED * self.momentum_scale))
 
     def lost_entries(self) -> list[str]:
         """The entries of the balance that are no finite numbers."""

@@ -65,7 +65,7 @@ def _renew(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
     velocity = nodes.strain_velocity if max(len(wx), len(wy), len(wz)) == 2 else nodes.velocity
     about_field = Stencil(about.start, offset, wx, wy, wz, known[0], known[1], known[2])
     after = gather_gradient(about_field, lattice, velocity)
-    spread = _spread(offset[0], wx), _spread(offset[1], wy), _spread(offset[2], wz)
+    spread = spread_along(offset[0], wx), spread_along(offset[1], wy), spread_along(offset[2], wz)
     reached = _energy(after, spread, lattice.cell)
     kept = p.affine[FIELD_ENERGY]
     heat = _lost(about, lattice, nodes, p.velocity, new, p.affine) + kept - reached  # the energy of the field before is in both
@@ -73,7 +73,7 @@ def _renew(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 
 
 @pointwise
-def _spread(offset, w):
+def spread_along(offset, w):
     """Σ w r² along an axis, in cells squared."""
     total = nothing(offset)
     for a in range(len(w)):

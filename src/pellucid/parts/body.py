@@ -8,7 +8,7 @@ from math import fsum
 import numpy as np
 
 from pellucid.contact.contact_body import ContactBody
-from pellucid.energy import Totals, kinetic_energies
+from pellucid.energy import AngularMomentum, Totals, kinetic_energies
 from pellucid.errors import RunStopped, UnknownName
 from pellucid.findings import absent
 from pellucid.geometry.meshes.cells import Cells
@@ -100,6 +100,13 @@ class Body(ConstrainedPoints, ABC):
 
     def begin(self, dt: float) -> None:
         """Before the conditions of a step dt [s]: forget the external forces of the last one, if the body keeps them."""
+
+    def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
+        """Angular momentum of its points about a place [m], shape (3,)."""
+        m, velocity = self.stored_field("mass")[:, None], self.stored_field("velocity")
+        arm = self.stored_field("position") - about
+        size = m[:, 0] * np.sqrt(np.sum(arm * arm, axis=1) * np.sum(velocity * velocity, axis=1))
+        return AngularMomentum(np.sum(m * np.cross(arm, velocity), axis=0), float(np.sum(size)))
 
     def come_to_rest(self) -> None:
         """Take all velocity from its points or nodes."""

@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # light, for the models of conditions
     from pellucid.contact.wall import WallPlane
     from pellucid.energy import Passed
     from pellucid.geometry.meshes.face_shares import FaceShares
+    from pellucid.grid.velocity_transfer import VelocityTransfer
     from pellucid.parts.surface_load import Traction
 
 
@@ -231,6 +232,18 @@ class SpreadsPoints(Protocol):
 
     def keep_whole(self) -> None:
         """Let each process have all points, since they are asked for as a whole in the steps."""
+
+
+@runtime_checkable
+class CarriesRotation(Protocol):
+    """Points that may carry the rotation of a rigid body to the nodes."""
+
+    @property
+    def transfer(self) -> "VelocityTransfer":
+        """How points of the run take their velocities from the nodes."""
+
+    def carry_rotation(self) -> None:
+        """Let the points have affine velocity fields, which what leads them sets, and take no velocity from the nodes."""
 
 
 @runtime_checkable

@@ -39,12 +39,22 @@ class LeadsPoints(PointConstraint, Protocol):
         which the points are stored."""
 
 
+@runtime_checkable
+class RigidConstraint(PointConstraint, Protocol):
+    """A constraint that moves the points as a rigid body: they take no velocity from the nodes, but it does as a whole."""
+
+    mixing: float
+    """Kinetic energy that nodes lost in this step as bodies share them [J]."""
+
+
 class ConstrainedPoints:
     """Points whose motion a condition may prescribe."""
 
     name: str
     constraint: PointConstraint | None = None
     """What prescribes their motion, if anything."""
+    rigid: RigidConstraint | None = None
+    """The same, where it moves them as a rigid body."""
     _repeated: RepeatedConstraint | None = None
     """The same, where it can act once more in a step."""
     contact_response: ContactResponse | None = None
@@ -57,6 +67,7 @@ class ConstrainedPoints:
             raise ValueError(f"the points of body {self.name} are led by a condition already")
         self.constraint, self.contact_response = constraint, response
         self._repeated = constraint if isinstance(constraint, RepeatedConstraint) else None
+        self.rigid = constraint if isinstance(constraint, RigidConstraint) else None
 
     @property
     def takes_second_impulses(self) -> bool:

@@ -19,6 +19,7 @@ from pellucid.energy import (
     INFLOW_ENERGY,
     OUTFLOW_ENERGY,
     TRANSFER,
+    AngularBalance,
     EnergyBudget,
     energy_at_stake,
     total_work,
@@ -39,6 +40,7 @@ from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
+from pellucid.simulation.free_turns import free_turns
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
@@ -173,6 +175,8 @@ class Simulation:
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds) + self.conditions.at_stake()
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._layout.channels, at_stake)
         self.surface_pairs.energy = ContactEnergy()
+        turns = free_turns(self.case)
+        self._turning = AngularBalance(self.bodies, turns) if turns else None
         self._balanced_step = self.n_steps
 
     def step(self) -> None:
@@ -180,6 +184,8 @@ class Simulation:
         self.advance_bodies()
         self._begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
+        if self._turning is not None and self.budget.is_isolated:
+            self._watch.angular_momentum(self._turning, self.bodies, self.clock)
         self._watch.volumes(self._on_grid, self.clock)
         self._watch.states(self.bodies, self.clock)
         self._watch.conditions(self.conditions, self.clock)
@@ -379,9 +385,12 @@ class Simulation:
         return Named("this simulation has no torque of", turning)
 
     def conservation(self) -> dict[str, float]:
-        """Relative errors of mass, momentum and energy; of momentum only where the impulses of the last step are known too."""
+        """Relative errors of mass, momentum and energy; of momentum only where the impulses of the last step are known too, and
+        of angular momentum where nothing from outside has acted on the bodies."""
         errors = self.budget.conservation(self.bodies)
         known = {name: error for name, error in errors.items() if self.is_balanced or name != "momentum"}
+        if self._turning is not None and self.budget.is_isolated and self.is_balanced:
+            known["angular_momentum"] = self._turning.error(self.bodies)
         return Named("this simulation has no conservation error of", known)
 
     @property
@@ -435,6 +444,7 @@ class Simulation:
         return {
             "clock": self.clock.state_numbers(),
             "balance": self.budget.state_numbers(),
+            "angular_momentum": self._turning.state_numbers() if self._turning is not None else {},
             "surface_contact": self.surface_pairs.state_numbers(),
             "bodies": {body.name: body.totals.to_data() for body in self.bodies},
             "conditions": self.conditions.state_numbers(),
@@ -464,6 +474,8 @@ class Simulation:
             self.clock = self.settling_clock(self.case.settle)
         self.clock.restore(numbers["clock"], of_owner(CLOCK, arrays))
         self.budget.restore(numbers["balance"])
+        if self._turning is not None:
+            self._turning.restore(numbers["angular_momentum"])
         self.surface_pairs.restore(numbers["surface_contact"])
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])

@@ -9,7 +9,7 @@ from pellucid.conditions.active import ActiveConditions
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
-from pellucid.energy import FIRST_JUDGED, EnergyBudget
+from pellucid.energy import FIRST_JUDGED, AngularBalance, EnergyBudget
 from pellucid.errors import RunStopped
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
@@ -30,6 +30,16 @@ AGAINST_LOSS = (
     "values of the case may be too large to calculate with: look at loads, velocities and moduli, or use a smaller time.courant"
 )
 
+CELLS = "use a smaller grid.cell"
+APIC = f'set time.transfer = "apic" and grid.functions = "quadratic-bspline", which keep it, or {CELLS}'
+TURNING = {
+    "flip": f'the transfer "flip" changes it where stresses vary from cell to cell: {APIC}',
+    "blend": f'the PIC share of the transfer "blend" smooths rotation within a cell: {APIC}',
+    "pic": f'the transfer "pic" smooths rotation within a cell: {APIC}',
+    "apic": f'the transfer "apic" keeps it with grid.functions = "quadratic-bspline" alone: set these, or {CELLS}',
+}
+"""Remedies against a drift of the angular momentum, by transfer."""
+
 
 class Watch:
     """Warns of what may be wrong, and stops a run whose energy balance is broken."""
@@ -41,6 +51,7 @@ class Watch:
             "a lower `accuracy`, more nodes" if own_steps else "a smaller step, a finer grid" if has_grid else "a smaller step"
         )
         self._advice = f"use {finer}, or raise energy.stop if the loss is meant"
+        self._turning_advice = TURNING[transfer]
         self.warned: set[str] = set()
         """What was warned of so far."""
 
@@ -65,6 +76,16 @@ class Watch:
             limit = f"above energy.stop = {100 * self._limits.stop:g} %{', ' * bool(words)}{words}"
             raise RunStopped(f"{text}, {limit}; {clock.against_energy_error or self._advice}", **place)
         self._warn("energy", f"{text}, above energy.warn = {100 * self._limits.warn:g} %")
+
+    def angular_momentum(self, turning: AngularBalance, bodies: Sequence[Body], clock: Clock) -> None:
+        """Look now and then, and in the end, at the angular momentum of bodies on which nothing acts from outside."""
+        last = clock.finished(None)
+        if (clock.n_steps % INTERVAL and not last) or (error := turning.observe(bodies)) < self._limits.warn:
+            return
+        if clock.n_steps >= FIRST_JUDGED or last:
+            how = f"step {clock.n_steps}, time {clock.progress():.6g} s: the angular momentum has changed by {100 * error:.2g} %"
+            limit = f"above energy.warn = {100 * self._limits.warn:g} %, though nothing acts on the bodies from outside"
+            self._warn("angular momentum", f"{how}, {limit}; {self._turning_advice}")
 
     def contact(self, pairs: ContactPairs, clock: Clock) -> None:
         """Look now and then at what touches."""

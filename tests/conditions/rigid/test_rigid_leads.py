@@ -137,26 +137,20 @@ def led_top(body_inertia, omega_z, spin, time):
 
 
 def test_in_space_a_given_rotation_about_one_axis_and_two_free_ones():
-    """Where the rest of the rotation is free, it goes as the equations of motion say: of first order in the step."""
+    """Where the rest of the rotation is free, it goes as the equations of motion say, whatever the step: parts of it are of
+    fourth order. The reference is integrated to 1e-10."""
     spin = np.array([0.5, 0.4, 1.0])
     turn = {"name": "turn", "hold": ["x", "y", "z"], "rotation": {"z": {"kind": "steady", "angular_velocity": 1.0}}}
-    errors = []
-    for step in (0.02, 0.01):
+    for step in (0.04, 0.01):
         sim = led(brick(angular_velocity=tuple(spin)), motion=turn, counts=SPACE, step=step)
         body = sim.bodies[0]
         exact, R = led_top(inertia(body), 1.0, spin, 1.0)
         offset = body.frame()["position"] - centre(body)
         advance(sim, round(1.0 / step))
         turned = body.frame()["position"] - centre(body)
-        assert body.arrays["angle"][0, 2] == pytest.approx(1.0, abs=1e-13)
-        errors.append((np.abs(body.arrays["angle"][0] - exact).max(), np.abs(turned - offset @ R.T).max()))
-        assert sim.conservation()["momentum"] < 1e-12
-        assert abs(sim.conservation()["energy"]) < 0.25 * step
-    (angle, place), (angle_fine, place_fine) = errors
-    assert angle_fine < 0.005
-    assert place_fine < 0.005
-    assert angle / angle_fine == pytest.approx(2.0, abs=0.3)
-    assert place / place_fine == pytest.approx(2.0, abs=0.3)
+        assert body.arrays["angle"][0] == pytest.approx(exact, abs=1e-9)
+        assert turned == pytest.approx(offset @ R.T, abs=1e-9)
+        closes(sim)
 
 
 def test_in_space_two_given_rotations_with_the_third_held_take_the_torque_of_the_top():

@@ -12,20 +12,21 @@ from pellucid.conditions.rigid.kinematics import (
     centre_of,
     inertia_of,
     inverse_inertia,
+    matrix_of,
     rates_of,
     resultant,
-    rotation_by,
-    spin_of,
     spun,
+    turn_freely,
 )
 from pellucid.conditions.rigid.leads import Leads
 from pellucid.conditions.rigid.motions import RigidMotions, RigidWalls, Wall
 from pellucid.conditions.rigid.nodes import RigidNodes
 from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_work
 from pellucid.grid.passes.moving import move_points, moving
+from pellucid.grid.points import FIELD_ENERGY
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
-from pellucid.parts.capabilities import SpreadsPoints
+from pellucid.parts.capabilities import CarriesRotation, SpreadsPoints
 
 if TYPE_CHECKING:
     from pellucid.conditions.loads.rigid_spring import RigidSpring
@@ -48,11 +49,14 @@ class RigidBody:
         # across a thin axis nothing moves, so that only the turn about it is left
         self._turns = [axis for axis in range(3) if not any(self._thin[other] for other in range(3) if other != axis)]
         points, actions = member.body.on_grid, member.actions
+        if not isinstance(member.body, CarriesRotation):
+            raise ValueError(f"body {member.body.name} is rigid, and its points cannot carry a rotation")
         if points is None or actions is None:
             raise ValueError(f"body {member.body.name} is rigid, and has no points on the grid")
         alone = sum(other.actions is actions for other in assembly.bodies.values()) == 1
         if isinstance(member.body, SpreadsPoints):
             member.body.keep_whole()
+        member.body.carry_rotation()
         self._points, self._walls = points, RigidWalls(actions)
         self._target = np.zeros_like(member.body.arrays["position"])
         self._moving = moving(points.mapped.content, To(self._target))
@@ -60,11 +64,10 @@ class RigidBody:
         self.moves_freely = not leads.is_whole
         self._led_turns = [axis for axis in self._turns if leads.led[3 + axis]]
         self._free_turns = [axis for axis in self._turns if not leads.led[3 + axis]]
-        self.nodes = RigidNodes(points, member.body.arrays, actions, self._walls, alone)
-        member.body.constrain(self, self.nodes)
-        self._dt = self._loss = 0.0
+        self.nodes = RigidNodes(points, member.body.arrays, actions, self._walls, alone, member.body.transfer.flip)
+        self._dt = self._loss = self.mixing = 0.0
         self._pushes: list[tuple[Wall, float]] = []
-        self._centre, self._velocity, self._spin = np.zeros(3), np.zeros(3), np.zeros(3)
+        self._centre, self._velocity, self._turn = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
         self._pushed: list[tuple[np.ndarray, np.ndarray]] = []
         self._loads: list[Push] = []
@@ -76,6 +79,8 @@ class RigidBody:
         self.top_speed = leads.top_speed + leads.top_turn * float(np.linalg.norm(arm, axis=1).max())
         """Of what is prescribed [m/s]."""
         inertia = inertia_of(m, arm)[np.ix_(self._turns, self._turns)]
+        self._carry(self.rates()[3:])
+        member.body.constrain(self, self.nodes)
         self.swing = sum(spring.swing(float(np.sum(m)), inertia) for spring in springs)
         """How fast it swings on springs, which its step has to follow [1/s]."""
 
@@ -106,19 +111,29 @@ class RigidBody:
         m, x, v = (self.body.arrays[name] for name in ("mass", "position", "velocity"))
         return rates_of(m[:, None], x - centre_of(m[:, None], x), v, self._turns)
 
+    def begin(self, time: float, dt: float) -> None:
+        """Set the prescribed motion over the step; the points carry the rotation of the body to the nodes."""
+        self.leads.begin(time, dt)
+        self._carry(self.rates()[3:])
+
+    def _carry(self, turn: np.ndarray) -> None:
+        """Let the points carry an angular velocity [rad/s]."""
+        self.body.arrays["affine"][:, :FIELD_ENERGY] = matrix_of(turn).ravel()
+
     def hold_nodes(self, dt: float) -> None:
         """Give the nodes that the body reaches its rigid velocity over this step dt [s]."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         self._dt, self._centre = dt, centre_of(m, x)
-        self._arm = x - self._centre
-        self._motions = motions = RigidMotions(self._thin, self._turns, self.leads, self._arm)
-        self._at_points = motions.at(self._arm)
-        self._walls.find(x, self._widths(), self._at_points, dt)
-        old = rates_of(m, self._arm, self.body.arrays["velocity"], self._turns)
+        self._arm = arm = x - self._centre
+        self._motions = motions = RigidMotions(self._thin, self._turns, self.leads, arm)
+        self._inertia = motions.of_body(float(np.sum(m)), inertia_of(m, arm))
+        self._walls.find(x, self._widths(), motions.at(arm), dt)
+        old = rates_of(m, arm, self.body.arrays["velocity"], self._turns)
         touching = [Push(resultant(place - self._centre, force), CONTACT) for place, force in self._pushed]
         pushes, self._pushed, self._loads = [*touching, *self._loads], [], []
         strength = sum((push.strength for push in pushes), np.zeros(6))
-        new = self.nodes.hold(self._arm, motions, dt * motions.momentum_of(strength))
+        given = dt * motions.momentum_of(strength)
+        new = self.nodes.hold(self._centre, arm, motions, self._inertia, old * motions.sizes, given)
         self._push_works[:] = 0.0
         mean = 0.5 * (old + new / motions.sizes)
         self._push_works[IMPACT] = sum(push.book(self._push_works, dt, mean) for push in pushes)
@@ -131,56 +146,46 @@ class RigidBody:
     def prescribe_velocities(self) -> None:
         """Give the points the rigid velocities V + ω × (x - c) of their momentum, or prescribed ones; walls stop points that
         the nodes beside them let pass."""
-        points, r, led = self.body.arrays, self._arm, self.leads.led
-        m, v = points["mass"][:, None], points["velocity"]
-        velocity = np.sum(m * v, axis=0) / np.sum(m)
-        self._velocity = np.where(led[:3], self.leads.rates[:3], velocity)
-        self._spin = spin = spin_of(m, r, v - velocity)
-        mass, sizes = float(np.sum(m)), self._motions.sizes
-        free = np.concatenate([self._velocity, self._turn(r)]) * sizes
-        roots = self._motions.roots(m * np.ones(3), self._at_points, mass)
-        kept = self._walls.keep_inside(free, roots)
-        self._pushes = kept.impulses
-        if self._pushes:
-            self._velocity, turn = kept.motion[:3], kept.motion[3:] / sizes[3:]
-            self._spin = spin_of(m, r, np.cross(turn, r))
-        turn = self._turn(r)
-        rigid = self._velocity + np.cross(turn, r)
+        points, motions, inertia = self.body.arrays, self._motions, self._inertia
+        received = self.nodes.receive(motions)
+        free = motions.prescribed(inertia, received.momentum)
+        kept = self._walls.keep_inside(free, motions.roots(inertia, float(inertia.max())))
+        self._pushes, u = kept.impulses, kept.motion
         self._led = np.zeros(6)
-        if led.any():
-            self._spin = spin_of(m, r, np.cross(turn, r))
-            gained = np.concatenate([mass * (self._velocity - velocity), self._spin - spin])
-            self._led = np.where(led, gained - kept.given * sizes, 0.0)
-        self._loss = float(0.5 * np.sum(m * (v * v - rigid * rigid)))
-        v[...] = rigid
+        if (led := self.leads.led).any():
+            self._led = np.where(led, (inertia @ u - received.momentum - kept.given) * motions.sizes, 0.0)
+        lost = 0.5 * float(received.motion @ inertia @ received.motion - u @ inertia @ u)
+        self._loss, self.mixing = lost + received.spread, received.mixing
+        self._velocity, self._turn = u[:3], u[3:] / motions.sizes[3:]
+        points["velocity"][...] = self._velocity + np.cross(self._turn, self._arm)
+        self._carry(self._turn)
 
     def prescribe_positions(self) -> None:
         """Positions of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
-        arrays, leads, turn = self.body.arrays, self.leads, self._turn(self._arm)
-        rotation = rotation_by(self._dt * turn)
+        arrays, leads, mass = self.body.arrays, self.leads, self.body.arrays["mass"][:, None]
+        inertia = inertia_of(mass, self._arm)
+        spin, given = inertia @ self._turn, np.zeros(3)
+        given[self._led_turns] = leads.rates[3:][self._led_turns]
+
+        def velocity_of(rotation: np.ndarray) -> np.ndarray:
+            turned, omega = rotation @ inertia @ rotation.T, given.copy()
+            omega[self._free_turns] = spun(turned, spin - turned @ given, self._free_turns)
+            return omega
+
+        rotation, angle, turn = turn_freely(velocity_of, self._dt)
         r = self._arm @ rotation.T
         moved = self._centre + self._dt * self._velocity
         if (led := leads.led[:3]).any():
-            moved[led] = (centre_of(arrays["mass"][:, None], arrays["start"]) + leads.reached[:3])[led]
-        arrays["angle"][...] = np.where(leads.led[3:], leads.reached[3:], arrays["angle"][0] + self._dt * turn)
+            moved[led] = (centre_of(mass, arrays["start"]) + leads.reached[:3])[led]
+        arrays["angle"][...] = np.where(leads.led[3:], leads.reached[3:], arrays["angle"][0] + angle)
         self._target[...] = moved + r
         move_points(self._moving, 0.0)
         if (surface := getattr(self.body, "contact_surface", None)) is not None:
             surface.turn(self._centre, rotation, moved, self._dt)
-        turn = self._turn(r)
         arrays["velocity"][...] = self._velocity + np.cross(turn, r)
+        self._carry(turn)
         if self._led_turns:
-            spin = spin_of(arrays["mass"][:, None], r, np.cross(turn, r))
-            self._turned[3:] = np.where(leads.led[3:], spin - self._spin, 0.0)
-
-    def _turn(self, r: np.ndarray) -> np.ndarray:
-        """Angular velocity [rad/s], prescribed or of the spin, for points at r from the centre [m]."""
-        m, led, free = self.body.arrays["mass"][:, None], self._led_turns, self._free_turns
-        inertia = inertia_of(m, r)
-        omega = np.zeros(3)
-        omega[led] = self.leads.rates[3:][led]
-        omega[free] = spun(inertia, self._spin - inertia @ omega, free)
-        return omega
+            self._turned[3:] = np.where(leads.led[3:], rotation @ inertia @ rotation.T @ turn - spin, 0.0)
 
     def work(self) -> StepWork:
         """Work of the step: the kinetic energy lost with velocities that are not rigid, and what supports give the body."""
@@ -211,9 +216,9 @@ class RigidBodies(ActiveCondition):
         self._bodies, self._columns = bodies, n_columns
 
     def begin(self, time: float, dt: float) -> None:
-        """Set the prescribed motion of each body over the step."""
+        """Set the prescribed motion and the rotation of each body."""
         for body in self._bodies:
-            body.leads.begin(time, dt)
+            body.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
         """Give the nodes about each body its rigid velocity."""

@@ -1,9 +1,12 @@
 """Centre, angular momentum and inertia of points with masses, shape (n, 1) [kg], and rotations."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
+
+LARGEST_TURN = 0.02  # rad by which a body turns in a part of a step, see `turn_freely`
 
 
 def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
@@ -39,14 +42,63 @@ def inertia_of(mass: np.ndarray, arm: np.ndarray) -> np.ndarray:
     return np.asarray(np.sum(mass * arm * arm) * np.eye(3) - np.einsum("pi,pj->ij", mass * arm, arm))
 
 
+def matrix_of(vector: np.ndarray) -> np.ndarray:
+    """The matrix whose product with another vector is the cross product with it, shape (3, 3)."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def rotation_by(angle: np.ndarray) -> np.ndarray:
     """Rotation by a vector of angles [rad] (Rodrigues), shape (3, 3)."""
     size = float(np.linalg.norm(angle))
     if size == 0.0:
         return np.eye(3)
-    x, y, z = angle / size
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    cross = matrix_of(angle / size)
     return np.eye(3) + np.sin(size) * cross + (1.0 - np.cos(size)) * cross @ cross
+
+
+class Turned(NamedTuple):
+    """How a body turned over a step."""
+
+    rotation: np.ndarray  # (3, 3)
+    angle: np.ndarray  # (3,) the angular velocity, integrated over the step [rad]
+    velocity: np.ndarray  # (3,) the angular velocity at its end [rad/s]
+
+
+def turn_freely(velocity_of: Callable[[np.ndarray], np.ndarray], dt: float) -> Turned:
+    """Turn a body over a step dt [s]; velocity_of: its angular velocity [rad/s] when it has turned by a rotation, shape (3, 3).
+
+    A free body keeps its angular momentum, from which its inertia as it is turned gives the angular velocity. The rotation
+    follows by the method of Runge and Kutta of order four on the rotation group, in parts of the step in which the body turns
+    by no more than LARGEST_TURN: its energy then changes by some 1e-10 of itself for each radian, and by rounding where the
+    angular velocity is constant (Munthe-Kaas 1998, BIT 38, 92).
+    """
+    rotation, angle = np.eye(3), np.zeros(3)
+    first = velocity_of(rotation)
+    parts = max(ceil(float(np.linalg.norm(first)) * dt / LARGEST_TURN), 1)
+    h = dt / parts
+    for _ in range(parts):
+        at, rates = [np.zeros(3)], [first]  # the way from where the part begins, and the angular velocity there
+        slopes = [first]
+        for share in (0.5, 0.5, 1.0):
+            at.append(share * h * slopes[-1])
+            rates.append(velocity_of(rotation_by(at[-1]) @ rotation))
+            slopes.append(_pulled_back(at[-1], rates[-1]))
+        rotation = rotation_by(h * _simpson(slopes)) @ rotation
+        angle += h * _simpson(rates)
+        first = velocity_of(rotation)
+    return Turned(rotation, angle, first)
+
+
+def _simpson(rates: Sequence[np.ndarray]) -> np.ndarray:
+    first, second, third, fourth = rates
+    return np.asarray((first + 2.0 * second + 2.0 * third + fourth) / 6.0)
+
+
+def _pulled_back(angle: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """How fast the vector of angles changes of a body that has turned by it and has an angular velocity, to third order."""
+    across = np.cross(angle, velocity)
+    return np.asarray(velocity - 0.5 * across + np.cross(angle, across) / 12.0)
 
 
 def inverse_inertia(mass: np.ndarray, arm: np.ndarray, turns: Sequence[int]) -> np.ndarray:

@@ -28,6 +28,23 @@ class RigidMotions:
         """Of its numbers, over velocities and angular velocities; of what these take, over angular impulses and impulses."""
         self.given = leads.rates * self.sizes
         """The numbers that are prescribed, zero where they are free."""
+        self._led = leads.led
+
+    def of_body(self, mass: float, inertia: np.ndarray) -> np.ndarray:
+        """The inertia of a body with this mass [kg] and inertia [kg m²], shape (3, 3), by its numbers, (6, 6); zero for those
+        that cannot change."""
+        matrix = np.zeros((6, 6))
+        matrix[:3, :3] = mass * np.eye(3)
+        matrix[3:, 3:] = inertia / self.length**2
+        return np.asarray(np.where(np.outer(self._may_move, self._may_move), matrix, 0.0))
+
+    def natural(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
+        """Its numbers for an inertia, (6, 6), and a momentum of these, (6,), as if nothing were prescribed."""
+        return _solved(inertia, momentum, np.flatnonzero(self._may_move))
+
+    def prescribed(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
+        """The same with what is prescribed: only the momentum of the free numbers counts."""
+        return self.given + _solved(inertia, momentum - inertia @ self.given, np.flatnonzero(self._may_move & ~self._led))
 
     def at(self, s: np.ndarray) -> np.ndarray:
         """Velocities at places s from the centre for unit numbers: shape (n, 3, 6)."""
@@ -39,17 +56,28 @@ class RigidMotions:
         """What a force at the centre [N] and a torque [N m], together (6,), give its numbers in a unit of time, (6,)."""
         return np.asarray(strength / self.sizes * self._may_move)
 
-    def roots(self, weight: np.ndarray, motions: np.ndarray, mass: float) -> np.ndarray:
-        """R with R Rᵀ = K⁻¹ of the inertia K of masses, shape (n, 3), at such places, but for what is none beside this mass.
+    def roots(self, inertia: np.ndarray, mass: float) -> np.ndarray:
+        """R with R Rᵀ = K⁻¹ of an inertia K, shape (6, 6), but for what is none compared with this mass [kg].
 
         Of the free numbers: nothing else changes those that are prescribed.
         """
-        inertia = np.einsum("kd,kdi,kdj->ij", weight, motions, motions)
         sizes, axes = np.linalg.eigh(inertia[np.ix_(self._free, self._free)])
         real = sizes > SMALL * mass
         roots = np.zeros((6, np.count_nonzero(real)))
         roots[self._free] = axes[:, real] / np.sqrt(sizes[real])
         return roots
+
+
+def _solved(inertia: np.ndarray, momentum: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    # points on a line have no inertia about it: the pseudo-inverse leaves that turn out
+    numbers = np.zeros(6)
+    numbers[chosen] = np.linalg.pinv(inertia[np.ix_(chosen, chosen)], rcond=1e-10, hermitian=True) @ momentum[chosen]
+    return numbers
+
+
+def inertia_at(weight: np.ndarray, motions: np.ndarray) -> np.ndarray:
+    """The inertia of masses, shape (n, 3) [kg], at places where unit numbers give these velocities, shape (n, 3, 6): (6, 6)."""
+    return np.einsum("kd,kdi,kdj->ij", weight, motions, motions)
 
 
 class Wall(NamedTuple):

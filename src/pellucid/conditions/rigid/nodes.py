@@ -1,14 +1,24 @@
 """The nodes about a rigid body: they move as it does, and hold it where walls and other bodies do.
 
 The mass of a node is a small part of that of the body. Were nodes free, what stops one would stop this part alone, and under a
-lasting load the body would sink in. So the nodes that the body reaches take the rigid motion with the momentum of them all,
-before contact and with every impulse that contact finds:
+lasting load the body would sink in. So the nodes that the body reaches take the rigid motion u = (V, ω) with the momentum of
+them all, before contact and with every impulse that contact finds:
 
-    min Σ_I φ_I m_I |V + ω × s_I - v_I|²,  while no point of the body passes a wall ,
+    min ½ Σ_I φ_I m_I |R_I u - v_I|² + ½ (u - u°)·E (u - u°),  while no point of the body passes a wall ,
 
-where s_I is the middle of the body's mass about node I. As with driven points, a node follows wholly where the body gives it a
-share FULL_DRIVE_FRACTION of its mass, φ_I = min(1, share/FULL_DRIVE_FRACTION). The impulses on the nodes do no work on rigid
-motions, so that they take neither momentum nor angular momentum; what they lose is the energy of an impact without rebound.
+where R_I u = V + ω × (x_I - c) is the rigid velocity at the node, and u° the motion as the step begins. The points of the body
+carry their rotation to the nodes as an affine field, so that these have R_I u° of it, with a mass m°_I. As with driven points,
+a node follows wholly where the body gives it a share FULL_DRIVE_FRACTION of its mass, φ_I = min(1, share/FULL_DRIVE_FRACTION).
+
+The impulses J_I = φ_I m_I (R_I u - v_I) act on the body where they act on the node: with the lever arm x_I - c. Of the inertia K
+of the body, the nodes have Σ m°_I R_Iᵀ R_I, which is more, since the functions of a point spread its mass; E = K - Σ m°_I R_Iᵀ R_I
+takes that off. Without other impulses Σ R_Iᵀ J_I + E (u - u°) = 0, and the body takes from the nodes as its points would by the
+transfer of the run, with the share a of PIC or APIC,
+
+    K (u' - u°) = Σ m°_I R_Iᵀ (Δv_I + a (v_I - Δv_I - R_I u°)) + E (u - u°) ,
+
+so that body and nodes together keep momentum and angular momentum to rounding. What the impulses lose of the energy is that of
+an impact without rebound.
 """
 
 from collections.abc import Mapping
@@ -16,7 +26,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from pellucid.conditions.rigid.motions import RigidMotions, RigidWalls
+from pellucid.conditions.rigid.motions import SMALL, RigidMotions, RigidWalls, inertia_at
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import IMPACT, SUPPORT, StepWork
 from pellucid.grid.actions import NodalActions
@@ -28,40 +38,65 @@ from pellucid.ranks.domain import domain
 
 HOLD = 1e6  # of the mass of all nodes: the weight of nodes within the grid that a support clamps
 ROUNDING = 1e-13  # of the momentum of the nodes
+LEAST_SHARE = 0.01  # of the inertia of the body: what E must leave of that of nodes where supports take the momentum of some
 
 
 class BodySums(NamedTuple):
     """What a rigid body alone gives the nodes of its velocity field."""
 
-    body_moment: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg m", "of a rigid body's points about its centre of mass")]
+    body_moment: Annotated[
+        np.ndarray, NodalField(3, SUM, STEP, "kg m", "of a rigid body's points about its centre of mass, on periodic grids")
+    ]
     body_mass: Annotated[np.ndarray, NodalField(3, SUM, STEP, "kg", "of these along x, where the field has other bodies")]
+
+
+class Received(NamedTuple):
+    """What a rigid body takes from the nodes at the end of a step."""
+
+    momentum: np.ndarray  # (6,) of its numbers, with that from the start of the step
+    motion: np.ndarray  # (6,) its numbers then, if nothing were prescribed
+    mixing: float  # kinetic energy that the nodes lose as they share it out among bodies [J]
+    spread: float  # kinetic energy that they lose otherwise: by E, and where light nodes change fast [J]
 
 
 class RigidNodes:
     """The nodes of a velocity field that a rigid body reaches.
 
-    arrays: of the body; alone: whether no other body is in its velocity field.
+    arrays: of the body; alone: whether no other body is in its velocity field; flip: share of FLIP in the transfer.
     """
 
     def __init__(
-        self, body: ContactBody, arrays: Mapping[str, np.ndarray], actions: NodalActions, walls: RigidWalls, alone: bool
+        self,
+        body: ContactBody,
+        arrays: Mapping[str, np.ndarray],
+        actions: NodalActions,
+        walls: RigidWalls,
+        alone: bool,
+        flip: float,
     ) -> None:
         self._body, self._arrays, self._actions, self._walls, self._alone = body, arrays, actions, walls, alone
-        self._field, self._nodes = actions.field, actions.field.grid.nodes
-        self._sums = with_memory(
-            allocate(BodySums, 0), self._field.grid.n_nodes, "body_moment", *(() if alone else ("body_mass",))
-        )
-        self._clear = Clearing(STEP, self._field.grid.rows, self._sums)
+        self._field, self._nodes, self._flip = actions.field, actions.field.grid.nodes, flip
+        grid = self._field.grid
+        self._periods = np.array(grid.periods) * grid.periodic
+        wanted = ("body_moment",) * any(grid.periodic) + ("body_mass",) * (not alone)
+        self._sums = with_memory(allocate(BodySums, 0), grid.n_nodes, *wanted)
+        self._clear = Clearing(STEP, grid.rows, self._sums)
+        index, position = grid.where()
+        self._place = np.zeros((grid.n_nodes, 3))
+        self._place[index] = position
         self.led_impulse = np.zeros(6)
         """What the nodes take that neither forces nor walls give: of the numbers that are prescribed, what leads them."""
 
-    def hold(self, arm: np.ndarray, motions: RigidMotions, push: np.ndarray) -> np.ndarray:
+    def hold(
+        self, centre: np.ndarray, arm: np.ndarray, motions: RigidMotions, inertia: np.ndarray, before: np.ndarray, push: np.ndarray
+    ) -> np.ndarray:
         """Let the nodes move as the body, whose points are at these places from its centre, shape (n, 3) [m].
 
-        push: what forces on it give its numbers in the step, shape (6,), see `RigidMotions`. Returns these then.
+        inertia: of the body by its numbers, (6, 6), see `RigidMotions`; before: its numbers as the step begins; push: what
+        forces on it give these in the step, (6,). Returns the numbers then.
         """
-        self._find_nodes(arm, motions)
-        self._push = push
+        self._inertia, self._before, self._push = inertia, before, push
+        self._find_nodes(centre, arm, motions)
         velocity = self._of(self._nodes.velocity)
         self._impulse = self._to_rigid(velocity)
         if np.abs(self._impulse).max(initial=0.0) <= ROUNDING * np.abs(self._weight * velocity).max(initial=0.0):
@@ -69,6 +104,22 @@ class RigidNodes:
         else:
             self._give(self._impulse)
         return self._motion
+
+    def receive(self, motions: RigidMotions) -> Received:
+        """What the body takes from the nodes when these have their last velocities, see above."""
+        nodes, m, u = self._nodes, self._share[:, None], self._before
+        velocity, increment = self._of(nodes.velocity), self._of(nodes.velocity_increment)
+        rigid, old, pic = self._motions @ u, velocity - increment, 1.0 - self._flip
+        change = np.einsum("kd,kdi->i", m * (increment + pic * (old - rigid)), self._motions)
+        change += self._lacking @ (self._motion - u)
+        momentum = self._inertia @ u + change
+        after = motions.natural(self._inertia, momentum)
+        squares = 0.5 * np.sum(increment * increment, axis=1)
+        power = np.sum(increment * rigid - pic * (rigid - old) * velocity, axis=1) + squares
+        gained = 0.5 * float(after @ self._inertia @ after - u @ self._inertia @ u)
+        spread = 0.5 * float(u @ self._lack @ u - after @ self._lack @ after)
+        light = float(np.sum(self._share * (self._of(nodes.increment_energy) - squares)))  # see `NodalMomentum.works`
+        return Received(momentum, after, float(np.sum(self._share * power)) - gained - spread, spread + light)
 
     def await_contact(self) -> None:
         """Remember the velocities before contact: all other impulses have been given."""
@@ -93,27 +144,44 @@ class RigidNodes:
             done.impulse[axis] -= impulse
             done.works[[SUPPORT, IMPACT]] += impulse * self._actions.supports.velocity[row, axis]
 
-    def _find_nodes(self, arm: np.ndarray, motions: RigidMotions) -> None:
+    def _find_nodes(self, centre: np.ndarray, arm: np.ndarray, motions: RigidMotions) -> None:
         body, nodes, m = self._body, self._nodes, self._arrays["mass"][:, None]
         self._clear()
-        scatter_vectors(body.n_slabs, body.mapped, m * arm, self._sums.body_moment)
-        share = nodes.mass
+        mass = nodes.mass
         if not self._alone:
             scatter_vectors(body.n_slabs, body.mapped, m * np.array([1.0, 0.0, 0.0]), self._sums.body_mass)
-            share = self._sums.body_mass[:, 0]
-        self._here = here = np.flatnonzero(share > MASS_EPS)
+            mass = self._sums.body_mass[:, 0]
+        if self._periods.any():
+            scatter_vectors(body.n_slabs, body.mapped, m * arm, self._sums.body_moment)
+        self._here = here = np.flatnonzero(mass > MASS_EPS)
         self._at = domain.of_nodes(here, here)
-        self._m, constrained, share = self._of(nodes.mass)[:, None], self._of(nodes.constrained), self._of(share)
+        self._m, constrained, self._share = self._of(nodes.mass)[:, None], self._of(nodes.constrained), self._of(mass)
         free, driven = constrained == 0, self._field.external.driven_mass
         if len(driven):
             free &= self._of(driven) < FULL_DRIVE_FRACTION * self._m
-        self._weight = np.minimum(1.0, share[:, None] / (FULL_DRIVE_FRACTION * self._m)) * free * self._m
+        self._weight = np.minimum(1.0, self._share[:, None] / (FULL_DRIVE_FRACTION * self._m)) * free * self._m
         clamped = (constrained > 0) & (self._actions.supports.mirror[constrained - 1] == 0)
         self._clamped = [(int(constrained[k, d]) - 1, int(k), int(d)) for k, d in np.argwhere(clamped)]
-        mass = float(self._weight.sum())
-        self._hold = HOLD * mass
-        self._motions, self._given = motions.at(self._of(self._sums.body_moment) / share[:, None]), motions.given
-        self._roots = motions.roots(self._weight + self._hold * clamped, self._motions, mass)
+        self._hold = HOLD * float(self._weight.sum())
+        self._motions, self._given = motions.at(self._arms(centre)), motions.given
+        self._find_inertia(motions, clamped)
+
+    def _arms(self, centre: np.ndarray) -> np.ndarray:
+        """From the centre of the body to the nodes, shape (n, 3) [m]; on a periodic grid to their images at its points."""
+        arms = self._place[self._at] - centre
+        if (periods := self._periods).any():
+            middle = self._of(self._sums.body_moment) / self._share[:, None]
+            arms += periods * np.round((middle - arms) / np.where(periods > 0.0, periods, np.inf))
+        return np.where(self._field.grid.thin, 0.0, arms)
+
+    def _find_inertia(self, motions: RigidMotions, clamped: np.ndarray) -> None:
+        """What the nodes have of the inertia, and what E takes off; nothing where supports leave too little of it."""
+        self._lack = self._lacking = self._inertia - inertia_at(self._share[:, None] * np.ones(3), self._motions)
+        of_nodes, mass = inertia_at(self._weight + self._hold * clamped, self._motions), float(self._weight.sum())
+        left = of_nodes + self._lack - LEAST_SHARE * self._inertia
+        if np.linalg.eigvalsh(left).min() < -SMALL * (mass + self._hold * clamped.any()):
+            self._lacking = np.zeros((6, 6))
+        self._roots = motions.roots(of_nodes + self._lacking, mass)
 
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:
         """Impulses after which nodes with these velocities, shape (n, 3), move as the body."""
@@ -121,11 +189,13 @@ class RigidNodes:
         momentum = self._push + np.einsum("kd,kdi->i", self._weight * (velocity - self._motions @ given), self._motions)
         for row, k, d in self._clamped:
             momentum += self._hold * (goals[row, d] - self._motions[k, d] @ given) * self._motions[k, d]
+        momentum += self._lacking @ (self._before - given)
         kept = self._walls.keep_inside(given + self._roots @ (self._roots.T @ momentum), self._roots)
         self._motion = motion = kept.motion
         self._reactions = [(wall.row, wall.axis, push) for wall, push in kept.impulses]
         impulse = self._weight * (self._motions @ motion - velocity)
         self.led_impulse = np.einsum("kd,kdi->i", impulse, self._motions) - self._push - kept.given
+        self.led_impulse += self._lacking @ (motion - self._before)
         for row, k, d in self._clamped:
             held = self._hold * float(goals[row, d] - self._motions[k, d] @ motion)
             self._reactions.append((row, d, held))
