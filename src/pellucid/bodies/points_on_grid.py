@@ -307,7 +307,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._lead(remap)
         sums = self.sums()
         if (rigid := self.rigid) is not None:
-            self.transfer_loss = TransferLoss(rigid.mixing, rigid.mixing)
+            self.transfer_loss = TransferLoss(rigid.mixing)
             self._collect_momentum_sums(sums)
             return
         self._short_runs.add(float(sums[VECTORS]))

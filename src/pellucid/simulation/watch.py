@@ -83,9 +83,10 @@ class Watch:
         if (clock.n_steps % INTERVAL and not last) or (error := turning.observe(bodies)) < self._limits.warn:
             return
         if clock.n_steps >= FIRST_JUDGED or last:
-            how = f"step {clock.n_steps}, time {clock.progress():.6g} s: the angular momentum has changed by {100 * error:.2g} %"
-            limit = f"above energy.warn = {100 * self._limits.warn:g} %, though nothing acts on the bodies from outside"
-            self._warn("angular momentum", f"{how}, {limit}; {self._turning_advice}")
+            where, change = f"step {clock.n_steps}, time {clock.progress():.6g} s", f"{100 * error:.2g} %"
+            text = f"{where}: the angular momentum has changed by {change}, above energy.warn = {100 * self._limits.warn:g} %"
+            text += f", though nothing acts on the bodies from outside; {self._turning_advice}"
+            self._warn("angular momentum", text)
 
     def contact(self, pairs: ContactPairs, clock: Clock) -> None:
         """Look now and then at what touches."""

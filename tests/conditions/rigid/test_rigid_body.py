@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from small_cases import RATE_SOLID, SLIP, SOLID, advance, box, case
 
+from pellucid.conditions.rigid.kinematics import inertia_of
 from pellucid.simulation.simulation import Simulation
 
 PULL = 10.0  # m/s²
@@ -203,3 +204,37 @@ def test_a_rigid_body_keeps_its_spin_with_every_transfer(transfer):
     assert sim.bodies[0].constraint.rates() == pytest.approx((0.2, 0, 0, 0, 0, 2.0), abs=1e-9)
     assert sim.conservation()["momentum"] < 1e-12
     assert abs(sim.budget.energy_error()) < 1e-9
+
+
+SHAPES = {
+    "brick": ({"box": {"lower": (3.5, 2.5, 1.5), "upper": (4.5, 5.5, 6.5)}}, (0.05, 3.0, 0.0)),
+    "askew": (
+        {"box": {"lower": (2, 3, 3.5), "upper": (6, 5, 4.5)}, "rotate": {"axis": [1, 1, 0], "angle": 35}},
+        (0.2, -2.0, 1),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_free_body_tumbles_by_eulers_equations(name):
+    """About the axis of its middle inertia, in which it turns over, and about any other, with its default step. The equations
+    are integrated to 1e-11 for the inertia of its points. Energy and angular momentum are constant."""
+    shape, turn = SHAPES[name]
+    body = {"name": "block", "shape": shape, "points_per_cell": (2, 2, 2), "material": SOLID, "rigid": True}
+    sim = Simulation(case(body | {"angular_velocity": turn}, counts=(8, 8, 8), end=4.0), threads=1)
+    arrays, rigid = sim.bodies[0].arrays, sim.bodies[0].constraint
+    inertia, energy = (
+        inertia_of(arrays["mass"][:, None], arrays["position"] - arrays["position"].mean(axis=0)),
+        sim.kinetic_energy(),
+    )
+
+    def rates(_, w):
+        return np.linalg.solve(inertia, np.cross(inertia @ w, w))
+
+    while not sim.clock.finished(None):
+        sim.step()
+    exact = solve_ivp(rates, (0.0, sim.time), turn, rtol=1e-11, atol=1e-13).y[:, -1]
+    assert np.sum(rigid.rates()[3:] ** 2) == pytest.approx(np.sum(exact**2), rel=1e-6)
+    assert sim.kinetic_energy() == pytest.approx(energy, rel=1e-8)
+    assert sim.conservation()["angular_momentum"] < 1e-12
+    assert abs(sim.conservation()["energy"]) < 1e-8

