@@ -31,6 +31,7 @@ from pellucid.parts.capabilities import CarriesRotation, SpreadsPoints
 if TYPE_CHECKING:
     from pellucid.conditions.loads.rigid_spring import RigidSpring
     from pellucid.conditions.prescribed_motion import Motion
+    from pellucid.grid.velocity_field import VelocityField
 
 
 class RigidBody:
@@ -70,8 +71,8 @@ class RigidBody:
         self.moves_freely = not leads.is_whole
         self._led_turns = [axis for axis in self._turns if leads.led[3 + axis]]
         self._free_turns = [axis for axis in self._turns if not leads.led[3 + axis]]
-        before = [other.nodes for other in earlier if other.velocity_field is member.velocity_field]
-        self.velocity_field = member.velocity_field
+        self.velocity_field: VelocityField | None = member.velocity_field
+        before = [other.nodes for other in earlier if other.velocity_field is self.velocity_field]
         flip = member.body.transfer.flip
         self.nodes: RigidNodes = RigidNodes(points, member.body.arrays, actions, self._walls, alone, flip, before)
         self._dt = self._loss = self.mixing = 0.0
