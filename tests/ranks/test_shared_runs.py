@@ -33,6 +33,7 @@ CASES = [
     f"{STEPS.with_name('channel.toml')}:30",  # a periodic axis across the rows, contact across its seam, a driven fluid
     f"{STEPS.with_name('bag.toml')}:6",  # contents of membranes, pressure in a region
     f"{STEPS.with_name('drop.toml')}:30",  # surface tension, at a wall
+    f"{STEPS.with_name('paddle.toml')}:130",  # rigid bodies in a fluid, across the rows, and angular momentum
     f"{STEPS.with_name('duct.toml')}:40",  # points that come in and leave, led and pushed
 ]
 

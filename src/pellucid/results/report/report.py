@@ -155,6 +155,7 @@ def _conservation(run: Run) -> str:
     remarks = {
         "mass": _passed(run.summary) or kept,
         "momentum": "beyond the impulses from outside, over the largest sum of m|v|, or the sizes of these added up if larger",
+        "angular_momentum": "about the common centre of mass at the start, over the largest sum of m|r||v|",
         "energy": "of the energy balance at the end",
     }
     left_out = {"momentum"} if are_films_alone(run.stored) else set()  # they have no inertia

@@ -191,7 +191,7 @@ class Recorder:
         return clock_columns | energies | {"energy_error": ""} | momentum | passed | self._states | self._probes.units()
 
     def _write_row(self, sim: Any) -> None:
-        row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.budget.energy_error()]
+        row = [sim.time, int(sim.n_steps), sim.dt, *sim.energies().values(), sim.conservation()["energy"]]
         values = self._probes.read(sim.bodies, sim.reactions(), sim.time, sim.angular_reactions())
         if self._writes:
             with explained(self.folder.path):
