@@ -351,6 +351,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def _collect_momentum_sums(self, sums: np.ndarray) -> None:
         totals = self.totals
+        if self.rigid is not None:
+            totals.affine = self.rigid.own_energy
         totals.kinetic, totals.momentum_size = float(sums[KINETIC]) + totals.affine, float(sums[SPEED])
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
 
@@ -392,12 +394,12 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return told(self.totals.rate, [self.signal_limit(), *led])
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
-        """Angular momentum of its points, with that of their affine velocity fields; those of a rigid body have none."""
+        """Angular momentum of its points, with that of their affine velocity fields or, of a rigid body, about themselves."""
         sums = np.zeros((self.n_slabs, 4))
         affine = NO_FIELDS if self._affine is None or self.rigid is not None else self._affine
         sum_angular_momentum(self.n_slabs, self.mapped, affine, about, sums)
         total = ordered_sum(domain.complete(sums))
-        return AngularMomentum(total[:3], float(total[3]))
+        return AngularMomentum(total[:3] + (0.0 if self.rigid is None else self.rigid.own_spin), float(total[3]))
 
     def fastest(self) -> float:
         """The largest speed of its points [m/s]."""

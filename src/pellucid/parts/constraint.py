@@ -43,8 +43,14 @@ class LeadsPoints(PointConstraint, Protocol):
 class RigidConstraint(PointConstraint, Protocol):
     """A constraint that moves the points as a rigid body: they take no velocity from the nodes, but it does as a whole."""
 
+    own_energy: float
+    """Kinetic energy that the points have by turning about themselves [J]."""
     mixing: float
     """Kinetic energy that nodes lost in this step as bodies share them [J]."""
+
+    @property
+    def own_spin(self) -> np.ndarray:
+        """Angular momentum of the points about themselves [N m s], (3,)."""
 
 
 class ConstrainedPoints:

@@ -33,7 +33,8 @@ def inertia(body):
     """About z through the centre of mass [kg m²]."""
     m, x = body.arrays["mass"], body.arrays["position"]
     r = x - np.average(x, axis=0, weights=m)
-    return float(np.sum(m * (r[:, 0] ** 2 + r[:, 1] ** 2)))
+    squares = body.arrays["volume"] ** (2.0 / 3.0 if np.ptp(x[:, 2]) > 0.0 else 1.0)  # of the edges of cubes, or of squares
+    return float(np.sum(m * (r[:, 0] ** 2 + r[:, 1] ** 2 + squares / 6.0)))
 
 
 def angle(sim):

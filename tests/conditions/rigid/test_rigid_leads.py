@@ -35,7 +35,8 @@ def inertia(body):
     """About the centre of mass [kg m²], shape (3, 3)."""
     m, x = body.arrays["mass"], body.arrays["position"]
     r = x - np.average(x, axis=0, weights=m)
-    return np.sum(m * np.sum(r * r, axis=1)) * np.eye(3) - np.einsum("p,pi,pj->ij", m, r, r)
+    own = np.sum(m * body.arrays["volume"] ** (2.0 / 3.0 if np.ptp(x[:, 2]) > 0.0 else 1.0)) / 6.0  # of cubes, or of squares
+    return (np.sum(m * np.sum(r * r, axis=1)) + own) * np.eye(3) - np.einsum("p,pi,pj->ij", m, r, r)
 
 
 def centre(body):

@@ -37,8 +37,9 @@ if TYPE_CHECKING:
 class RigidBody:
     """A body that moves as a rigid one: its points get the rigid motion with their momentum and angular momentum.
 
-    Motions may prescribe parts of that motion. The arrays of the body have `start`, the first position of each point [m], and
-    `angle`, how far the body has turned since [rad], the same for each.
+    Motions may prescribe parts of that motion. Each point counts as a cube with its volume, in the plane as a square: with its
+    own inertia m a²/6 that of a box of whole points is exact. The arrays of the body have `start`, the first position of each
+    point [m], `angle`, how far the body has turned since [rad], and in `affine` its angular velocity, the same for each.
     """
 
     strains = False
@@ -75,7 +76,7 @@ class RigidBody:
         before = [other.nodes for other in earlier if other.velocity_field is self.velocity_field]
         flip = member.body.transfer.flip
         self.nodes: RigidNodes = RigidNodes(points, member.body.arrays, actions, self._walls, alone, flip, before)
-        self._dt = self._loss = self.mixing = 0.0
+        self._dt = self._loss = self.mixing = self.own_energy = 0.0
         self._pushes: list[tuple[Wall, float]] = []
         self._centre, self._velocity, self._turn = np.zeros(3), np.zeros(3), np.zeros(3)
         self._arm = np.zeros((0, 3))  # of the points, from the centre, before they move [m]
@@ -88,8 +89,9 @@ class RigidBody:
         m, arm = arrays["mass"][:, None], arrays["position"] - centre_of(arrays["mass"][:, None], arrays["position"])
         self.top_speed = leads.top_speed + leads.top_turn * float(np.linalg.norm(arm, axis=1).max())
         """Of what is prescribed [m/s]."""
-        inertia = inertia_of(m, arm)[np.ix_(self._turns, self._turns)]
-        self._carry(self.rates()[3:])
+        self._own_inertia = float(np.sum(arrays["mass"] * (2.0 * self._widths()) ** 2)) / 6.0  # of the points [kg m²]
+        inertia = inertia_of(m, arm, self._own_inertia)[np.ix_(self._turns, self._turns)]
+        self._carry(rates_of(m, arm, arrays["velocity"], self._turns)[3:])
         member.body.constrain(self, self.nodes)
         self.swing = sum(spring.swing(float(np.sum(m)), inertia) for spring in springs)
         """How fast it swings on springs, which its step has to follow [1/s]."""
@@ -102,9 +104,11 @@ class RigidBody:
         """Place, orientation and velocities of the body, and its response to forces."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         centre = centre_of(m, x)
-        rates = rates_of(m, x - centre, self.body.arrays["velocity"], self._turns)
+        turn = self.rates()[3:]
         free = ~self.leads.led[:3] & ~np.array(self._thin)
-        return RigidState(centre, rates[3:], free / float(np.sum(m)), inverse_inertia(m, x - centre, self._free_turns))
+        return RigidState(
+            centre, turn, free / float(np.sum(m)), inverse_inertia(m, x - centre, self._free_turns, self._own_inertia)
+        )
 
     def add_load(self, push: Push) -> None:
         """A force and a torque over the coming step."""
@@ -118,17 +122,24 @@ class RigidBody:
 
     def rates(self) -> np.ndarray:
         """Velocity of the centre of mass [m/s] and angular velocity [rad/s], shape (6,)."""
-        m, x, v = (self.body.arrays[name] for name in ("mass", "position", "velocity"))
-        return rates_of(m[:, None], x - centre_of(m[:, None], x), v, self._turns)
+        arrays = self.body.arrays
+        C = arrays["affine"][0]
+        return np.array([*centre_of(arrays["mass"][:, None], arrays["velocity"]), C[7], C[2], C[3]])
 
     def begin(self, time: float, dt: float) -> None:
-        """Set the prescribed motion over the step; the points carry the rotation of the body to the nodes."""
+        """Set the prescribed motion over the step."""
         self.leads.begin(time, dt)
         self._carry(self.rates()[3:])
 
     def _carry(self, turn: np.ndarray) -> None:
-        """Let the points carry an angular velocity [rad/s]."""
+        """Let the points carry an angular velocity [rad/s], with the energy that they have by turning about themselves."""
+        self.own_energy = 0.5 * self._own_inertia * float(turn @ turn)
         self.body.arrays["affine"][:, :FIELD_ENERGY] = matrix_of(turn).ravel()
+
+    @property
+    def own_spin(self) -> np.ndarray:
+        """Angular momentum of the points about themselves [N m s], (3,)."""
+        return self._own_inertia * self.rates()[3:]
 
     def hold_nodes(self, dt: float) -> None:
         """Give the nodes that the body reaches its rigid velocity over this step dt [s]."""
@@ -136,9 +147,9 @@ class RigidBody:
         self._dt, self._centre = dt, centre_of(m, x)
         self._arm = arm = x - self._centre
         self._motions = motions = RigidMotions(self._thin, self._turns, self.leads, arm)
-        self._inertia = motions.of_body(float(np.sum(m)), inertia_of(m, arm))
+        self._inertia = motions.of_body(float(np.sum(m)), inertia_of(m, arm, self._own_inertia))
         self._walls.find(x, self._widths(), motions.at(arm), dt)
-        old = rates_of(m, arm, self.body.arrays["velocity"], self._turns)
+        old = self.rates()
         touching = [Push(resultant(place - self._centre, force), CONTACT) for place, force in self._pushed]
         pushes, self._pushed, self._loads = [*touching, *self._loads], [], []
         strength = sum((push.strength for push in pushes), np.zeros(6))
@@ -173,7 +184,7 @@ class RigidBody:
     def prescribe_positions(self) -> None:
         """Positions of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
         arrays, leads, mass = self.body.arrays, self.leads, self.body.arrays["mass"][:, None]
-        inertia = inertia_of(mass, self._arm)
+        inertia = inertia_of(mass, self._arm, self._own_inertia)
         spin, given = inertia @ self._turn, np.zeros(3)
         given[self._led_turns] = leads.rates[3:][self._led_turns]
 

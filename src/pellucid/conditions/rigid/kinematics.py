@@ -37,9 +37,9 @@ def resultant(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
     return np.concatenate([force.sum(axis=0), np.cross(arm, force).sum(axis=0)])
 
 
-def inertia_of(mass: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Inertia [kg m²], (3, 3), of masses at places from the centre [m]."""
-    return np.asarray(np.sum(mass * arm * arm) * np.eye(3) - np.einsum("pi,pj->ij", mass * arm, arm))
+def inertia_of(mass: np.ndarray, arm: np.ndarray, own: float = 0.0) -> np.ndarray:
+    """Inertia [kg m²], (3, 3), of masses at places from the centre [m]; own: sum of their inertias about themselves [kg m²]."""
+    return np.asarray((np.sum(mass * arm * arm) + own) * np.eye(3) - np.einsum("pi,pj->ij", mass * arm, arm))
 
 
 def matrix_of(vector: np.ndarray) -> np.ndarray:
@@ -101,10 +101,10 @@ def _pulled_back(angle: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     return np.asarray(velocity - 0.5 * across + np.cross(angle, across) / 12.0)
 
 
-def inverse_inertia(mass: np.ndarray, arm: np.ndarray, turns: Sequence[int]) -> np.ndarray:
+def inverse_inertia(mass: np.ndarray, arm: np.ndarray, turns: Sequence[int], own: float = 0.0) -> np.ndarray:
     """Angular velocities that angular impulses give about some of the axes, (3, 3) [1/(kg m²)]; none about the others."""
     inverse = np.zeros((3, 3))
-    inverse[np.ix_(turns, turns)] = _inverse_about(inertia_of(mass, arm), turns)
+    inverse[np.ix_(turns, turns)] = _inverse_about(inertia_of(mass, arm, own), turns)
     return inverse
 
 
