@@ -155,7 +155,10 @@ class Probe(Part):
     above: float = parameter("", 'value that "count" compares with, in SI units', 0.0)
     change: bool = parameter("", "whether the value at the start is subtracted", False)
     carried: bool = parameter(
-        "", 'for the position of a "point": where the place `at` itself is, which moves as the point nearest to it', False
+        "",
+        'for the position of a "point": where the place `at` itself is, which moves as the point nearest to it, and on a rigid '
+        "body with the body",
+        False,
     )
     condition: str | None = parameter(
         "",

@@ -65,6 +65,9 @@ class ProbeReader:
             if probe.body is None:
                 of, before = (turning, self._turning) if probe.quantity == "torque" else (impulses, self._impulses)
                 values.append(self._reaction(probe, of, before, time))
+            elif probe.carried and probe.at is not None and (arrays := _rigid_arrays(bodies, probe.body)) is not None:
+                place = carried_by(arrays["start"], arrays["position"], np.array(probe.at))
+                values.append(float(scalar(place[None], probe.component)[0]))
             else:
                 values.append(self._value(probe, fetch(probe)) - self._initial.get(probe.name, 0.0))
         self.count_from(impulses, time, turning)
@@ -104,6 +107,23 @@ class ProbeReader:
         before = np.array(known.get(name, (0.0, 0.0, 0.0)))
         force = (impulses[name] - before) / (time - self._time)
         return float(scalar(force[None, :], probe.component)[0])
+
+
+def _rigid_arrays(bodies: Sequence[Any], name: str) -> Mapping[str, np.ndarray] | None:
+    """The arrays of a body that moves as a rigid one; None of others."""
+    arrays: Mapping[str, np.ndarray] = next((getattr(body, "arrays", {}) for body in bodies if body.name == name), {})
+    return arrays if {"start", "angle"} <= arrays.keys() else None
+
+
+def carried_by(start: np.ndarray, now: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Where a place [m], (3,), comes to with points that move as a rigid body, shape (n, 3) [m].
+
+    The rotation is that of least squares (Kabsch 1976, Acta Cryst. A 32, 922).
+    """
+    middle, arm = start.mean(axis=0), start - start.mean(axis=0)
+    left, _, right = np.linalg.svd(np.einsum("pi,pj->ij", now - now.mean(axis=0), arm))
+    signs = np.array([1.0, 1.0, np.linalg.det(left) * np.linalg.det(right)])
+    return np.asarray(now.mean(axis=0) + (left * signs) @ right @ (place - middle))
 
 
 def check_probes(probes: Sequence[Probe], bodies: Sequence[Any], periods: Vector = NOT_PERIODIC) -> None:
