@@ -13,7 +13,11 @@ def surface(place):
     area = np.tile([0.0, 2.0, 0.0], (n, 1))
     velocity = np.tile([1.0, 2.0, 3.0], (n, 1))
     return SimpleNamespace(
-        place=np.array(place), area=area, velocity=velocity, reach=np.full(n, 0.1), sizes=lambda: np.full(n, 2.0)
+        place=np.array(place),
+        velocity=velocity,
+        reach=np.full(n, 0.1),
+        sizes=lambda: np.full(n, 2.0),
+        normals=lambda: area / 2.0,
     )
 
 

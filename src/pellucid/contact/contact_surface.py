@@ -39,6 +39,18 @@ class ContactSurface(ABC):
     """Whether it is where it was as the step before began, at rest."""
     pushed_along: list[np.ndarray]
     """Unit vectors along which the overlaps push a rigid body in which it is in this step, (3,) each."""
+    n_edge_points = 0
+    """Of the points the last ones, which lie on sharp edges and corners of a body that does not deform. They have no area, and
+    count in contact with others that do not deform alone, whichever way their faces look."""
+    faces: np.ndarray | None = None
+    """Three points of each plane that bounds the body, counterclockwise as seen from outside, in a plane two and -1; None where
+    it is not convex, or not bounded by planes alone. Shape (k, 3)."""
+    thin_axis: np.ndarray
+    """Unit vector of the axis that is thin in a plane, (3,); for planes of `faces` there."""
+    stops_at_once = False
+    """Whether all that a rigid body touches in this step stops it point by point, so that their forces follow together."""
+    pushed: np.ndarray
+    """What such contacts do to it in this step besides what it bore before, in the terms of `mobility_rows`, (6,)."""
     drag: np.ndarray | None = None
     """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
     limit it [kg/s], shape (m,)."""
@@ -64,9 +76,31 @@ class ContactSurface(ABC):
         energy of an overlap does not change as areas do."""
         return self.sizes()
 
+    def normals(self) -> np.ndarray:
+        """Unit normals of the points, shape (m, 3), zero where they have no area; at edges the means of both faces."""
+        length = self.sizes()
+        return np.asarray(self.area / np.where(length > 0.0, length, 1.0)[:, None])
+
     def side(self) -> float:
         """The area of the largest of its sides along the axes [m²]."""
         return float(max(np.maximum(sign * self.area, 0.0).sum(axis=0).max() for sign in (1.0, -1.0)))
+
+    def bearing_area(self) -> float:
+        """The area by which it counts as it lies on its largest side [m²], with half of its edges."""
+        n = len(self.place) - self.n_edge_points
+        return self.side() + 0.5 * float(self.weights()[n:].sum())
+
+    def planes(self) -> tuple[np.ndarray, np.ndarray]:
+        """The outward unit normals of its `faces`, shape (k, 3), and their places along these [m], shape (k,)."""
+        if self.faces is None:
+            raise ValueError("planes do not bound the body")
+        first, second, third = (self.place[self.faces[:, column]] for column in range(3))
+        across = third - first
+        in_plane = self.faces[:, 2] < 0
+        across[in_plane] = self.thin_axis
+        normal = np.cross(second - first, across)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        return normal, np.einsum("ij,ij->i", normal, first)
 
     def speed(self) -> float:
         """The largest of its points [m/s]."""
@@ -81,6 +115,13 @@ class ContactSurface(ABC):
         """Σ f·a for the accelerations a at places [m] that forces f there give a rigid body, shape (m, 3) each [N²/kg]; of one
         whose motion is prescribed, none."""
         return 0.0
+
+    def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Return rows z of shape (m, 6) for forces at places [m], shape (m, 3) each.
+
+        z_i·z_j is the change of the velocity along force i that force j causes in a unit of time [N²/kg].
+        """
+        return np.zeros((len(place), 6))
 
     def turning(self, place: np.ndarray) -> np.ndarray:
         """Velocities at places [m] by the rotation of a rigid body [m/s], shape (m, 3) each; of others none."""

@@ -35,7 +35,7 @@ class Described(NamedTuple):
     seams. Along periodic axes all lie within the box, but for images."""
 
     place: np.ndarray  # (n, 3) [m]
-    normal: np.ndarray  # (n, 3) unit normals, zero where the area is
+    normal: np.ndarray  # (n, 3) unit normals, see `ContactSurface.normals`
     size: np.ndarray  # (n,) areas [m²]
     reach: np.ndarray  # (n,) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
@@ -55,9 +55,7 @@ class Described(NamedTuple):
 
 def describe(surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[Seam] = ()) -> Described:
     """The points of a surface with their images."""
-    length = np.linalg.norm(surface.area, axis=1)
-    normal = surface.area / np.where(length > 0.0, length, 1.0)[:, None]
-    m = len(surface.place)
+    normal, m = surface.normals(), len(surface.place)
     found = _Points(surface.place, normal, surface.sizes(), surface.reach, surface.velocity, np.arange(m), np.ones((m, 3)))
     for axis, at, period in seams:
         found.place = found.place.copy()

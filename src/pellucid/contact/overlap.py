@@ -28,6 +28,7 @@ less and less: by what lies on them, by loads."""
 STIFFER = 4.0
 """Times at most that friction between such bodies is stiffer than their overlap: it then swings twice as fast as they do."""
 TINY = 1e-300
+ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 
 
@@ -41,6 +42,7 @@ class Overlap(NamedTuple):
     area: np.ndarray  # (n,) by which each counts [m²]
     relative: np.ndarray  # (n, 3) velocity against the other body [m/s]
     share: float = 1.0  # of the stiffness
+    apart: bool = False  # whether each point stops by itself: a flat side on a plane
 
 
 class OverlapLaw:
@@ -63,14 +65,16 @@ class OverlapLaw:
         self.stiffness = 1.0 / sum(1.0 / (side.mass_per_area * rate**2) for side, rate in zip(soft, rates, strict=True))
         """κ [Pa/m]."""
         rigid = [side for side in sides if side.rigid_mass < np.inf]
+        by_edges = self._hard and all(side.faces is not None for side in sides)
+        areas = {id(side): side.bearing_area() if by_edges else side.side() for side in rigid}
         if self._hard and rigid and swing > 0.0:
-            self.stiffness = swing**2 * self._mass / max(side.side() for side in rigid)
+            self.stiffness = swing**2 * self._mass / max(areas.values())
         self._damping = 2.0 * DAMPING * sqrt(self.stiffness / sum(1.0 / side.mass_per_area for side in soft))
-        self.stop = DeadStop(rigid) if self._hard and rigid else None
+        self.stop = DeadStop(sides) if self._hard and rigid else None
         self._softness = 1.0 / (HARDENS * cell) ** 2 if self.stop else 0.0
         self._followed = courant / RESOLVED
         for side in rigid:
-            swings = sqrt(self.stiffness * side.side() / self._mass)
+            swings = sqrt(self.stiffness * areas[id(side)] / self._mass)
             side.least_rate = max(side.least_rate, self._followed * swings)
         self.held = Held()
         """Energy of the overlaps that were asked for last."""
@@ -85,19 +89,21 @@ class OverlapLaw:
         springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
         hardened = [self._softness * overlap.depth**2 for overlap in overlaps]
         pressures = [k * overlap.depth * (1.0 + h) for k, overlap, h in zip(springs, overlaps, hardened, strict=True)]
-        extra = 0.0 if self.stop is None else self.stop.force(overlaps, pressures, self._tangents(overlaps, springs, dt), dt)
-        total = sum(float(pressure.sum()) for pressure in pressures)
-        stored = taken = pending = damped = power = 0.0
-        found = []
-        for overlap, pressure, spring, h in zip(overlaps, pressures, springs, hardened, strict=True):
+        tangents = self._tangents(overlaps, springs, dt) if self.stop else []
+        if self.stop is not None and all(overlap.apart for overlap in overlaps):
+            return self._forces_apart(self.stop, overlaps, pressures, springs, hardened, tangents, dt, last, touched)
+        extras = self.stop.force_on_all(overlaps, pressures, tangents, dt) if self.stop else [0.0] * len(overlaps)
+        stored = taken = pending = power = 0.0
+        found, given = [], []
+        for overlap, pressure, spring, h, extra in zip(overlaps, pressures, springs, hardened, extras, strict=True):
             n = overlap.normal
             approach = -np.einsum("ij,ij->i", overlap.relative, n)
             damping = overlap.share * self._damping * overlap.area
-            press = np.maximum(pressure + damping * approach + extra * pressure / total, 0.0)
+            press = np.maximum(pressure + damping * approach + extra, 0.0)
             force = press[:, None] * n
             stored += 0.5 * float(np.sum(spring * overlap.depth**2 * (1.0 + 0.5 * h)))
             power += float(np.sum((press - pressure) * approach))
-            damped += float(np.sum(press - pressure))
+            given.append(press - pressure)
             if self._friction > 0.0:
                 along = overlap.relative + approach[:, None] * n
                 # what presses harder than the overlap alone is held by as much stiffer springs along it
@@ -109,7 +115,68 @@ class OverlapLaw:
             # before the first step nothing was done, and the first does half of its own
             pending += 0.5 * (last or dt) * float(np.sum(force * overlap.relative))
             found.append(force)
-        taken += last * power if self.stop is None else self.stop.taken(damped, power, last)
+        taken += last * power if self.stop is None else self.stop.taken(given, power, last)
+        self.held = Held(stored, taken, pending)
+        return found
+
+    def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
+        """Find what overlaps of flat sides push rigid bodies, which other contacts then take into account."""
+        if self.stop is None:
+            return
+        springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
+        pressures = [k * o.depth * (1.0 + self._softness * o.depth**2) for k, o in zip(springs, overlaps, strict=True)]
+        _, drags = self._carried(overlaps, springs, pressures, last)
+        self.stop.forces_apart(overlaps, pressures, drags, self._friction, self._tangents(overlaps, springs, dt), dt)
+
+    def _carried(
+        self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], pressures: Sequence[np.ndarray], last: float
+    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """How far points are carried from where they stuck [m], and the forces of their springs within friction [N]."""
+        carried, drags = [], []
+        for overlap, spring, pressure in zip(overlaps, springs, pressures, strict=True):
+            n, before = overlap.normal, overlap.one.slip[overlap.listed]
+            along = overlap.relative - np.einsum("ij,ij->i", overlap.relative, n)[:, None] * n
+            carried.append(before - np.einsum("ij,ij->i", before, n)[:, None] * n + last * along)
+            drags.append(_limited(-spring[:, None] * carried[-1], self._friction * pressure)[0])
+        return carried, drags
+
+    def _forces_apart(
+        self,
+        stop: DeadStop,
+        overlaps: Sequence[Overlap],
+        pressures: Sequence[np.ndarray],
+        springs: Sequence[np.ndarray],
+        hardened: Sequence[np.ndarray],
+        tangents: Sequence[np.ndarray],
+        dt: float,
+        last: float,
+        touched: Mapping[int, np.ndarray],
+    ) -> list[np.ndarray]:
+        """The same where points of flat sides stop each by itself, along the surface too."""
+        befores = [overlap.one.slip[overlap.listed] for overlap in overlaps]
+        carried, drags = self._carried(overlaps, springs, pressures, last)
+        extras, dragged = stop.forces_apart(overlaps, pressures, drags, self._friction, tangents, dt)
+        stored = taken = pending = 0.0
+        found, given = [], []
+        for i, overlap in enumerate(overlaps):
+            n, spring, press = overlap.normal, springs[i], np.maximum(pressures[i] + extras[i], 0.0)
+            approach = -np.einsum("ij,ij->i", overlap.relative, n)
+            along = overlap.relative + approach[:, None] * n
+            force, damped = press[:, None] * n, (press - pressures[i])[:, None] * n
+            stored += 0.5 * float(np.sum(spring * overlap.depth**2 * (1.0 + 0.5 * hardened[i])))
+            if self._friction > 0.0:
+                most = self._friction * press
+                slides = np.linalg.norm(dragged[i], axis=1) >= most * (1.0 - ROUNDED)
+                overlap.one.slip[overlap.listed] = np.where(slides[:, None], _held(carried[i], spring, most), carried[i])
+                force += dragged[i]
+                damped += np.where(slides[:, None], 0.0, dragged[i] - drags[i])
+                still = np.zeros(len(press))
+                taken += taken_by_friction(spring, befores[i], carried[i], dragged[i], last * along, still, slides)
+                touched[id(overlap.one)][overlap.listed] = True
+            pending += 0.5 * (last or dt) * float(np.sum(force * overlap.relative))
+            given.append(damped)
+            found.append(force)
+        taken += stop.taken_apart(overlaps, given, pressures, last)
         self.held = Held(stored, taken, pending)
         return found
 
@@ -117,15 +184,16 @@ class OverlapLaw:
         """Nothing overlaps any more; last: length of the step before [s]."""
         self.held = Held(taken=0.0 if self.stop is None else self.stop.end(last))
 
-    def _tangents(self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], dt: float) -> tuple[float, float]:
-        """Stiffness of all points together against more depth, and that to which it comes over a step dt [s], as it counts in
-        the bound on the step [N/m]."""
-        now = later = 0.0
+    def _tangents(self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], dt: float) -> list[np.ndarray]:
+        """Return the stiffness of each point against more depth, and the one at the end of a step dt [s], as it counts in the
+        bound on the step, shape (2, n) [N/m]."""
+        found = []
         for overlap, spring in zip(overlaps, springs, strict=True):
             approach = np.maximum(-np.einsum("ij,ij->i", overlap.relative, overlap.normal), 0.0)
-            now += float(np.sum(spring * (1.0 + 3.0 * self._softness * overlap.depth**2)))
-            later += float(np.sum(spring * (1.0 + 3.0 * self._softness * (overlap.depth + dt * approach) ** 2)))
-        return now, self._followed**2 * later
+            now = spring * (1.0 + 3.0 * self._softness * overlap.depth**2)
+            later = spring * (1.0 + 3.0 * self._softness * (overlap.depth + dt * approach) ** 2)
+            found.append(np.stack([now, self._followed**2 * later]))
+        return found
 
     def _drag(
         self, overlap: Overlap, along: np.ndarray, most: np.ndarray, spring: np.ndarray, damping: np.ndarray, last: float

@@ -21,24 +21,48 @@ import numpy as np
 
 from pellucid.contact import proximity
 from pellucid.contact.contact_energy import ContactEnergy
-from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
+from pellucid.contact.dead_stop import ASKEW, FACING, SETTLED
 from pellucid.contact.images import Described, Plane, Seam, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import Touch
 
+RIM = 0.01  # of the reach of points: how far beyond the rim of a plane an edge may lie that rests on it
+ROUNDS = 3  # at most, in which forces of several contacts of flat sides on one body are found
 NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
 
 
 class HalfPair:
-    """The points of one surface against the other, with this share of the stiffness."""
+    """The points of one surface against the other, with this share of the stiffness.
 
-    def __init__(self, one: ContactSurface, other: ContactSurface, meeting: Meeting, share: float) -> None:
+    by_edges: whether edges count, as they do where neither body deforms; they bear with all of the stiffness. seams: of a
+    periodic grid.
+    """
+
+    def __init__(
+        self,
+        one: ContactSurface,
+        other: ContactSurface,
+        meeting: Meeting,
+        share: float,
+        by_edges: bool = False,
+        seams: Sequence[Seam] = (),
+    ) -> None:
         self.one, self.other, self._meeting, self.share = one, other, meeting, share
+        self._seams = seams
+        self._n_faces = len(one.place) - one.n_edge_points
+        self._counts = np.ones(len(one.place))
+        self._counts[self._n_faces :] = 1.0 / share if by_edges else 0.0
+        self._corners = None
+        if by_edges and other.faces is not None and not one.two_sided:
+            self._corners = np.unique(other.faces[other.faces >= 0])
         self._found = np.zeros((len(one.place), COLUMNS))
 
     def find(self, one: Described, other: Described) -> bool:
         """Find the points of the one surface that overlap with the other; whether there are any."""
+        if self._corners is not None:
+            return self._find_within_planes(self._corners)
         m = len(self.one.place)
         bins = _bins(one, other, other.about * float(other.reach.max()))
         self.overlap: Overlap | None = None
@@ -48,7 +72,7 @@ class HalfPair:
         self._about = Neighbourhood(Asking(one.place[:m], one.normal[:m]), points, bins, self._meeting)
         proximity.find_beside(m // CHUNK + 1, self._about, self._found)
         most = 0.0 if self.other.is_hard else NEAR * float(np.median(other.reach))
-        at = np.flatnonzero(self._found[:, SHARE])
+        at = np.flatnonzero(self._found[:, SHARE] * self._counts)
         depth = self.one.half_width + self.other.half_width - self._found[at, GAP]
         at, depth = at[depth > -most], depth[depth > -most]
         normal = self._found[at, NORMAL : NORMAL + 3]
@@ -57,9 +81,48 @@ class HalfPair:
             at, normal, depth = at[depth > 0.0], normal[depth > 0.0], depth[depth > 0.0]
         if not len(at):
             return False
-        area = self._found[at, SHARE] * self.one.weights()[at]
+        area = self._found[at, SHARE] * self._counts[at] * self.one.weights()[at]
         relative = one.velocity[at] - self._at_feet(at, other.velocity)
         self.overlap = Overlap(self.one, at, depth, normal, area, relative, self.share)
+        return True
+
+    def _find_within_planes(self, corners: np.ndarray) -> bool:
+        """Find the same against planes through corners, at places with the velocity of the other body, which is rigid."""
+        one, other = self.one, self.other
+        self.overlap = None
+        normal, level = other.planes()
+        places, deepest = other.place[corners], self._meeting.deepest
+        middle, place = places.mean(axis=0), one.place
+        for axis, _, period in self._seams:
+            place = place.copy()
+            place[:, axis] -= period * np.round((place[:, axis] - middle[axis]) / period)
+        near = ((place > places.min(axis=0) - deepest) & (place < places.max(axis=0) + deepest)).all(axis=1)
+        at = np.flatnonzero(near & (self._counts * one.weights() > 0.0))
+        height = np.einsum("ij,kj->ik", place[at], normal) - level
+        facing = -np.einsum("ij,kj->ik", one.normals()[at], normal)
+        on_edge = at >= self._n_faces
+        # what lies askew to a flat side touches it at an edge; a round side does not, over as far as the other sinks in
+        askew, full = (ASKEW, FACING) if one.faces is not None else (NONE, FULL)
+        # planes that look the same way as the point do not touch it: beside the rim it may lie a little beyond them
+        meets = facing > NONE
+        above = np.where(meets, height, -np.inf)
+        nearest = above.argmax(axis=1)
+        rows = np.arange(len(at))
+        depth = one.half_width - above[rows, nearest]
+        beyond = np.where(meets, -np.inf, height).max(axis=1) - np.where(on_edge, RIM * other.reach[0], 0.0)
+        counts = np.where(on_edge, 1.0, np.clip((facing[rows, nearest] - askew) / (full - askew), 0.0, 1.0))
+        within = (depth > 0.0) & (depth < deepest) & (beyond <= 0.0) & (counts > 0.0)
+        at, depth, counts, normal = at[within], depth[within], counts[within], normal[nearest[within]]
+        if not len(at):
+            return False
+        # shares of the corners with which these make up each place: their sums of forces and torques are those at the place
+        arm = places - middle
+        spread = np.linalg.pinv(np.einsum("ci,cj->ij", arm, arm), rcond=1e-9, hermitian=True)
+        from_middle = place[at] - middle
+        self._shares = 1.0 / len(places) + np.einsum("ni,ij,cj->nc", from_middle, spread, arm)
+        relative = one.velocity[at] - np.einsum("nc,cd->nd", self._shares, other.velocity[corners])
+        area = counts * self._counts[at] * one.weights()[at]
+        self.overlap = Overlap(one, at, depth, normal, area, relative, self.share, one.faces is not None)
         return True
 
     def _over_soft(self, at: np.ndarray, one: Described, other: Described) -> tuple[np.ndarray, np.ndarray]:
@@ -82,6 +145,9 @@ class HalfPair:
     def apply(self, at: np.ndarray, force: np.ndarray, forces: tuple[np.ndarray, np.ndarray]) -> None:
         """Forces on listed points [N], shape (n, 3), and against the other surface, into those of both."""
         forces[0][at] += force
+        if self._corners is not None:
+            forces[1][self._corners] -= np.einsum("nc,nd->cd", self._shares, force)
+            return
         proximity.exchange(self._about, self._found, at, -force, forces[1], True)
 
 
@@ -89,7 +155,7 @@ class SurfacePair(Touch):
     """Two surfaces that touch.
 
     friction, courant, swing, cell: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0; thickness:
-    of a slice [m].
+    of a slice [m]. seams: of a periodic grid.
     """
 
     def __init__(
@@ -102,6 +168,7 @@ class SurfacePair(Touch):
         swing: float = 0.0,
         name: str | None = None,
         cell: float = np.inf,
+        seams: Sequence[Seam] = (),
     ) -> None:
         super().__init__(surfaces, OverlapLaw(surfaces, friction, courant, swing, cell), name)
         one, other = surfaces
@@ -109,7 +176,7 @@ class SurfacePair(Touch):
         self._halves = []
         for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
             meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness)
-            self._halves.append(HalfPair(first, second, meeting, share / sum(fine)))
+            self._halves.append(HalfPair(first, second, meeting, share / sum(fine), self.law.stop is not None, seams))
 
     def find(self, described: dict[int, Described]) -> bool:
         """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
@@ -121,7 +188,11 @@ class SurfacePair(Touch):
 
     def way(self) -> np.ndarray:
         """The unit vector along which the overlap found pushes in the mean, (3,), either way."""
-        return mean_way([half.overlap for half in self._halves if half.overlap is not None], self.surfaces[0])
+        return mean_way(self.overlaps(), self.surfaces[0])
+
+    def overlaps(self) -> list[Overlap]:
+        """Those of both halves."""
+        return [half.overlap for half in self._halves if half.overlap is not None]
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
@@ -182,7 +253,7 @@ class SurfacePairs:
             if not surface.stands or id(surface) not in described:
                 described[id(surface)] = describe(surface, self._planes, self._seams)
             touched[id(surface)] = np.zeros(len(surface.place), bool)
-            surface.swings, surface.pushed_along = 0.0, []
+            surface.swings, surface.pushed_along, surface.pushed = 0.0, [], np.zeros(6)
         touching = [pair.find(described) for pair in self._pairs]
         for pair, touches in zip(self._pairs, touching, strict=True):
             rigid = [surface for surface in pair.surfaces if touches and surface.rigid_mass < np.inf]
@@ -190,6 +261,7 @@ class SurfacePairs:
                 way = pair.way()
                 for surface in rigid:
                     surface.pushed_along.append(way)
+        self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
                 pair.law.separate(last)
@@ -203,6 +275,25 @@ class SurfacePairs:
             if id(surface) in forces:
                 surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
 
+    def _settle(self, touching: Sequence[Touch], dt: float, last: float) -> None:
+        """Find the forces of flat sides in rounds where bodies are in several such contacts, as in a stack."""
+        apart = [pair for pair in touching if pair.stops_apart]
+        for pair in apart:
+            if pair.law.stop is not None:
+                pair.law.stop.begin()
+        several = False
+        for surface in self.surfaces:
+            count = sum(surface in pair.surfaces for pair in apart)
+            surface.stops_at_once = count == len(surface.pushed_along)
+            several |= surface.rigid_mass < np.inf and count > 1 and surface.stops_at_once
+        for _ in range(ROUNDS if several else 0):
+            before = [surface.pushed.copy() for surface in self.surfaces]
+            for pair in apart:
+                pair.law.settle(pair.overlaps(), dt, last)
+            change = max(float(np.abs(s.pushed - old).max()) for s, old in zip(self.surfaces, before, strict=True))
+            if change <= SETTLED * max(float(np.abs(surface.pushed).max()) for surface in self.surfaces):
+                break
+
     def impulses(self) -> dict[str, np.ndarray]:
         """On the first body of each pair with a name over this step [N s], (3,)."""
         total: dict[str, np.ndarray] = {}
@@ -213,15 +304,15 @@ class SurfacePairs:
 
     def state_numbers(self) -> dict[str, object]:
         """What a checkpoint keeps."""
-        stops = [(pair.law.stop.damped, pair.law.stop.approach) for pair in self._pairs if pair.law.stop]
+        stops = [pair.law.stop.state_numbers() for pair in self._pairs if pair.law.stop]
         return {"energy": self.energy.state_numbers(), "stops": stops}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on from a checkpoint."""
         self.energy.restore(numbers["energy"])
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
-        for stop, (damped, approach) in zip(stops, numbers["stops"], strict=True):
-            stop.damped, stop.approach = damped, approach
+        for stop, kept in zip(stops, numbers["stops"], strict=True):
+            stop.restore(kept)
 
     def external_work(self) -> float:
         """What walls that move did over this step [J]."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import OverlapLaw
+from pellucid.contact.overlap import Overlap, OverlapLaw
 
 
 class Touch(ABC):
@@ -27,6 +27,15 @@ class Touch(ABC):
     @abstractmethod
     def way(self) -> np.ndarray:
         """The unit vector along which the overlap found pushes, (3,), either way."""
+
+    @abstractmethod
+    def overlaps(self) -> list[Overlap]:
+        """The overlaps found."""
+
+    @property
+    def stops_apart(self) -> bool:
+        """Whether all points found stop each by itself."""
+        return self.law.stop is not None and all(overlap.apart for overlap in self.overlaps())
 
     @abstractmethod
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:

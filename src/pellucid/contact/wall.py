@@ -59,6 +59,7 @@ class WallContact(Touch):
         sizes, facing = surface.weights(), np.ones(m)
         if not surface.two_sided:
             facing = -np.sum(described[id(surface)].normal[:m] * plane.normal, axis=1)
+            facing[m - surface.n_edge_points :] = 1.0
         depth = surface.half_width - plane.height(surface.place)
         # as beside another surface that is flat: sides of a body across the plane do not touch it
         counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
@@ -67,12 +68,18 @@ class WallContact(Touch):
             return False
         normal = np.broadcast_to(plane.normal, (len(at), 3))
         relative = surface.velocity[at] - plane.velocity
-        self._overlap = Overlap(surface, at, depth[at], normal, counts[at] * sizes[at], relative)
+        self._overlap = Overlap(
+            surface, at, depth[at], normal, counts[at] * sizes[at], relative, apart=surface.faces is not None
+        )
         return True
 
     def way(self) -> np.ndarray:
         """Its normal."""
         return self.plane.normal
+
+    def overlaps(self) -> list[Overlap]:
+        """That of the surface."""
+        return [] if self._overlap is None else [self._overlap]
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surface; last: length of the step before."""

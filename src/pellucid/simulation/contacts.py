@@ -8,6 +8,7 @@ from pellucid.conditions.contact import Contact
 from pellucid.conditions.symmetry import seams, symmetry_planes
 from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Seam
 from pellucid.contact.impulses import SLIP, STICK, Friction
 from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.pair import ContactPair
@@ -35,10 +36,11 @@ def contacts_of(
     """All that touches: velocity fields on the nodes, and surfaces of bodies and walls."""
     gravity, column = case.largest_gravity, layout.surface_contact
     surfaces = {} if column is None else _surfaces_of(case, built, column)
-    pairs, touching = _pairs_of(fields, built, case.contact, surfaces, gravity, case.time.courant)
+    ends = seams(case.grid) if surfaces else []
+    pairs, touching = _pairs_of(fields, built, case.contact, surfaces, gravity, case.time.courant, ends)
     planes = symmetry_planes(case.support, case.grid) if touching else []
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
-    surface_pairs = SurfacePairs([*touching, *walls], planes, seams(case.grid) if touching else [])
+    surface_pairs = SurfacePairs([*touching, *walls], planes, ends if touching else [])
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
@@ -76,11 +78,13 @@ def _pairs_of(
     surfaces: Surfaces,
     gravity: float,
     courant: float,
+    ends: Sequence[Seam],
 ) -> tuple[list[ContactPair], list[SurfacePair]]:
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
-    gravity: largest [m/s²]; courant: of the case. Two fields touch by their surfaces where all of their bodies have one that
-    serves, and not all are membranes, whose sides tell nothing of each other; else on the nodes of the grid.
+    gravity: largest [m/s²]; courant: of the case; ends: seams of a periodic grid. Two fields touch by their surfaces where all
+    of their bodies have one that serves, and not all are membranes, whose sides tell nothing of each other; else on the nodes
+    of the grid.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
@@ -96,7 +100,7 @@ def _pairs_of(
             and all(surface.is_hard or surface.serves_deformed for surface in known)
             and not all(surface.two_sided for surface in known)
         ):
-            touching += _surface_pairs(one.grid, found, contact, gravity, courant)
+            touching += _surface_pairs(one.grid, found, contact, gravity, courant, ends)
         else:
             met = {field: [met for body in bodies if (met := body.contact_body)] for field, bodies in members.items()}
             pairs.append(_pair((one, other), met, contact))
@@ -104,7 +108,12 @@ def _pairs_of(
 
 
 def _surface_pairs(
-    grid: Grid, found: Sequence[Sequence[ContactSurface | None]], contact: Contact | None, gravity: float, courant: float
+    grid: Grid,
+    found: Sequence[Sequence[ContactSurface | None]],
+    contact: Contact | None,
+    gravity: float,
+    courant: float,
+    ends: Sequence[Seam],
 ) -> list[SurfacePair]:
     friction, name = 0.0, None
     if contact is not None:
@@ -114,7 +123,7 @@ def _surface_pairs(
     for one, other in product(*found):
         if one is not None and other is not None:
             swing = swing_of(grid.lattice.cell, gravity, one.speed() + other.speed())
-            how = friction, dimension, grid.slice_thickness, courant, swing, name, grid.lattice.cell
+            how = friction, dimension, grid.slice_thickness, courant, swing, name, grid.lattice.cell, ends
             pairs.append(SurfacePair((one, other), *how))
     return pairs
 

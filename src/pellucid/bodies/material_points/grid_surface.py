@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy import uintp
 
+from pellucid.bodies.material_points.edge_points import EdgePoints
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.stencil import add_affine, gather, gather_gradient, stencil
@@ -73,7 +74,7 @@ class GridSurface(ContactSurface):
 
     arrays: of the material points of the body; mapped: of it; hosts: the number (`id`) of the material point to which each
     belongs, shape (m,); spacing: of the surface's points [m]; load: forces on the nodes, shape (nodes, 3), to which those on
-    the surface are added.
+    the surface are added. edges: points on the edges of a body that does not deform, the last ones, without area.
     """
 
     serves_deformed = True
@@ -89,17 +90,24 @@ class GridSurface(ContactSurface):
         spacing: float,
         load: Callable[[], np.ndarray],
         velocity: np.ndarray,
+        edges: EdgePoints | None = None,
     ) -> None:
         self._points, self._hosts, self._load, self._slabs = arrays, hosts, load, mapped.slabs
         self.place, self.area = place.copy(), area.copy()
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
         self._rests = False
         self.reach = np.full(len(place), WIDTHS * spacing)
-        self._weights = self.sizes()
+        self._weights, self._edge_normal = self.sizes(), np.zeros((0, 3))
+        if edges is not None:
+            self.n_edge_points = n = len(edges.place)
+            self._weights[len(place) - n :], self._edge_normal = edges.weight, edges.normal.copy()
+            if len(edges.face):
+                self.faces = np.where(edges.face < 0, -1, edges.face + len(place) - n)
+            self.thin_axis = np.array(edges.thin, float)
         self.find_hosts()
         self._host = arrays["position"][self._stored].copy()
-        normal = area / np.linalg.norm(area, axis=1, keepdims=True)
-        self._depth = np.sum((place - self._host) * normal, axis=1, keepdims=True)
+        size = np.linalg.norm(area, axis=1, keepdims=True)
+        self._depth = np.sum((place - self._host) * area / np.where(size > 0.0, size, 1.0), axis=1, keepdims=True)
         self._offset = place - self._above() - self._host
         nodes = mapped.nodes
         moved = MovedSurface(
@@ -130,6 +138,12 @@ class GridSurface(ContactSurface):
     def weights(self) -> np.ndarray:
         """The areas at the start [m²]."""
         return self._weights
+
+    def normals(self) -> np.ndarray:
+        """As for every surface, with those of the edges."""
+        normal = super().normals()
+        normal[len(normal) - self.n_edge_points :] = self._edge_normal
+        return normal
 
     def begin(self) -> None:
         """Put the points on the surface."""
@@ -165,6 +179,7 @@ class GridSurface(ContactSurface):
         arm = self._host + self._offset + self._above() - centre
         self._offset[...] = self._offset @ rotation.T
         self.area[...] = self.area @ rotation.T
+        self._edge_normal[...] = self._edge_normal @ rotation.T
         if dt > 0.0:
             self.velocity[...] = (new_centre - centre + arm @ rotation.T - arm) / dt
 
@@ -183,5 +198,6 @@ class GridSurface(ContactSurface):
             "velocity": self.velocity,
             "slip": self.slip,
             "weight": self._weights,
+            "edge_normal": self._edge_normal,
         }
         return {f"surface/{name}": array for name, array in own.items()}

@@ -11,6 +11,7 @@ from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
 from pellucid.bodies.initial.sine_wave import SineWave
 from pellucid.bodies.initial.state import Stress, add_initial_state, added_velocities, initial_velocity
+from pellucid.bodies.material_points.edge_points import EdgePoints, edge_points
 from pellucid.bodies.material_points.hydrostatic import Hydrostatic
 from pellucid.bodies.material_points.seeding import Seeds, Wanted, everywhere, points_along_axes, seed
 from pellucid.errors import CaseError, Problem
@@ -189,6 +190,17 @@ class SeededBody(DampedModel):
             within &= ~(ends & (np.abs(area[:, axis]) > 0.5 * np.linalg.norm(area, axis=1)))
         place[:, flat] = (0.5 * (low + high))[flat]
         return place[within], area[within]
+
+    def edge_points(self, grid: GridCase, side: float) -> EdgePoints:
+        """Return points on the sharp edges of a body that does not deform; side: area of its largest side [m²]."""
+        x, y, z = (not thin for thin in grid.thin())
+        others, spacing = self._left_out_in(grid), self.boundary_spacing(grid, hard=True)
+
+        def left_out(places: np.ndarray) -> np.ndarray:
+            return np.any([other.contains(places, (x, y, z)) for other in others], axis=0)
+
+        found = self.shape.geometry().sharp_edges((x, y, z), spacing)
+        return edge_points(found, grid, self.bounds(), spacing, side, left_out if others else None)
 
     def n_points(self, grid: GridCase | None) -> float:
         """Number of points, from the measure of the shape: good to a layer of points.

@@ -16,7 +16,15 @@ ABOUT = 12  # points by which a deformation gradient is fitted
 
 
 class RigidState(Protocol):
-    """A rigid body as a step begins."""
+    """A rigid body as a step begins: its centre of mass [m], what impulses change of its velocity along the axes [1/kg], (3,),
+    and angular impulses of its angular velocity [1/(kg m²)], (3, 3)."""
+
+    @property
+    def centre(self) -> np.ndarray: ...
+    @property
+    def per_mass(self) -> np.ndarray: ...
+    @property
+    def per_inertia(self) -> np.ndarray: ...
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
         """See `ContactSurface.mobility_along`."""
@@ -56,6 +64,13 @@ class RigidSurface(GridSurface):
         """That of the body as a whole."""
         return self._state.mobility_along(place, force)
 
+    def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Those of the body as a whole."""
+        sizes, axes = np.linalg.eigh(self._state.per_inertia)
+        about = np.cross(place - self._state.centre, force)
+        turned = np.einsum("ni,ij->nj", about, axes * np.sqrt(np.maximum(sizes, 0.0)))
+        return np.concatenate([np.sqrt(self._state.per_mass) * force, turned], axis=1)
+
     def turning(self, place: np.ndarray) -> np.ndarray:
         """By the rotation of the body."""
         return self._state.turning(place)
@@ -84,7 +99,11 @@ def surface_of(
     place, area = model.boundary(grid_case, hard)
     if not len(place):
         return None
-    spacing = model.boundary_spacing(grid_case, hard)
+    spacing, edges = model.boundary_spacing(grid_case, hard), None
+    if hard:
+        side = float(max(np.maximum(sign * area, 0.0).sum(axis=0).max() for sign in (1.0, -1.0)))
+        edges = model.edge_points(grid_case, side)
+        place, area = np.concatenate([place, edges.place]), np.concatenate([area, np.zeros_like(edges.place)])
     numbers = arrays["id"]
     begun = arrays["position"] if first is None else first[numbers]
     tree = cKDTree(begun)
@@ -94,9 +113,14 @@ def surface_of(
     else:
         velocity = arrays["velocity"][nearest]
     if first is not None:
-        place, area = carried(place, area, nearest, tree, arrays["position"])
+        n = 0 if edges is None else len(edges.place)
+        ways = area if edges is None else np.concatenate([area[: len(area) - n], edges.normal])
+        place, ways = carried(place, ways, nearest, tree, arrays["position"])
+        area = np.where(np.arange(len(area))[:, None] < len(area) - n, ways, 0.0)
+        if edges is not None:
+            edges = edges._replace(normal=ways[len(area) - n :])
     kind = RigidSurface if rigid else GridSurface
-    surface = kind(arrays, mapped, numbers[nearest], place, area, spacing, load, velocity)
+    surface = kind(arrays, mapped, numbers[nearest], place, area, spacing, load, velocity, edges)
     surface.is_hard = hard
     surface.rate = model.wave_speeds()[0] / grid_case.cell
     surface.mass_per_area = model.material.density * grid_case.cell

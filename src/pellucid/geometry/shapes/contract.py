@@ -4,6 +4,7 @@ from abc import abstractmethod
 
 import numpy as np
 
+from pellucid.geometry.shapes.sharp_edges import SharpEdges, no_edges
 from pellucid.model import Model
 
 AXES = ("x", "y", "z")
@@ -36,6 +37,10 @@ class Geometry(Model):
         for a box exact, is what the corners of its bounds give."""
         lower, upper = self.bounds()
         return float(np.maximum(lower * direction, upper * direction).sum())
+
+    def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
+        """Return its sharp edges and corners; `spacing` [m]: longest chord of one that is curved."""
+        return no_edges()
 
     def in_own_frame(self, points: np.ndarray) -> tuple["Geometry", np.ndarray]:
         """The shape as it was before it was turned, and points [m], shape (n, 3), turned back with it."""

@@ -5,6 +5,7 @@ from typing import Literal
 import numpy as np
 
 from pellucid.geometry.shapes.contract import AXES, ActiveAxes
+from pellucid.geometry.shapes.sharp_edges import SharpEdges, edges_of_rims, no_edges
 from pellucid.geometry.shapes.solids import Centred, Cylinder, Sphere
 from pellucid.model import AtLeastOne, AtLeastThree, Vector, check, parameter
 
@@ -84,6 +85,15 @@ class Pipe(Hollow):
         across = sum(active[a] for a in range(3) if a != along)
         section = (0.0, 2.0, np.pi)[across] * (self.outer_radius**across - self.inner_radius**across)
         return float(section * (self.height if active[along] else 1.0))
+
+    def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
+        along = AXES.index(self.axis)
+        if not all(active):  # in a section across, the walls of the pipe are known by the points of their surface
+            return no_edges()
+        half = 0.5 * self.height * np.eye(3)[along]
+        radii = (self.outer_radius, -self.inner_radius)
+        ends = [(self.centre() + sign * half, radius, sign) for sign in (-1.0, 1.0) for radius in radii]
+        return edges_of_rims(ends, along, spacing)
 
     def n_own_points(self) -> int | None:
         """The product of `points`."""

@@ -4,6 +4,7 @@ import numpy as np
 
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.geometry.shapes.rotation import Rotations, Turn, turn_about
+from pellucid.geometry.shapes.sharp_edges import SharpEdges
 from pellucid.model import parameter
 
 
@@ -36,6 +37,12 @@ class Rotated(Geometry):
     def centre(self) -> np.ndarray:
         """Where the shape's centre comes to [m], shape (3,)."""
         return self.turn.after
+
+    def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
+        turn, own = self.turn, self.shape.sharp_edges(active, spacing)
+        return own._replace(
+            corner=turn.forth(own.corner), corner_normal=turn.along(own.corner_normal), edge_normal=turn.along(own.edge_normal)
+        )
 
     def in_own_frame(self, points: np.ndarray) -> tuple[Geometry, np.ndarray]:
         """See `Geometry`."""

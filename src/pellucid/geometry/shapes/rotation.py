@@ -53,6 +53,10 @@ class Turn(NamedTuple):
         """Where points [m], shape (n, 3), come to."""
         return self.after + _product(points - self.before, self.matrix)
 
+    def along(self, vectors: np.ndarray) -> np.ndarray:
+        """Vectors of the shape, shape (n, 3), turned."""
+        return _product(vectors, self.matrix)
+
     def back(self, points: np.ndarray) -> np.ndarray:
         """Where points [m], shape (n, 3), come from."""
         return self.before + _product(points - self.after, self.matrix.T)

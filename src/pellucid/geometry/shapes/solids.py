@@ -5,6 +5,7 @@ from typing import Literal
 import numpy as np
 
 from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
+from pellucid.geometry.shapes.sharp_edges import SharpEdges, edges_of_box, edges_of_rectangle, edges_of_rims, no_edges
 from pellucid.model import Vector, parameter
 
 
@@ -26,6 +27,11 @@ class Box(Geometry):
         """Length, area or volume over the active axes."""
         lower, upper = self.bounds()
         return float(np.prod((upper - lower)[np.array(active)]))
+
+    def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
+        if sum(active) < 2:
+            return no_edges()
+        return edges_of_box(*self.bounds()) if all(active) else edges_of_rectangle(*self.bounds(), active.index(False))
 
 
 class Centred(Geometry):
@@ -89,3 +95,13 @@ class Cylinder(Centred):
         across = sum(active[a] for a in range(3) if a != along)
         section = (1.0, 2.0 * self.radius, np.pi * self.radius**2)[across]
         return float(section * (self.height if active[along] else 1.0))
+
+    def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
+        along, thin = AXES.index(self.axis), [axis for axis in range(3) if not active[axis]]
+        if len(thin) > 1 or thin == [along]:
+            return no_edges()
+        if thin:
+            return edges_of_rectangle(*self.bounds(), thin[0])
+        half = 0.5 * self.height * np.eye(3)[along]
+        ends = [(self.centre() + sign * half, self.radius, sign) for sign in (-1.0, 1.0)]
+        return edges_of_rims(ends, along, spacing)

@@ -7,6 +7,7 @@ from pellucid.geometry.algorithms.enclosure import enclosed_volume, inside
 from pellucid.geometry.checks.surface_checks import faults
 from pellucid.geometry.meshes.triangulation import Triangulation, bounding_box
 from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
+from pellucid.geometry.shapes.sharp_edges import SharpEdges, edges_of_triangles
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.model import parameter
 
@@ -36,6 +37,9 @@ class Inside(Geometry):
     def measure(self, active: ActiveAxes) -> float:
         """The enclosed volume [m³], exact for the triangles."""
         return enclosed_volume(*self.surface.triangulate())
+
+    def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
+        return edges_of_triangles(self.surface.triangulate())
 
 
 def closed_triangles(surface: Surface) -> Triangulation:

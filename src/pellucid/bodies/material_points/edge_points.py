@@ -1,0 +1,93 @@
+"""Points on the sharp edges and corners of a body that does not deform, by which it bears on others there.
+
+The points of a face lie half a spacing within its edges. Alone, they would let a block tip about a line within it. So the edges
+have points of their own: one at each corner, and a row along each edge from end to end. All of them together are half as large
+again as a box that lies on one of its sides needs to bear on its rim as much as on the rest of that side.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.geometry.shapes.boundary_points import Contains
+from pellucid.geometry.shapes.sharp_edges import SharpEdges
+from pellucid.grid.model import GridCase
+
+CORNER, EDGE = 0.125, 0.125
+"""Area of a corner over that of a side of the body; area of an edge over its length times the root of the area of a side. The
+corners and edges of a square together bear as much as the square."""
+IN_PLANE = 0.5  # area of a corner in a plane over that of a side
+ON_A_FACE = 1e-6  # of a cell, by which a point may lie off a face of the grid
+
+
+class EdgePoints(NamedTuple):
+    """n points on the edges of a body, the c corners of its `SharpEdges` first.
+
+    Attributes
+    ----------
+    place, normal : ndarray, shape (n, 3)
+        Places at the start [m] and unit means of the outward normals about them.
+    weight : ndarray, shape (n,)
+        Areas by which they count in forces [m²]; zero for corners that bear nothing, which tell places of planes alone.
+    face : ndarray, shape (k, 3)
+        See `SharpEdges.face`.
+    thin : tuple of bool
+        Axes that are one cell thick.
+    """
+
+    place: np.ndarray
+    normal: np.ndarray
+    weight: np.ndarray
+    face: np.ndarray
+    thin: tuple[bool, bool, bool]
+
+
+def edge_points(
+    found: SharpEdges,
+    grid: GridCase,
+    bounds: tuple[np.ndarray, np.ndarray],
+    spacing: float,
+    side: float,
+    left_out: Contains | None,
+) -> EdgePoints:
+    """Return points at most a spacing [m] apart on the edges of a body within the grid.
+
+    bounds: of the body [m]; side: area of its largest side [m²]; left_out: which places, shape (n, 3), other bodies take out of
+    its shape.
+    """
+    thin, periodic = np.array(grid.thin()), np.array(grid.is_periodic())
+    low, high = np.array(grid.lower, float), np.array(grid.extent_upper(), float)
+    goes_on = periodic & (bounds[1] - bounds[0] > (1.0 - ON_A_FACE) * (high - low))  # across the seam, where it has no end
+    ends = np.stack([np.where(goes_on, bounds[0], low), np.where(goes_on, bounds[1], high)])
+    counts = ~thin & (~periodic | goes_on)
+    slack = ON_A_FACE * grid.cell
+
+    def is_out(places: np.ndarray) -> np.ndarray:
+        out = (((places < ends[0] - slack) | (places > ends[1] + slack)) & counts).any(axis=1)
+        return out if left_out is None else out | left_out(places)
+
+    def on_faces(places: np.ndarray) -> np.ndarray:
+        """Return on which faces of the grid places lie, shape (n, 2, 3)."""
+        return (np.abs(places[:, None] - ends) < slack) & counts
+
+    bears = ~is_out(found.corner) & ~on_faces(found.corner).any(axis=(1, 2)) & np.any(found.corner_normal, axis=1)
+    corner_weight = bears * side * (CORNER if len(found.edge) else IN_PLANE)
+    places, normals, weights = [found.corner], [found.corner_normal], [corner_weight]
+    for corners, normal in zip(found.edge, found.edge_normal, strict=True):
+        first, last = found.corner[corners]
+        if on_faces(found.corner[corners]).all(axis=0).any():
+            continue  # in a face of the grid, beyond which the body goes on or nothing is
+        length = float(np.linalg.norm(last - first))
+        n = max(1, int(np.ceil(length / spacing * (1.0 - 1e-9))))
+        along = first + np.linspace(0.0, 1.0, n + 1)[:, None] * (last - first)
+        share = np.full(n + 1, 1.0 / n)
+        share[[0, -1]] *= 0.5
+        kept = ~is_out(along)
+        places.append(along[kept])
+        normals.append(np.tile(normal, (int(np.count_nonzero(kept)), 1)))
+        weights.append(EDGE * np.sqrt(side) * length * share[kept])
+    place = np.concatenate(places)
+    place[:, thin] = (0.5 * (low + high))[thin]
+    faces = [face for face in found.face if not on_faces(found.corner[face[face >= 0]]).all(axis=0).any()]
+    face = np.array(faces if left_out is None else [], int).reshape(-1, 3)
+    return EdgePoints(place, np.concatenate(normals), np.concatenate(weights), face, grid.thin())
