@@ -5,7 +5,6 @@ from math import sqrt
 import numpy as np
 
 from pellucid.bodies.membrane_elements.mesh import hinges_of
-from pellucid.bodies.membranes.plate_operators import build_plate_operators, no_supports
 from pellucid.geometry.algorithms.lids import rims_of
 
 
@@ -18,6 +17,8 @@ def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, 
     """
     n, hinges = len(position), hinges_of(triangles)
     if len(rims_of(triangles).edges):
+        from pellucid.bodies.membranes.plate_operators import build_plate_operators, no_supports  # imports scipy
+
         supports = no_supports(len(triangles), n)
         operators = build_plate_operators(triangles, position, rigidity, poisson_ratio, supports)
         return operators.rate(position, mass, supports.fixed)
