@@ -148,3 +148,11 @@ class Grid:
         s = self.lattice.strides
         position = np.stack((i, j, k), axis=1) * self.lattice.cell + np.array(self.lattice.lower)
         return i * s[0] + j * s[1] + k * s[2], position
+
+    def find_positions(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the positions [m], shape (m, 3), of nodes within the walls by their indices, shape (m,)."""
+        lattice, place, rest = self.lattice, np.empty((len(nodes), 3)), nodes
+        for axis in [lattice.slab_axis, *(axis for axis in range(3) if axis != lattice.slab_axis)]:  # as they are stored
+            number, rest = np.divmod(rest, lattice.strides[axis])
+            place[:, axis] = number * lattice.cell + lattice.lower[axis]
+        return place

@@ -93,9 +93,6 @@ class RigidNodes:
         self._density = float(np.sum(arrays["mass"]) / np.sum(arrays["volume"]))
         self._sums = with_memory(allocate(BodySums, 0), grid.n_nodes, *wanted)
         self._clear = Clearing(STEP, grid.rows, self._sums)
-        index, position = grid.where()
-        self._place = np.zeros((grid.n_nodes, 3))
-        self._place[index] = position
         self.led_impulse = np.zeros(6)
         """What the nodes take that neither forces nor walls give: of the numbers that are prescribed, what leads them."""
 
@@ -224,7 +221,7 @@ class RigidNodes:
 
     def _arms(self, centre: np.ndarray) -> np.ndarray:
         """From the centre of the body to the nodes, shape (n, 3) [m]; on a periodic grid to their images at its points."""
-        arms = self._place[self._at] - centre
+        arms = self._field.grid.find_positions(self._at) - centre
         if (periods := self._periods).any():
             middle = self._of(self._sums.body_moment) / self._share[:, None]
             arms += periods * np.round((middle - arms) / np.where(periods > 0.0, periods, np.inf))
