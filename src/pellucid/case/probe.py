@@ -178,10 +178,8 @@ class Probe(Part):
             raise ValueError("a probe needs the name of a `body`, or for a reaction that of a `condition`, and not both")
         if self.carried and (self.quantity, self.reduce) != ("position", "point"):
             raise ValueError('`carried` belongs to `quantity = "position"` with `reduce = "point"`')
-        if self.carried and (self.component is None or self.change):
-            raise ValueError(
-                "`carried` needs a `component`, x, y or z; the change is the same with and without it: leave it out"
-            )
+        if self.carried and self.component is None:
+            raise ValueError("`carried` needs a `component`, x, y or z")
 
     @property
     def unit(self) -> str:

@@ -105,11 +105,25 @@ def test_follows_the_point_that_was_nearest_at_the_start():
 
 def test_carries_a_place_where_no_point_lies():
     body = Body()
-    reader = ProbeReader([probe("position", "point", "x", at=(1.1, 0.2, 0.0), carried=True)])
+    where = probe("position", "point", "x", at=(1.1, 0.2, 0.0), carried=True)
+    reader = ProbeReader([where, where.model_copy(update={"name": "way", "change": True})])
     reader.start([body])
-    assert reader.read([body], {}, 0.0) == pytest.approx([1.1], rel=1e-15)
+    assert reader.read([body], {}, 0.0) == pytest.approx([1.1, 0.0], rel=1e-15)
     body.fields["position"] = body.fields["position"] + np.where(body.fields["id"] == 0, -0.5, 0.25)[:, None]
-    assert reader.read([body], {}, 1.0) == pytest.approx([0.6], rel=1e-15)
+    assert reader.read([body], {}, 1.0) == pytest.approx([0.6, -0.5], rel=1e-15)
+
+
+def test_carries_the_corner_of_a_rigid_body_by_its_rotation():
+    """The point nearest to the corner moves otherwise than the corner: a quarter of a turn about the middle."""
+    body = Body()
+    start = np.array([(0.25, 0.25, 0.0), (0.75, 0.25, 0.0), (0.25, 0.75, 0.0), (0.75, 0.75, 0.0)])
+    turned = np.stack([0.5 - (start[:, 1] - 0.5), 0.5 + (start[:, 0] - 0.5), start[:, 2]], axis=1)
+    body.fields |= {"position": start, "id": np.arange(4)}
+    body.arrays = {"start": start, "position": turned, "angle": np.zeros((4, 3))}
+    corner = probe("position", "point", "x", at=(1.0, 0.0, 0.0), carried=True)
+    reader = ProbeReader([corner, corner.model_copy(update={"name": "way", "component": "y", "change": True})])
+    reader.start([body])
+    assert reader.read([body], {}, 0.0) == pytest.approx([1.0, 1.0], abs=1e-14)
 
 
 def test_a_reaction_is_the_mean_force_since_the_row_before():

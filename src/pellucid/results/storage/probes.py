@@ -45,7 +45,7 @@ class ProbeReader:
                 self._followed[probe.name] = int(field("id")[_nearest(field, probe.at, self._periods)])
             if probe.change:
                 self._initial[probe.name] = self._value(probe, field)
-            if probe.carried:
+            elif probe.carried:
                 begun = float(scalar(np.array([probe.at]), probe.component)[0])
                 self._initial[probe.name] = self._value(probe, field) - begun
 
@@ -66,8 +66,10 @@ class ProbeReader:
                 of, before = (turning, self._turning) if probe.quantity == "torque" else (impulses, self._impulses)
                 values.append(self._reaction(probe, of, before, time))
             elif probe.carried and probe.at is not None and (arrays := _rigid_arrays(bodies, probe.body)) is not None:
-                place = carried_by(arrays["start"], arrays["position"], np.array(probe.at))
-                values.append(float(scalar(place[None], probe.component)[0]))
+                begun = np.array(probe.at)
+                place = carried_by(arrays["start"], arrays["position"], begun)
+                moved = place - begun if probe.change else place
+                values.append(float(scalar(moved[None], probe.component)[0]))
             else:
                 values.append(self._value(probe, fetch(probe)) - self._initial.get(probe.name, 0.0))
         self.count_from(impulses, time, turning)
