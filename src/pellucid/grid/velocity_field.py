@@ -131,6 +131,7 @@ class VelocityField:
     def advance(self, dt: float, counted: bool = False) -> None:
         """Advance the momentum of the nodes without contact and impulses of conditions; counted: whether these give none."""
         self._given: list[tuple[np.ndarray, int, float]] = []
+        self._moved: list[np.ndarray] = []
         self.pressed = False
         self._momentum.advance(dt, counted)
 
@@ -143,6 +144,10 @@ class VelocityField:
         if self._momentum.is_counted:
             raise ValueError("impulses are given in `act_on_nodes` alone, before the works of the step are counted")
         self._given.append((add_impulses(self.grid.nodes, self.external, impulse), column, sign))
+
+    def strain_as_moved(self, node: np.ndarray) -> None:
+        """Let these nodes strain points in this step by the velocities that they moved with."""
+        self._moved.append(node)
 
     def works(self, dt: float) -> StepWork | None:
         """Works and impulses of the step dt [s] when its last impulse was given, but for those of contact. The momentum is zero
@@ -199,6 +204,10 @@ class VelocityField:
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
         """Nodal velocities of the momentum mapped last; see `NodalMomentum.project`."""
+        if dt is not None:
+            nodes = self.grid.nodes
+            for node in self._moved:
+                nodes.momentum[node] = nodes.mass[node, None] * nodes.velocity[node]
         self._momentum.project(dt, counted)
 
     def load_row(self, row: int) -> np.ndarray:

@@ -20,10 +20,12 @@ from pellucid.conditions.rigid.kinematics import (
 )
 from pellucid.conditions.rigid.leads import Leads
 from pellucid.conditions.rigid.motions import RigidMotions, RigidWalls, Wall
+from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.conditions.rigid.nodes import RigidNodes
 from pellucid.energy import CONTACT, IMPACT, MOTION, SUPPORT, StepWork, total_work
 from pellucid.grid.passes.moving import move_points, moving
 from pellucid.grid.points import FIELD_ENERGY
+from pellucid.grid.velocity_transfer import Apic
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.parts.capabilities import CarriesRotation, SpreadsPoints
@@ -74,8 +76,11 @@ class RigidBody:
         self._free_turns = [axis for axis in self._turns if not leads.led[3 + axis]]
         self.velocity_field: VelocityField | None = member.velocity_field
         before = [other.nodes for other in earlier if other.velocity_field is self.velocity_field]
-        flip = member.body.transfer.flip
-        self.nodes: RigidNodes = RigidNodes(points, member.body.arrays, actions, self._walls, alone, flip, before)
+        transfer = member.body.transfer
+        # points without affine velocity fields cannot carry the velocity of a shear flow to a node beyond the surface
+        no_slip = None if alone or not isinstance(transfer, Apic) else NoSlip(actions.field.grid)
+        how = self._walls, alone, transfer.flip, before, no_slip
+        self.nodes: RigidNodes = RigidNodes(points, member.body.arrays, actions, *how)
         self._dt = self._loss = self.mixing = self.own_energy = 0.0
         self._pushes: list[tuple[Wall, float]] = []
         self._centre, self._velocity, self._turn = np.zeros(3), np.zeros(3), np.zeros(3)

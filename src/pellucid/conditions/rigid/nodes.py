@@ -15,6 +15,12 @@ outside its surface. The functions of its points reach up to 1.5 cells farther, 
 nodes, the outer ones, have φ_I = 0 and go on with the velocity of the other bodies; forces on the share m°_I of their mass act
 on the body, Q = Σ m°_I R_Iᵀ Δv_I.
 
+No slip on the surface itself, with APIC (`pellucid.conditions.rigid.no_slip`): the other bodies at an inner node have the
+velocity R_I u + δ_I. The node gets the momentum m°_I δ_I when the step begins, and gives it back when the body takes its share.
+Outer nodes follow R_I u + δ_I along the surface, with φ_I as above; their motion along the normal stays free. Where an earlier
+rigid body reaches the node as well, there is no δ. MUSL maps the momentum again and would mix both velocities of a node: the
+nodes that the body shares strain the points by the velocities that they moved with.
+
 Momentum and angular momentum: the impulses J_I = φ_I m_I (R_I u - v_I) act on the body where they act on the node, with the
 lever arm x_I - c. The inner nodes have the inertia Σ m°_I R_Iᵀ R_I of the body, which is not its own, K: functions spread the
 mass of a point, and outer nodes have some. E = K - Σ m°_I R_Iᵀ R_I makes up for it, so that
@@ -32,6 +38,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from pellucid.conditions.rigid.motions import SMALL, RigidMotions, RigidWalls, inertia_at
+from pellucid.conditions.rigid.no_slip import NoSlip
 from pellucid.contact.contact_body import ContactBody
 from pellucid.energy import IMPACT, SUPPORT, StepWork
 from pellucid.grid.actions import NodalActions
@@ -71,7 +78,8 @@ class RigidNodes:
     """The nodes of a velocity field that a rigid body reaches.
 
     arrays: of the body; alone: whether no other body is in its velocity field; flip: share of FLIP in the transfer;
-    earlier: those of the bodies in its field that act before it in a step.
+    earlier: those of the bodies in its field that act before it in a step; no_slip: finds how a fluid moves near the surface,
+    None where the points of the field have no affine velocity fields.
     """
 
     def __init__(
@@ -83,6 +91,7 @@ class RigidNodes:
         alone: bool,
         flip: float,
         earlier: "Sequence[RigidNodes]",
+        no_slip: NoSlip | None,
     ) -> None:
         self._earlier = earlier
         self._body, self._arrays, self._actions, self._walls, self._alone = body, arrays, actions, walls, alone
@@ -92,6 +101,7 @@ class RigidNodes:
         wanted = ("body_moment",) * any(grid.periodic) + ("body_mass",) * (not alone)
         self._density = float(np.sum(arrays["mass"]) / np.sum(arrays["volume"]))
         self._sums = with_memory(allocate(BodySums, 0), grid.n_nodes, *wanted)
+        self._no_slip = no_slip
         self._clear = Clearing(STEP, grid.rows, self._sums)
         self.led_impulse = np.zeros(6)
         """What the nodes take that neither forces nor walls give: of the numbers that are prescribed, what leads them."""
@@ -114,6 +124,8 @@ class RigidNodes:
         self._find_nodes(centre, arm, motions)
         velocity = self._of(self._nodes.velocity)
         self._impulse = self._to_rigid(velocity)
+        if self._no_slip is not None:
+            self._field.strain_as_moved(self._at[self._shared.any(axis=1)])
         if np.abs(self._impulse).max(initial=0.0) <= ROUNDING * np.abs(self._weight * velocity).max(initial=0.0):
             self._impulse[:] = 0.0
         else:
@@ -126,14 +138,16 @@ class RigidNodes:
         velocity, increment = self._of(nodes.velocity), self._of(nodes.velocity_increment)
         old, pic = velocity - increment, np.where(self._shared, 1.0, 1.0 - self._flip)
         rigid = np.where(self._outer, self._base, self._motions @ u)
-        change = np.einsum("kd,kdi->i", np.where(self._outer, 0.0, m * (increment + pic * (old - rigid))), self._motions)
+        change = np.einsum(
+            "kd,kdi->i", np.where(self._outer, 0.0, m * (increment - self._slip + pic * (old - rigid))), self._motions
+        )
         # bodies that act later may have changed what forces gave outer nodes
         gained = np.where(self._outer, m * (velocity - self._base), 0.0)
         change += self._lacking @ (self._motion - u) + np.einsum("kd,kdi->i", gained, self._motions) - self._from_outer
         momentum = self._inertia @ u + change
         after = motions.natural(self._inertia, momentum)
         squares = 0.5 * np.sum(increment * increment, axis=1)
-        of_shared = (velocity - rigid) * (velocity - 0.5 * increment)
+        of_shared = (velocity - self._slip - rigid) * (velocity - 0.5 * increment)
         of_others = increment * (rigid + 0.5 * increment) - pic * (rigid - old) * velocity
         power = np.sum(np.where(self._shared, of_shared, of_others), axis=1)
         won = 0.5 * float(after @ self._inertia @ after - u @ self._inertia @ u)
@@ -185,22 +199,27 @@ class RigidNodes:
         self._motions = motions.at(self._arms(centre))
         filled = self._share / (self._density * self._field.grid.cell_volume)
         self._outer = (filled < FILLED_HALF_A_CELL_OUTSIDE[self._field.grid.case.functions])[:, None] & (not self._alone)
-        self._part_from_others()
-        self._weight = np.minimum(1.0, self._share[:, None] / (FULL_DRIVE_FRACTION * self._m)) * (free & ~self._outer) * self._m
+        self._goal, self._slip, self._normal, follows = (np.zeros((len(self._at), n)) for n in (3, 3, 3, 1))
+        self._part_from_others(centre, motions, follows)
+        follows = np.where(self._outer, follows, 1.0)
+        self._weight = np.minimum(1.0, self._share[:, None] / (FULL_DRIVE_FRACTION * self._m)) * free * follows * self._m
+        self._kept = np.where(self._outer, 1.0 - self._share[:, None] / self._m, 1.0)
         clamped = (constrained > 0) & (self._actions.supports.mirror[constrained - 1] == 0)
         self._clamped = [(int(constrained[k, d]) - 1, int(k), int(d)) for k, d in np.argwhere(clamped)]
         self._hold = HOLD * float(self._weight.sum())
         self._find_inertia(motions, clamped)
 
-    def _part_from_others(self) -> None:
+    def _part_from_others(self, centre: np.ndarray, motions: RigidMotions, follows: np.ndarray) -> None:
         """Take increments from what the other bodies at a node had, and let outer nodes go on as these, whatever momentum the
-        body gave them."""
+        body gave them. Find how the fluid moves near the surface, and into `follows` how far outer nodes keep to that."""
         nodes, at, mass = self._nodes, self._at, self._m[:, 0].copy()
         self._base = self._of(nodes.velocity) - self._of(nodes.velocity_increment)
         common = [(np.isin(at, other._at), np.isin(other._at, at), other) for other in self._earlier]
+        apart_from_rigid = np.ones(len(at), bool)
         bound = np.zeros(len(at))  # mass of bodies that move with the node
         for here, there, other in common:
             mass[here] -= other._share[there]
+            apart_from_rigid[here] = False
             bound[here] += np.where(other._outer[there, 0], 0.0, other._share[there])
         others = mass - self._share
         self._shared = shared = (others > LEAST_OTHERS * self._m[:, 0])[:, None] & self._free
@@ -214,10 +233,37 @@ class RigidNodes:
         for here, there, other in common:
             other._base[there] += np.where(other._outer[there], moved[here], 0.0)
         moved *= 1.0 - bound[:, None] / self._m
+        self._find_slip(centre, motions, (shared | np.array(self._field.grid.thin)).all(axis=1) & apart_from_rigid, follows)
+        moved += self._share[:, None] / self._m * self._slip
         nodes.velocity[at] += moved
         nodes.strain_velocity[at] += moved
         nodes.velocity_increment[at] += moved - apart
         nodes.momentum[at] += self._m * apart
+
+    def _find_slip(self, centre: np.ndarray, motions: RigidMotions, chosen: np.ndarray, follows: np.ndarray) -> None:
+        """Find velocities relative to the body at chosen nodes with which the fluid does not slip on its surface."""
+        no_slip, near = self._no_slip, np.flatnonzero(chosen)
+        if no_slip is None or not len(near):
+            return
+        nodes, at = self._nodes, self._at
+        mass = domain.of_nodes(nodes.mass)
+        velocity = domain.of_nodes(np.where(nodes.mass[:, None] > MASS_EPS, nodes.velocity - nodes.velocity_increment, 0.0))
+        velocity[at] = self._base
+        filled = domain.of_nodes(self._sums.body_mass)[:, 0] / (self._density * self._field.grid.cell_volume)
+        surface = no_slip.find_surface(filled, self._place[at[near]])
+        relative, known = [], []
+        for height in no_slip.heights:
+            out = (height - surface.distance)[:, None] * surface.normal
+            there, is_known = no_slip.sample(velocity, mass, self._place[at[near]] + out)
+            relative.append(there - motions.at(self._arms(centre)[near] + out) @ self._before)
+            known.append(is_known)
+        certainty = np.where(known[0], surface.certainty, 0.0)
+        goal = no_slip.continue_profile(surface._replace(certainty=certainty), relative[0], relative[1], known[1])
+        outer = self._outer[near, 0]
+        self._goal[near] = goal
+        self._slip[near] = np.where(outer[:, None], 0.0, goal)
+        self._normal[near] = np.where(outer[:, None], surface.normal, 0.0)
+        follows[near, 0] = np.where(outer, certainty, 1.0)
 
     def _arms(self, centre: np.ndarray) -> np.ndarray:
         """From the centre of the body to the nodes, shape (n, 3) [m]; on a periodic grid to their images at its points."""
@@ -231,7 +277,9 @@ class RigidNodes:
         """What the nodes have of the inertia, and what E takes off; nothing where supports leave too little of it."""
         inner = np.where(self._outer, 0.0, self._share[:, None]) * np.ones(3)
         self._lack = self._lacking = self._inertia - inertia_at(inner, self._motions)
-        of_nodes, mass = inertia_at(self._weight + self._hold * clamped, self._motions), float(self._weight.sum())
+        of_nodes, mass = inertia_at(self._kept * self._weight + self._hold * clamped, self._motions), float(self._weight.sum())
+        across = np.einsum("kd,kdi->ki", self._normal * (self._weight > 0.0), self._motions)
+        of_nodes -= np.einsum("k,ki,kj->ij", np.max(self._kept * self._weight, axis=1), across, across)
         left = of_nodes + self._lack - LEAST_SHARE * self._inertia
         if np.linalg.eigvalsh(left).min() < -SMALL * (mass + self._hold * clamped.any()):
             self._lacking = np.zeros((6, 6))
@@ -240,7 +288,8 @@ class RigidNodes:
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:
         """Impulses after which nodes with these velocities, shape (n, 3), move as the body."""
         goals, given = self._actions.supports.velocity, self._given
-        momentum = self._push + np.einsum("kd,kdi->i", self._weight * (velocity - self._motions @ given), self._motions)
+        lacks = self._kept * self._along(velocity - self._goal - self._motions @ given)
+        momentum = self._push + np.einsum("kd,kdi->i", lacks, self._motions)
         for row, k, d in self._clamped:
             momentum += self._hold * (goals[row, d] - self._motions[k, d] @ given) * self._motions[k, d]
         gained = np.where(self._outer, self._share[:, None] * (velocity - self._base), 0.0)
@@ -249,7 +298,9 @@ class RigidNodes:
         kept = self._walls.keep_inside(given + self._roots @ (self._roots.T @ momentum), self._roots)
         self._motion = motion = kept.motion
         self._reactions = [(wall.row, wall.axis, push) for wall, push in kept.impulses]
-        impulse = self._weight * (self._motions @ motion - velocity)
+        impulse = self._along(self._motions @ motion + self._goal - velocity)
+        # outer nodes give the body its share of what they take
+        self._from_outer += np.einsum("kd,kdi->i", (1.0 - self._kept) * impulse, self._motions)
         self.led_impulse = np.einsum("kd,kdi->i", impulse, self._motions) - self._push - kept.given
         self._beside = self._lacking @ (motion - self._before) - self._from_outer
         self.led_impulse += self._beside
@@ -258,6 +309,12 @@ class RigidNodes:
             self._reactions.append((row, d, held))
             self.led_impulse -= held * self._motions[k, d]
         return np.asarray(impulse)
+
+    def _along(self, velocity: np.ndarray) -> np.ndarray:
+        """The momentum with which nodes follow these velocities, shape (n, 3): outer ones along the surface alone."""
+        free = self._weight > 0.0
+        across = np.sum(self._normal * free * velocity, axis=1)[:, None] * self._normal
+        return np.asarray(self._weight * (velocity - across))
 
     def _pushed(self) -> np.ndarray:
         """Velocities of the nodes with the contact impulses so far, as if each node moved alone."""
