@@ -250,11 +250,12 @@ class RigidNodes:
         velocity = domain.of_nodes(np.where(nodes.mass[:, None] > MASS_EPS, nodes.velocity - nodes.velocity_increment, 0.0))
         velocity[at] = self._base
         filled = domain.of_nodes(self._sums.body_mass)[:, 0] / (self._density * self._field.grid.cell_volume)
-        surface = no_slip.find_surface(filled, self._place[at[near]])
+        place = self._field.grid.find_positions(at[near])
+        surface = no_slip.find_surface(filled, place)
         relative, known = [], []
         for height in no_slip.heights:
             out = (height - surface.distance)[:, None] * surface.normal
-            there, is_known = no_slip.sample(velocity, mass, self._place[at[near]] + out)
+            there, is_known = no_slip.sample(velocity, mass, place + out)
             relative.append(there - motions.at(self._arms(centre)[near] + out) @ self._before)
             known.append(is_known)
         certainty = np.where(known[0], surface.certainty, 0.0)
