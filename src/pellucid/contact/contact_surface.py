@@ -48,7 +48,7 @@ class ContactSurface(ABC):
     thin_axis: np.ndarray
     """Unit vector of the axis that is thin in a plane, (3,); for planes of `faces` there."""
     stops_at_once = False
-    """Whether all that a rigid body touches in this step stops it point by point, so that their forces follow together."""
+    """Whether all contacts of a rigid body use one damper for each point in this step, so that they are solved together."""
     pushed: np.ndarray
     """What such contacts do to it in this step besides what it bore before, in the terms of `mobility_rows`, (6,)."""
     drag: np.ndarray | None = None

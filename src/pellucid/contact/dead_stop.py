@@ -100,7 +100,7 @@ class DeadStop:
         stiffness: Sequence[np.ndarray],
         dt: float,
     ) -> float:
-        """The force of a damper on the mean approach, weighted by the pressures."""
+        """Return the force of a damper on the mean approach, weighted by the pressures [N]."""
         self._speeds = []
         if total <= 0.0:
             return 0.0
@@ -203,7 +203,7 @@ class DeadStop:
     def taken_apart(
         self, overlaps: "Sequence[Overlap]", given: Sequence[np.ndarray], pressed: Sequence[np.ndarray], last: float
     ) -> float:
-        """Return the same of points that stop each by itself.
+        """Return the energy that the dampers of single points took over the last step [J].
 
         given: forces of the dampers [N], shape (n, 3); pressed: pressures of the depths [N], shape (n,).
         """
@@ -227,12 +227,12 @@ class DeadStop:
         return 0.5 * last * work
 
     def _numbers(self, overlaps: "Sequence[Overlap]") -> list[int]:
-        """Of which of the surfaces the points of each overlap are."""
+        """Return the index of the surface to which the points of each overlap belong."""
         numbers = {id(side): number for number, side in enumerate(self._sides)}
         return [numbers[id(part.one)] for part in overlaps]
 
     def _borne(self, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
-        """The pressures that the points bore as the last step began [N]."""
+        """Return the force that each point bore at the start of the last step [N]."""
         found = []
         for number, part in zip(self._numbers(overlaps), overlaps, strict=True):
             borne = np.zeros(len(part.one.place))
@@ -242,7 +242,7 @@ class DeadStop:
         return found
 
     def end(self, last: float) -> float:
-        """The same where nothing touches any more."""
+        """Return the energy [J] that the dampers took over the step in which contact ended, and forget them."""
         energy = 0.5 * last * self.damped * self.approach
         energy += 0.5 * last * sum(float(np.sum(old.force * old.speed)) for old in self.before.values())
         self.damped = self.approach = 0.0
@@ -250,7 +250,7 @@ class DeadStop:
         return energy
 
     def state_numbers(self) -> list[object]:
-        """What a checkpoint keeps."""
+        """Return the state for a checkpoint."""
         kept = {str(number): [values.tolist() for values in old] for number, old in self.before.items()}
         return [self.damped, self.approach, kept]
 
@@ -263,12 +263,12 @@ class DeadStop:
 
 
 def _split(values: np.ndarray, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
-    """Values of all points by overlap."""
+    """Split the values of all points by overlap."""
     return np.split(values, np.cumsum([len(part.listed) for part in overlaps])[:-1])
 
 
 def _tangents(normal: np.ndarray) -> np.ndarray:
-    """Two unit vectors across each normal, shape (2, n, 3)."""
+    """Return two unit tangents for each normal, shape (2, n, 3)."""
     axis = np.eye(3)[np.abs(normal).argmin(axis=1)]
     first = np.cross(normal, axis)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -284,7 +284,7 @@ class Dampers:
         self.force = held.copy()
 
     def solve(self, free: np.ndarray) -> None:
-        """Find the forces of some of them, indices, while the others keep theirs."""
+        """Solve for the forces with the given indices; the others keep their values."""
         force, held, z, c = self.force, self._held, self._rows[free], self._damper[free]
         force[free] = held[free]
         v = self._speed[free] - self._dt * self._change(z)
@@ -292,16 +292,16 @@ class Dampers:
         force[free] += c * (v - np.einsum("ni,i->n", z, np.linalg.solve(inner, np.einsum("ni,n->i", z, c * v))))
 
     def wanted(self, n: int) -> np.ndarray:
-        """The forces that the first n would have with those of all now."""
+        """Return the forces along the n normals, without a limit, for the present forces of all others [N]."""
         v = self._speed[:n] - self._dt * self._change(self._rows[:n])
         return np.asarray(self._held[:n] + self._damper[:n] * v)
 
     def _change(self, z: np.ndarray) -> np.ndarray:
-        """Change in a unit of time of speeds with rows z by the forces, besides that by the springs."""
+        """Return the rate of change of the speeds with rows z by all forces except the springs [m/s²]."""
         return np.asarray(np.einsum("ni,i->n", z, np.einsum("ni,n->i", self._rows, self.force - self._held)))
 
     def push_alone(self, n: int) -> None:
-        """Find the first n, which are not negative."""
+        """Solve for the forces along the n normals, which only push: f ≥ 0."""
         free = np.ones(n, bool)
         for _ in range(MOST_ROUNDS):
             self.force[:n][~free] = 0.0
@@ -328,7 +328,7 @@ class Dampers:
 
 
 def forces_of(dampers: Dampers, friction: float, n: int) -> np.ndarray:
-    """Forces along n normals, which only push, and after these the two components of n drags, which the former limit."""
+    """Return the forces along n normals, which only push, followed by both components of n drags, limited by friction [N]."""
     dampers.push_alone(n)
     if friction == 0.0:
         return dampers.force
@@ -344,12 +344,15 @@ def forces_of(dampers: Dampers, friction: float, n: int) -> np.ndarray:
 
 
 def _sharing(pushed_along: Sequence[np.ndarray], way: np.ndarray) -> float:
-    """Among how many contacts a body shares its mass along a way, (3,): unit vectors along which it is pushed, (3,) each."""
+    """Return the number of contacts, at least 1, among which a body shares its mass along a direction, (3,).
+
+    pushed_along: unit vectors along which contacts push the body, (3,) each.
+    """
     return max(1.0, float(sum((along @ way) ** 2 for along in pushed_along)) / max(float(way @ way), 1e-300))
 
 
 def _approach(part: "Overlap") -> np.ndarray:
-    """How fast the surfaces come nearer at each point [m/s], shape (n,)."""
+    """Return the speed of approach of both surfaces at each point [m/s], shape (n,)."""
     approach = -np.einsum("ij,ij->i", part.relative, part.normal)
     if part.one.faces is not None:
         return approach

@@ -120,7 +120,7 @@ class OverlapLaw:
         return found
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Find what overlaps of flat sides push rigid bodies, which other contacts then take into account."""
+        """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
         if self.stop is None:
             return
         springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
@@ -131,7 +131,7 @@ class OverlapLaw:
     def _carried(
         self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], pressures: Sequence[np.ndarray], last: float
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """How far points are carried from where they stuck [m], and the forces of their springs within friction [N]."""
+        """Return the displacement of points from where they stuck [m], and the spring forces limited by friction [N]."""
         carried, drags = [], []
         for overlap, spring, pressure in zip(overlaps, springs, pressures, strict=True):
             n, before = overlap.normal, overlap.one.slip[overlap.listed]
@@ -152,7 +152,7 @@ class OverlapLaw:
         last: float,
         touched: Mapping[int, np.ndarray],
     ) -> list[np.ndarray]:
-        """The same where points of flat sides stop each by itself, along the surface too."""
+        """Return contact forces with one damper for each point, along the normal and along the surface."""
         befores = [overlap.one.slip[overlap.listed] for overlap in overlaps]
         carried, drags = self._carried(overlaps, springs, pressures, last)
         extras, dragged = stop.forces_apart(overlaps, pressures, drags, self._friction, tangents, dt)
@@ -213,7 +213,7 @@ class OverlapLaw:
 
 
 def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
-    """The unit vector along which overlaps push a surface in the mean, (3,), either way."""
+    """Return the unit vector of the mean normal of overlaps, (3,); its sign has no meaning."""
     way = np.zeros(3)
     for overlap in overlaps:
         sign = 1.0 if overlap.one is one else -1.0

@@ -14,7 +14,7 @@ class AngularMomentum(NamedTuple):
 
 
 class Turning(Protocol):
-    """What the balance reads of a body."""
+    """Interface of a body for the balance."""
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum: ...
     def stored_field(self, name: str) -> np.ndarray: ...
@@ -41,7 +41,7 @@ class AngularBalance:
         return float(np.abs(now - self._initial)[self._axes].max(initial=0.0) / scale) if scale > 0.0 else 0.0
 
     def observe(self, bodies: Sequence[Turning]) -> float:
-        """The same at an instant whose size counts from now on."""
+        """Update the largest Σ m |r| |v| with the present state, and return the error."""
         self._scale = max(self._scale, self._sum(bodies)[1])
         return self.error(bodies)
 

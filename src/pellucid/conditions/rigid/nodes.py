@@ -66,7 +66,7 @@ class BodySums(NamedTuple):
 
 
 class Received(NamedTuple):
-    """What a rigid body takes from the nodes at the end of a step."""
+    """Momentum and energy that a rigid body receives from the nodes at the end of a step."""
 
     momentum: np.ndarray  # (6,) of its numbers, with that from the start of the step
     motion: np.ndarray  # (6,) its numbers then, if nothing were prescribed
@@ -133,7 +133,7 @@ class RigidNodes:
         return self._motion
 
     def receive(self, motions: RigidMotions) -> Received:
-        """What the body takes from the nodes when these have their last velocities, see above."""
+        """Return what the body receives from the nodes at the end of a step, from their final velocities."""
         nodes, m, u = self._nodes, self._share[:, None], self._before
         velocity, increment = self._of(nodes.velocity), self._of(nodes.velocity_increment)
         old, pic = velocity - increment, np.where(self._shared, 1.0, 1.0 - self._flip)
