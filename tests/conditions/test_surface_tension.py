@@ -5,6 +5,8 @@ import pytest
 
 from pellucid.case import Case
 from pellucid.conditions.surface_tension.active import TenseSurface
+from pellucid.conditions.surface_tension.planes import WettedPlane, find_open_space
+from pellucid.contact.wall import WallPlane
 from pellucid.errors import CaseError
 from pellucid.results.storage import history
 from pellucid.running.forecast.steps import of_case
@@ -183,6 +185,37 @@ def test_a_drop_on_a_plane_that_cuts_cells(tilt):
     height, wide = on_a_plane(tilt, 60.0)
     assert height == pytest.approx(0.807, rel=0.03)
     assert wide == pytest.approx(1.398, rel=0.03)
+
+
+@pytest.mark.parametrize("level", [0.0, 0.025, 0.13])
+def test_a_plane_on_or_near_a_face_that_nothing_holds(level):
+    """The arc of 50 degrees over an area of 0.5, half of it; the face behind the wall is none that the fluid meets."""
+    wall = {"point": [0, level, 0], "normal": [0, 1, 0], "contact_angle": 50.0}
+    grid = {"lower": [0, 0, 0], "upper": [2, 1.4, 0]}
+    body = {"shape": {"box": {"lower": [0, level, 0], "upper": [0.8, level + 0.625, 0]}}, "material": STILL}
+    sim = simulation(cell=0.1, end=4.5, grid=grid, body=body, wall=[wall], support=[MIRROR | {"where": "x-lower"}])
+    for _ in sim:
+        pass
+    angle = np.radians(50.0)
+    radius = np.sqrt(1.0 / (angle - np.sin(angle) * np.cos(angle)))
+    height = sim.bodies[0].field("position")[:, 1].max() + 0.1 / 6 - level
+    assert height == pytest.approx((1.0 - np.cos(angle)) * radius, rel=0.04)
+
+
+def test_a_plane_has_all_of_its_area_wherever_it_lies():
+    """A floor of 2 m by the thickness of the slice, on a face, within cells and on nodes, and an oblique one."""
+    grid = simulation(grid={"lower": [0, 0, 0], "upper": [2, 1, 0]}, centre=(1, 0.5, 0), radius=0.4).bodies[0]
+    thickness = grid.grid.slice_thickness
+    for level in (0.0, 0.004, 0.1, 0.17, 0.2, 1.0):
+        plane = WettedPlane(WallPlane((0, level, 0), (0, 1, 0), (0, 0, 0)), 0.5)
+        space = find_open_space(grid.grid, grid.functions, [plane])
+        assert space.areas[0].sum() == pytest.approx(2.0 * thickness, rel=1e-12)
+        assert np.all(space.faces[1][0] == 0.0), "the lower face lies on the plane or behind it"
+        assert np.all(space.faces[1][1] == (0.0 if level == 1.0 else 1.0))
+    oblique = WettedPlane(WallPlane((0, 0.1, 0), (-0.3, 1, 0), (0, 0, 0)), 0.5)
+    space = find_open_space(grid.grid, grid.functions, [oblique])
+    assert space.areas[0].sum() == pytest.approx(2.0 * np.hypot(1.0, 0.3) * thickness, rel=1e-12)
+    assert space.faces[0][0].ravel() == pytest.approx([0.25, 0.875, 1, 1, 1, 1]), "of the left face, what lies above 0.1"
 
 
 def test_forces_beside_planes_are_the_derivative_of_the_energy_too():

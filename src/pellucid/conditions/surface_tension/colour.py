@@ -11,7 +11,8 @@ Across walls c goes on as in a mirror: without the second part, the fluid meets 
 wet has the energy -σ cos θ per area (Young).
 
 Before planes that cut cells (`planes`) the volume about a node counts over the share of it that is open, and the energy of a
-cell by its share.
+cell by its share. A face of the grid counts over the share of its area that lies before the planes: behind one, or where one
+lies on the face, neither the support nor the end of the grid meets fluid.
 
 A film on a wall that is thinner than a cell fills the share s < 1 of its nodes. A film of any thickness costs σ (1 - cos θ) per
 area; by the two parts it would cost c(s) of this, which grows with the square of s, so that the film would save energy by
@@ -131,7 +132,7 @@ class SurfaceEnergy:
             filled *= beside.per_share
         colour, grows = _colour(filled)
         energy, slope = self._of_slopes(colour, 1.0 if beside is None else beside.cells)
-        wetted = [*self._wall_nodes(colour.shape, walls), *([] if beside is None else beside.planes)]
+        wetted = [*self._wall_nodes(colour.shape, box, walls), *([] if beside is None else beside.planes)]
         energy += self._of_walls(colour, slope, wetted)
         slope *= grows
         energy += self._of_films(filled, colour, grows, slope, wetted)
@@ -197,11 +198,14 @@ class SurfaceEnergy:
             derivative[_along(axis, BUT_LAST)] -= back
         return energy, derivative
 
-    def _wall_nodes(self, shape: tuple[int, ...], walls: list[tuple[bool, bool]]) -> Iterator[_Wetted]:
-        """The nodes of each face of the grid that is no plane of symmetry, its cosine, and their areas [m²]."""
+    def _wall_nodes(
+        self, shape: tuple[int, ...], box: tuple[slice, slice, slice], walls: list[tuple[bool, bool]]
+    ) -> Iterator[_Wetted]:
+        """The nodes of each face of the grid that is no plane of symmetry, its cosine, and their areas before planes [m²]."""
         for axis in self._axes:
             others = [self._grid.slice_thickness if self._grid.thin[o] else self._cell for o in range(3) if o != axis]
-            for end, is_wall, cosine in zip((FIRST, LAST), walls[axis], self._faces[axis], strict=True):
+            open_shares = (None, None) if self._open is None else self._open.faces[axis]
+            for end, is_wall, cosine, share in zip((FIRST, LAST), walls[axis], self._faces[axis], open_shares, strict=True):
                 if not is_wall or cosine == 0.0:
                     continue
                 area = np.full([1 if other == axis else n for other, n in enumerate(shape)], others[0] * others[1])
@@ -209,6 +213,8 @@ class SurfaceEnergy:
                     for edge, ends in zip((FIRST, LAST), walls[other], strict=True):
                         if other != axis and ends:
                             area[_along(other, edge)] *= 0.5
+                if share is not None:
+                    area *= share[tuple(slice(None) if other == axis else part for other, part in enumerate(box))]
                 yield _along(axis, end), cosine, area
 
     def _of_walls(self, colour: np.ndarray, slope: np.ndarray, wetted: Sequence[_Wetted]) -> float:

@@ -1,11 +1,13 @@
 """Walls that are planes across the cells of the grid, as the surface energy of a fluid beside them takes them.
 
 The space before the planes is sampled by parts of cells, each with the share of it that lies before them, which is exact for
-planes along the axes. From it follow the share of the volume about a node and of a cell that the fluid can fill, and the area
-of the planes about a node.
+planes along the axes. From it follow the share of the volume about a node and of a cell that the fluid can fill. The area of a
+plane about a node is summed where lines along an axis cross the plane, so that a plane on a face of the grid has all of its
+area. Faces of the grid count with the share of their area that lies before the planes, since no fluid is behind these.
 """
 
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +19,7 @@ from pellucid.grid.lattice import Grid
 
 PARTS, PARTS_IN_SPACE = 8, 4  # of a cell along each axis
 MOST_PARTS = 4_000_000  # at a time
+NEAR = 1e-6  # of a cell: a plane closer to a face of the grid, or to another plane, lies on it
 
 
 class WettedPlane(NamedTuple):
@@ -35,6 +38,9 @@ class OpenSpace(NamedTuple):
     """Share of each cell."""
     areas: list[np.ndarray]
     """Of each plane, its area about each node [m²]."""
+    faces: list[tuple[np.ndarray, np.ndarray]]
+    """Along each axis, the share of the area about the nodes of the lower and of the upper face of the grid that lies before
+    the planes, one node thick along the axis."""
 
 
 def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[WettedPlane]) -> OpenSpace:
@@ -42,28 +48,92 @@ def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[Wette
     axes = [_Samples(grid, function, axis) for axis, function in enumerate(functions)]
     shape = tuple(axis.smooth.shape[1] for axis in axes)
     cells = tuple(axis.boxes.shape[1] for axis in axes)
-    nodes, share, areas = np.zeros(shape), np.zeros(cells), [np.zeros(shape) for _ in planes]
+    nodes, share = np.zeros(shape), np.zeros(cells)
     part = [axis.width for axis in axes]
     rows = max(1, MOST_PARTS // (len(axes[1].place) * len(axes[2].place)))
     for start in range(0, len(axes[0].place), rows):
         of_x = slice(start, start + rows)
         x, y, z = axes[0].place[of_x, None, None], axes[1].place[None, :, None], axes[2].place[None, None, :]
-        before, at = [], []
+        before = []
         for plane in planes:
-            normal = plane.wall.normal
-            height = normal[0] * x + normal[1] * y + normal[2] * z - plane.wall.level
-            across = float(np.abs(normal * [0.0 if thin else p for thin, p in zip(grid.thin, part, strict=True)]).sum())
-            before.append(np.clip(0.5 + height / across, 0.0, 1.0))
-            at.append(np.maximum(1.0 - np.abs(height) / across, 0.0) * (float(np.prod(part)) / across))
+            across = float(
+                np.abs(plane.wall.normal * [0.0 if thin else p for thin, p in zip(grid.thin, part, strict=True)]).sum()
+            )
+            before.append(np.clip(0.5 + _height(plane, (x, y, z)) / across, 0.0, 1.0))
         whole = np.prod(before, axis=0)
         nodes += _collect(whole, [axes[0].smooth[of_x], axes[1].smooth, axes[2].smooth])
         share += _collect(whole, [axes[0].boxes[of_x], axes[1].boxes, axes[2].boxes])
-        linear = [axes[0].linear[of_x], axes[1].linear, axes[2].linear]
-        for number, (area, density) in enumerate(zip(areas, at, strict=True)):
-            others = np.prod([one for other, one in enumerate(before) if other != number], axis=0)
-            area += _collect(density * others, linear)
     about = [axis.smooth.sum(axis=0) for axis in axes]
-    return OpenSpace(nodes / np.einsum("i,j,k->ijk", *about), share, areas)
+    near = NEAR * grid.lattice.cell
+    areas = [_area(planes, number, axes, near) for number in range(len(planes))]
+    faces = [(_open_share(planes, axes, axis, False, near), _open_share(planes, axes, axis, True, near)) for axis in range(3)]
+    return OpenSpace(nodes / np.einsum("i,j,k->ijk", *about), share, areas, faces)
+
+
+def _height(plane: WettedPlane, place: Sequence[np.ndarray | float]) -> np.ndarray:
+    """Of places [m] above a plane [m]."""
+    normal = plane.wall.normal
+    return np.asarray(normal[0] * place[0] + normal[1] * place[1] + normal[2] * place[2] - plane.wall.level)
+
+
+def _before(plane: WettedPlane, place: Sequence[np.ndarray | float], across: float, on: float, near: float) -> np.ndarray:
+    """Share of the parts of a plane or face that lies before another plane, whose height changes by `across` [m] over a part.
+
+    on: where the two are one; near: distance below which they are [m].
+    """
+    height = _height(plane, place)
+    if across > near:
+        return np.clip(0.5 + height / across, 0.0, 1.0)
+    return np.where(np.abs(height) <= near, on, np.where(height > 0.0, 1.0, 0.0))
+
+
+def _area(planes: Sequence[WettedPlane], number: int, axes: Sequence["_Samples"], near: float) -> np.ndarray:
+    """Area of a plane about each node [m²]: where lines along the axis across which it lies most cross it within the grid."""
+    normal, level = planes[number].wall.normal, planes[number].wall.level
+    axis = int(np.argmax(np.abs(normal)))
+    one, two = (other for other in range(3) if other != axis)
+    place: list[np.ndarray | float] = [0.0, 0.0, 0.0]
+    place[one], place[two] = axes[one].place[:, None], axes[two].place[None, :]
+    crossing = (level - normal[one] * place[one] - normal[two] * place[two]) / normal[axis]
+    place[axis] = crossing
+    area = np.where((crossing >= axes[axis].lower - near) & (crossing <= axes[axis].upper + near), 1.0, 0.0)
+    area *= axes[one].width * axes[two].width / abs(normal[axis])
+    for plane in [*planes[:number], *planes[number + 1 :]]:
+        tilt = plane.wall.normal - normal * (plane.wall.normal[axis] / normal[axis])
+        across = abs(tilt[one]) * axes[one].width + abs(tilt[two]) * axes[two].width
+        area *= _before(plane, place, across, 0.5, near)
+    return _spread_linearly(area, place, axes)
+
+
+def _open_share(planes: Sequence[WettedPlane], axes: Sequence["_Samples"], axis: int, upper: bool, near: float) -> np.ndarray:
+    """Share of the area about the nodes of a face of the grid that lies before the planes; a plane on the face hides it."""
+    one, two = (other for other in range(3) if other != axis)
+    place: list[np.ndarray | float] = [0.0, 0.0, 0.0]
+    place[one], place[two] = axes[one].place[:, None], axes[two].place[None, :]
+    place[axis] = axes[axis].upper if upper else axes[axis].lower
+    share = np.ones((len(axes[one].place), len(axes[two].place)))
+    whole = _spread_linearly(share, place, axes)
+    for plane in planes:
+        normal = plane.wall.normal
+        across = abs(normal[one]) * axes[one].width + abs(normal[two]) * axes[two].width
+        share = share * _before(plane, place, across, 0.0, near)
+    nodes = tuple(slice(-1, None) if upper and o == axis else slice(0, 1) if o == axis else slice(None) for o in range(3))
+    return np.asarray(_spread_linearly(share, place, axes)[nodes] / whole[nodes])
+
+
+def _spread_linearly(values: np.ndarray, place: Sequence[np.ndarray | float], axes: Sequence["_Samples"]) -> np.ndarray:
+    """Sums of values at places about the nodes, shape (x, y, z); they are added in the order of the places."""
+    shape = tuple(axis.n_nodes for axis in axes)
+    ends = []
+    for at, axis in zip(place, axes, strict=True):
+        u = np.broadcast_to(axis.in_cells(at), values.shape)
+        left = np.minimum(u.astype(np.int64), max(axis.n_nodes - 2, 0))
+        ends.append(((left, left + 1.0 - u), (np.minimum(left + 1, axis.n_nodes - 1), u - left)))
+    out = np.zeros(shape)
+    for (i, of_x), (j, of_y), (k, of_z) in product(*ends):
+        index = np.ravel_multi_index((i, j, k), shape).ravel()
+        out += np.bincount(index, (values * of_x * of_y * of_z).ravel(), out.size).reshape(shape)
+    return out
 
 
 class _Samples:
@@ -71,22 +141,26 @@ class _Samples:
 
     def __init__(self, grid: Grid, function: object, axis: int) -> None:
         count, cell = grid.lattice.counts[axis], grid.lattice.cell
+        self.lower, self.upper = grid.lattice.lower[axis], grid.lattice.lower[axis] + cell * count
+        self.n_nodes, self._cell = 1 if grid.thin[axis] else count + 1, cell
         if grid.thin[axis]:
             self.place, self.width = np.array([grid.lattice.lower[axis]]), grid.slice_thickness
-            self.smooth = self.linear = self.boxes = np.ones((1, 1))
+            self.smooth = self.boxes = np.ones((1, 1))
             return
         parts = PARTS if any(grid.thin) else PARTS_IN_SPACE
         u = (np.arange(count * parts) + 0.5) / parts
         self.place, self.width = grid.lattice.lower[axis] + cell * u, cell / parts
-        smooth, self.linear = np.zeros((len(u), count + 4)), np.zeros((len(u), count + 1))
+        smooth = np.zeros((len(u), count + 4))
         self.boxes = np.zeros((len(u), count))
         for row, at in enumerate(u):
             first, weights, _ = axis_weights(function, at, count)
             smooth[row, first : first + len(weights)] += weights
-            left = int(at)
-            self.linear[row, left : left + 2] = left + 1.0 - at, at - left
-            self.boxes[row, left] = 1.0 / parts
+            self.boxes[row, int(at)] = 1.0 / parts
         self.smooth = smooth[:, : count + 1]  # weights beyond a face are zero
+
+    def in_cells(self, place: np.ndarray | float) -> np.ndarray:
+        """Places along the axis [m] from the lower face, in cells, within the grid."""
+        return np.clip((np.asarray(place) - self.lower) / self._cell, 0.0, self.n_nodes - 1.0)
 
 
 def _collect(values: np.ndarray, weights: Sequence[np.ndarray]) -> np.ndarray:
