@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellucid.case import Case
+from pellucid.case import Case, loads
 from pellucid.conditions.surface_tension.active import TenseSurface
 from pellucid.conditions.surface_tension.planes import WettedPlane, find_open_space
 from pellucid.contact.wall import WallPlane
@@ -271,6 +271,51 @@ def test_faces_without_an_angle_are_neutral_where_the_fluid_has_none():
 def test_a_face_that_may_be_a_wall_or_a_plane_of_symmetry_is_told(floor):
     with pytest.raises(ValueError, match=r"x-lower.* may be a wall, which the fluid meets at 60 degrees, or"):
         angles_of(floor, SIDE)
+
+
+EITHER = "contact_angle = 60 if it is a wall, contact_angle = 90 if it is a plane of symmetry"
+
+
+@pytest.mark.parametrize(
+    ("supports", "told"),
+    [
+        (
+            ['where = "x-lower"\ncontact_angle = 45', 'where = "y-lower"'],
+            {"support.1.where": f'add to the support of "y-lower" {EITHER}'},
+        ),
+        (
+            ['where = ["x-lower", "y-lower"]', 'where = "x-upper"'],
+            {
+                "support.0.where": 'such as where = "y-lower", fix = "normal", contact_angle = 60 for a wall, and '
+                'where = "x-lower", fix = "normal", contact_angle = 90 for a plane',
+                "support.1.where": 'add to the support of "x-upper" contact_angle = 60 if',
+            },
+        ),
+        (
+            ['where = ["x-lower", "y-lower"]', 'where = "x-lower"\ncontact_angle = 60'],
+            {"support.0.where": f'out of this list, and add a [[support]] with where = "y-lower", fix = "normal" and {EITHER}'},
+        ),
+    ],
+    ids=["one", "several", "one-of-a-list"],
+)
+def test_each_support_of_an_unknown_face_is_told_what_to_add(supports, told):
+    text = """schema = 1
+title = "half a drop"
+grid = { lower = [0, 0, 0], upper = [2, 2, 0], cell = 0.2, functions = "quadratic-bspline" }
+time = { end = 1, transfer = "apic" }
+surface_tension = [{ body = "drop", tension = 1, contact_angle = 60 }]
+[[body]]
+name = "drop"
+shape = { box = { lower = [0, 0, 0], upper = [1, 1, 0] } }
+points_per_cell = [3, 3, 1]
+material = { kind = "fluid", density = 1, viscosity = 1, eos = { kind = "tait", sound_speed = 20, carries_tension = true } }
+"""
+    with pytest.raises(CaseError) as caught:
+        loads(text + "".join(f'[[support]]\nfix = "normal"\n{support}\n' for support in supports))
+    remedies = {problem.key: problem.remedy for problem in caught.value.problems}
+    assert remedies.keys() == told.keys()
+    for key, words in told.items():
+        assert words in remedies[key]
 
 
 def test_threads_and_going_on_change_no_bit(tmp_path):

@@ -126,18 +126,31 @@ class SurfaceTension(Condition):
         if not (angles or unknown or walls):
             text = "no support holds a face of the grid along its normal, which the fluid could meet at this angle"
             yield Finding(path, text, 'add a [[support]] with a face as `where` and fix = "normal", or leave it out')
-        elif unknown:
-            angle, held = f"{self.contact_angle:g}", 'fix = "normal", contact_angle ='
-            text = (
-                f"held along the normal alone, {listed(unknown)} may be a wall, which the fluid meets at {angle} degrees, or a "
-                "plane of symmetry, which it meets at 90 degrees"
-            )
+        for place, support in parts.placed(Support):
+            faces = [face for face in unknown if support.face_velocity(face) is not None]
+            if faces:
+                yield self._unknown_role(place, support, faces)
+
+    def _unknown_role(self, place: Path, support: Support, faces: Sequence[str]) -> Finding:
+        """Of a support with faces that may be walls or planes of symmetry: what to add to it, or how to divide its faces."""
+        angle, named = f"{self.contact_angle:g}", [f'"{face}"' for face in faces]
+        text = (
+            f"held along the normal alone, {listed(faces)} may be a wall, which the fluid meets at {angle} degrees, or a plane "
+            "of symmetry, which it meets at 90 degrees"
+        )
+        either = f"contact_angle = {angle} if it is a wall, contact_angle = 90 if it is a plane of symmetry"
+        if len(support.faces()) == 1:
+            remedy = f"add to the support of {named[0]} {either}"
+        elif len(faces) == 1:
+            held = f'where = {named[0]}, fix = "normal"'
+            remedy = f"take {named[0]} out of this list, and add a [[support]] with {held} and {either}"
+        else:
             remedy = (
-                f"write contact_angle = {angle} in the [[support]] of a wall and contact_angle = 90 in that of a plane of "
-                f'symmetry; split a support that lists both, such as into where = "{unknown[-1]}", {held} {angle} and '
-                f'where = "{unknown[0]}", {held} 90'
+                f"take {listed(named)} out of this list, and add a [[support]] for each, such as where = {named[-1]}, "
+                f'fix = "normal", contact_angle = {angle} for a wall, and where = {named[0]}, fix = "normal", '
+                "contact_angle = 90 for a plane of symmetry"
             )
-            yield Finding(path, text, remedy)
+        return Finding((*place, "where"), text, remedy)
 
     def _body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         body = parts.named(BodyModel, self.body)
