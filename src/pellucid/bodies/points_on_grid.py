@@ -451,20 +451,27 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def fault(self, code: int, p: int) -> Fault:
         """Meaning and remedy of a fault at point p; of a lost one also the face that it passed, where a support holds that."""
-        if code == LOST and (face := self._held_face(self.arrays["position"][p])) is not None:
+        if code == LOST and (held := self._held_face(self.arrays["position"][p])) is not None:
+            face, outward = held
+            if outward > 0.0:
+                text = f"it passed the face {face}, whose support moves out of the grid at {outward:.3g} m/s"
+                remedy = f"set the velocity of this support along {face[0]} to 0"
+                return Fault(text, f"{remedy}, or enlarge the grid and lead a solid with a [[motion]]")
             text = f"it passed the face {face}, which a support holds along its normal: it moved too far in one step"
             return Fault(text, "use a smaller time.step or time.courant, or more points_per_cell")
         return super().fault(code, p)
 
-    def _held_face(self, place: np.ndarray) -> str | None:
-        """Name of the face of the grid before a place beyond it [m], shape (3,), if a support holds its nodes there."""
+    def _held_face(self, place: np.ndarray) -> tuple[str, float] | None:
+        """Name of the face of the grid before a place beyond it [m], shape (3,), if a support holds its nodes there, and the
+        velocity of these out of the grid [m/s]."""
         lattice, constrained = self.grid.lattice, self.grid.nodes.constrained
         cells = (place - np.array(lattice.lower)) * lattice.inverse_cell
         near = np.clip(np.rint(np.nan_to_num(cells)), 0, np.where(self.grid.thin, 0, lattice.counts)).astype(np.int64)
         node = int(near @ np.array(lattice.strides))
         for axis, (at, count) in enumerate(zip(cells, lattice.counts, strict=True)):
             if not (0.0 <= at <= count or self.grid.thin[axis] or self.grid.periodic[axis]) and constrained[node, axis] > 0:
-                return f"{'xyz'[axis]}-{'lower' if at < 0.0 else 'upper'}"
+                velocity = float(self.grid.nodes.velocity[node, axis])
+                return (f"{'xyz'[axis]}-lower", -velocity) if at < 0.0 else (f"{'xyz'[axis]}-upper", velocity)
         return None
 
     # checkpoint
