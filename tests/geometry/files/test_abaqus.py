@@ -154,11 +154,18 @@ def test_sets_of_one_name_that_differ_are_told(tmp_path):
     ("text", "reason"),
     [
         ("*INCLUDE, INPUT=none.inp\n", r"line 1 includes none.inp: there is no such file in the folder of cube.inp"),
-        ("*INCLUDE, INPUT=cube.inp\n", "files may include others to a depth of 10"),
+        ("*INCLUDE, INPUT=cube.inp\n", "line 1: cube.inp includes itself"),
         (NODES + "*NGEN\n1, 8\n", r"\*NGEN in line 10 generates nodes or elements, which cannot be read: list them all"),
         (NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5"), "has 3 nodes, and its type has 4"),
-        (NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5, 9"), r"\(tetra\) has node 9, which is none of the 8 nodes"),
+        (
+            NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5, 9"),
+            r"node 9 of element 5 \(tetra\) is not defined: the file defines 8",
+        ),
         (NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5,"), "the elements after line 10 break off"),
+        (
+            NODES.replace("1, 1, 1", "1, 1.2.3, 1") + ELEMENTS,
+            "`1.2.3` stands where a number belongs, among the nodes after line 1",
+        ),
         (NODES.replace("1, 1, 1", "1, x, 1") + ELEMENTS, "a word stands where a number belongs, among the nodes after line 1"),
         (NODES + ELEMENTS + "*NSET, NSET=A\nA\n", "the set A contains itself"),
         (NODES + ELEMENTS + "*NSET, NSET=A, GENERATE\n1, 8, 0\n", "the set A has a range in steps of 0"),
@@ -168,3 +175,47 @@ def test_sets_of_one_name_that_differ_are_told(tmp_path):
 def test_what_is_wrong_with_an_abaqus_file_is_named(text, reason, tmp_path):
     with pytest.raises(Damaged, match=reason):
         read(tmp_path, text)
+
+
+def test_a_file_that_includes_itself_through_another_is_refused(tmp_path):
+    (tmp_path / "inner.inp").write_text("*HEADING\n*INCLUDE, INPUT=cube.inp\n")
+    with pytest.raises(Damaged, match=r"^line 2 of inner.inp: cube.inp includes itself through inner.inp$"):
+        read(tmp_path, "*INCLUDE, INPUT=inner.inp\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("*INCLUDE, INPUT=nowhere.inp\n", "put nowhere.inp in the folder of cube.inp"),
+        ("*INCLUDE, INPUT=cube.inp\n", "remove line 1, or name another file there"),
+        (
+            NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5, 9"),
+            "add node 9 to the lines after .NODE, or remove element 5",
+        ),
+        (NODES + "\n1, 0, 0, 3\n" + ELEMENTS, "remove one of the two lines"),
+    ],
+)
+def test_the_remedy_is_one_for_the_fault(text, remedy, tmp_path):
+    path = tmp_path / "cube.inp"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=f"; {remedy}"):
+        SolidFile(path=str(path))
+
+
+def test_a_node_that_is_defined_twice_is_refused_unless_it_stays_where_it_is(tmp_path):
+    again = f"** a comment\n*NODE\n{ROWS[3]}\n{ROWS[6].split(',')[0]}, 5, 5, 5\n"
+    number = int(ROWS[6].split(",")[0])
+    with pytest.raises(Damaged, match=rf"^line 13 defines node {number} again, at another place than line 8$"):
+        read(tmp_path, NODES + again + ELEMENTS)
+    assert np.array_equal(read(tmp_path, NODES + f"*NODE\n{ROWS[3]}\n" + ELEMENTS).points, PLACES)
+    (tmp_path / "rows.inp").write_text(f"{ROWS[3]}\n{number}, 5, 5, 5\n")
+    with pytest.raises(Damaged, match=rf"^line 2 of rows.inp defines node {number} again, at another place than line 8$"):
+        read(tmp_path, NODES + "*NODE, INPUT=rows.inp\n" + ELEMENTS)
+
+
+def test_elements_of_unknown_types_are_named_where_no_others_are(tmp_path):
+    path = tmp_path / "foo.inp"
+    path.write_text(NODES + ELEMENTS.replace("C3D4", "FOO99"))
+    for source, needed in ((SurfaceFile, "no triangle"), (SolidFile, "no tetrahedron")):
+        with pytest.raises(ValueError, match=f"{needed} .*: its elements of type FOO99 were not read, because .* save these"):
+            source(path=str(path))

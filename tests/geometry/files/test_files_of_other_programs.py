@@ -135,7 +135,10 @@ READ = {
     "windows.inp": ((NODES + ELEMENTS + "*NSET, NSET=Außen\n1\n").replace("\n", "\r\n").encode("cp1252"), 1.0),
 }
 FAULTY = {
-    "comma.stl": (text_stl("a", form="{:.1f}").replace(b".0", b",0"), "line 4 has a word where a number belongs"),
+    "comma.stl": (
+        text_stl("a", form="{:.1f}").replace(b".0", b",0"),
+        "line 4 has `0,0`, with a decimal comma, where a number belongs",
+    ),
     "page.stl": (b"<!DOCTYPE html>\n<html>not found</html>\n" * 9, "it is cut off, or no STL file"),
     "page-short.stl": (b"<!DOCTYPE html>\n", "it is neither text with lines `facet` and `vertex` nor as long as the header"),
     "model.3mf": (zipped(), "no format of meshes has the ending .3mf"),

@@ -233,7 +233,8 @@ def test_binary_ply_of_both_orders_of_bytes(order, mixed):
         ("end_header", "end", "no header from `ply` to `end_header`"),
         ("format ascii 1.0\n", "", "does not say which format"),
         ("4 0 1 2 3", "-4 0 1 2 3", "a list of less than no values"),
-        ("0.5 2 0 9", "0.5 x 0 9", "something else stands where a number belongs"),
+        ("0.5 2 0 9", "0.5 x 0 9", "a word stands where a number belongs, among its values"),
+        ("0.5 2 0 9", "0,5 2 0 9", "`0,5`, with a decimal comma, stands where a number belongs"),
     ],
 )
 def test_what_is_wrong_with_a_ply_file_is_named(old, new, reason):

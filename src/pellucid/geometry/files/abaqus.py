@@ -6,6 +6,7 @@ Source: Abaqus Keywords Reference Guide; element types and faces: Abaqus Analysi
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,11 +21,19 @@ _GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC M
 _NONE = np.zeros(0, np.int64)
 
 
+class _Nodes(NamedTuple):
+    """Nodes of one *NODE: labels, shape (n,), coordinates, shape (n, 3), and the keyword with its data lines."""
+
+    labels: np.ndarray
+    places: np.ndarray
+    keyword: Keyword
+
+
 @dataclass
 class _Scope:
     """Nodes, elements and sets with labels of their own: the file, a part, or an instance of a part."""
 
-    nodes: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    nodes: list[_Nodes] = field(default_factory=list)
     elements: list[tuple[str, np.ndarray]] = field(default_factory=list)  # kind; rows of a label and the labels of nodes
     sets: dict[tuple[str, str], list[tuple[str, str, list[list[str]], bool]]] = field(default_factory=dict)
     """By "N" or "E" and the name in capitals: name as written, instance, data lines, whether these are ranges."""
@@ -73,7 +82,7 @@ class _Model:
             self._rotation, self._origin = _system(keyword)
         elif name == "NODE":
             labels, places = _nodes(keyword)
-            scope.nodes.append((labels, places @ self._rotation + self._origin))
+            scope.nodes.append(_Nodes(labels, places @ self._rotation + self._origin, keyword))
             self._define(scope, "N", parameters.get("NSET"), labels)
         elif name == "ELEMENT":
             self._read_elements(keyword, scope)
@@ -110,18 +119,21 @@ class _Model:
         points, rows = [np.zeros((0, 3))], dict[str, list[np.ndarray]]()
         n = 0
         for scope in scopes.values():
-            labels = np.concatenate([_NONE, *(some for some, _ in scope.nodes)])
-            places = np.concatenate([np.zeros((0, 3)), *(some for _, some in scope.nodes)])
-            last = len(labels) - 1 - np.unique(labels[::-1], return_index=True)[1]  # a node that is defined again is moved
-            last = np.sort(last)
-            order = np.argsort(labels[last], kind="stable")
-            scope.node_labels, scope.node_numbers = labels[last][order], n + order
-            points.append(places[last])
-            n += len(last)
+            labels = np.concatenate([_NONE, *(some.labels for some in scope.nodes)])
+            places = np.concatenate([np.zeros((0, 3)), *(some.places for some in scope.nodes)])
+            first, which = np.unique(labels, return_index=True, return_inverse=True)[1:]
+            moved = np.flatnonzero((places != places[first[which.reshape(-1)]]).any(axis=1))
+            if len(moved):
+                raise _defined_twice(scope, labels, int(moved[0]))
+            first = np.sort(first)
+            order = np.argsort(labels[first], kind="stable")
+            scope.node_labels, scope.node_numbers = labels[first][order], n + order
+            points.append(places[first])
+            n += len(first)
         for scope in scopes.values():
             for kind, table in scope.elements:
                 known = scope if len(scope.node_labels) else self._file
-                rows.setdefault(kind, []).append(_numbers(known, table[:, 1:], f"an element ({kind})"))
+                rows.setdefault(kind, []).append(_numbers(known, table, kind))
         self._blocks = tuple(Block(kind, np.concatenate(parts)) for kind, parts in rows.items())
         self._starts = np.cumsum([0, *(len(block.nodes) for block in self._blocks)])
         filled = dict(zip(rows, self._starts.tolist(), strict=False))
@@ -142,11 +154,12 @@ class _Model:
             if not np.array_equal(nodes, node_sets[name]):
                 self._notes.append(f"the set of nodes and the set of elements `{name}` differ: the set of nodes was read")
         self._notes += [f"elements of type {kind} were not read: they are no elements of a mesh" for kind in self._left_out]
-        contents = Contents("Abaqus", np.concatenate(points), self._blocks, node_sets, cell_sets)
+        skipped = tuple(self._left_out)
+        contents = Contents("Abaqus", np.concatenate(points), self._blocks, node_sets, cell_sets, skipped_types=skipped)
         return replace(self._without_reference_points(contents), notes=tuple(self._notes))
 
     def _without_reference_points(self, contents: Contents) -> Contents:
-        """The same without nodes of the assembly that no element has, and without sets of these alone."""
+        """Return the mesh without unused assembly nodes and their sets."""
         lone = np.zeros(len(contents.points), bool)
         lone[self._file.node_numbers] = bool(self._instances)
         for block in contents.blocks:
@@ -271,8 +284,11 @@ def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
     flat = [word or "0" for row in words for word in row[1:]]
     try:
         places = floats(flat, where)
-    except Damaged:
-        places = floats([word.upper().replace("D", "E") for word in flat], where)
+    except Damaged as error:
+        try:
+            places = floats([word.upper().replace("D", "E") for word in flat], where)
+        except Damaged:
+            raise error from None
     r, second, third = places.reshape(-1, 3).T
     system = keyword.parameters.get("SYSTEM", "R").upper()[:1]
     if system == "C":
@@ -302,13 +318,23 @@ def _rows(keyword: Keyword, width: int) -> np.ndarray:
     return integers([word for some in rows for word in some], where).reshape(-1, width)
 
 
-def _numbers(scope: _Scope, labels: np.ndarray, what: str) -> np.ndarray:
-    """Numbers of nodes by their labels. Raises Damaged for a label that is none."""
-    known = scope.node_labels
+def _defined_twice(scope: _Scope, labels: np.ndarray, row: int) -> Damaged:
+    """Return the error about a node, by its place among all of the scope, that an earlier line defines elsewhere."""
+    lines = [(some.keyword, k) for some in scope.nodes for k in range(len(some.labels))]
+    before, again = (keyword.line_of(k) for keyword, k in (lines[int(np.argmax(labels == labels[row]))], lines[row]))
+    text = f"{again} defines node {labels[row]} again, at another place than {before}"
+    return Damaged(text, f"remove one of the two lines, or give the node of {again} a number of its own")
+
+
+def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
+    """Return the numbers of the nodes of elements, whose rows have the label and those of the nodes. Raises Damaged."""
+    known, labels = scope.node_labels, table[:, 1:]
     place = np.searchsorted(known, labels).clip(max=max(len(known) - 1, 0))
     if labels.size and (not len(known) or (known[place] != labels).any()):
-        wrong = labels.flat[0] if not len(known) else labels[known[place] != labels][0]
-        raise Damaged(f"{what} has node {wrong}, which is none of the {len(known)} nodes that the file defines")
+        undefined = known[place] != labels if len(known) else np.ones(labels.shape, bool)
+        wrong, element = labels[undefined][0], table[np.argmax(undefined.any(axis=1)), 0]
+        text = f"node {wrong} of element {element} ({kind}) is not defined: the file defines {len(known)} nodes"
+        raise Damaged(text, f"add node {wrong} to the lines after *NODE, or remove element {element}")
     return scope.node_numbers[place] if labels.size else np.zeros(labels.shape, np.int64)
 
 
@@ -347,9 +373,8 @@ def _system(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
 def _moved(part: _Scope, keyword: Keyword) -> _Scope:
     """An instance of a part: translated by the first data line, then rotated about the axis of the second one."""
     lines = _numbers_of(keyword.words(), f"the data of *INSTANCE in {keyword.where}")
-    nodes = [(labels, places.copy()) for labels, places in part.nodes]
     shift = np.array([*(lines[0] if lines else []), 0.0, 0.0, 0.0][:3])
-    nodes = [(labels, places + shift) for labels, places in nodes]
+    nodes = [some._replace(places=some.places + shift) for some in part.nodes]
     if len(lines) > 1:
         if len(lines[1]) < 7:
             raise Damaged(f"*INSTANCE in {keyword.where} has a rotation of fewer than 7 numbers: two points and an angle")
@@ -360,5 +385,5 @@ def _moved(part: _Scope, keyword: Keyword) -> _Scope:
         k = (end - start) / length
         cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
         turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-        nodes = [(labels, start + (places - start) @ turn.T) for labels, places in nodes]
+        nodes = [some._replace(places=start + (some.places - start) @ turn.T) for some in nodes]
     return _Scope(nodes, list(part.elements), {key: list(some) for key, some in part.sets.items()}, list(part.surfaces))

@@ -18,13 +18,19 @@ _INPUT = re.compile(rb"^[ \t]*\*[ \t]*(?:INCLUDE|NODE|ELEMENT|NSET|ELSET)\b[^\n]
 class Keyword:
     """A keyword in capitals, its parameters and its data lines without comments.
 
-    where: file and line of the keyword, for messages.
+    where: file and line of the keyword, for messages; places: file and line of each data line.
     """
 
     name: str
     parameters: dict[str, str]
     where: str
     lines: list[str] = field(default_factory=list)
+    places: list[tuple[int, str]] = field(default_factory=list)
+
+    def line_of(self, row: int) -> str:
+        """Return the file and line of a data line, for messages."""
+        number, here = self.places[row]
+        return f"line {number}{here}"
 
     def words(self) -> list[list[str]]:
         """Words of each data line."""
@@ -34,7 +40,7 @@ class Keyword:
 def keywords(path: str) -> list[Keyword]:
     """Read the keywords of a file in order, with those of included files in their places. Raises Damaged."""
     found: list[Keyword] = []
-    _read(Path(path), Path(path), 0, found)
+    _read(Path(path), (Path(path),), found)
     return found
 
 
@@ -59,8 +65,12 @@ def _named_files(path: str, changed: int, size: int) -> list[str]:
     return [match[1].decode("latin-1") for match in _INPUT.finditer(file_bytes(path))]
 
 
-def _read(path: Path, first: Path, depth: int, found: list[Keyword]) -> None:
-    """Append the keywords of a file; data lines at its beginning belong to the last keyword so far."""
+def _read(path: Path, chain: tuple[Path, ...], found: list[Keyword]) -> None:
+    """Append the keywords of a file; data lines at its beginning belong to the last keyword so far.
+
+    chain: the first file and those through which this one is included, itself the last.
+    """
+    first = chain[0]
     here = "" if path == first else f" of {path.name}"
     begun, start = "", 0  # a keyword line that goes on in the next one, and its number
     for number, raw in enumerate([*text_of(file_bytes(str(path))).splitlines(), "*"], 1):
@@ -75,20 +85,29 @@ def _read(path: Path, first: Path, depth: int, found: list[Keyword]) -> None:
             if keyword.name != "INCLUDE":
                 found.append(keyword)
             if "INPUT" in keyword.parameters and keyword.name in ("INCLUDE", "NODE", "ELEMENT", "NSET", "ELSET"):
-                _read(_included(keyword, path, first, depth), first, depth + 1, found)
+                inner = _included(keyword, chain)
+                _read(inner, (*chain, inner), found)
         if line.startswith("*"):
             begun, start = line, number
         elif found:
             found[-1].lines.append(line)
+            found[-1].places.append((number, here))
 
 
-def _included(keyword: Keyword, path: Path, first: Path, depth: int) -> Path:
-    source = keyword.parameters["INPUT"]
-    if depth == DEEPEST:
-        raise Damaged(f"{keyword.where} includes {source[:80]}: files may include others to a depth of {DEEPEST}")
-    inner = _place(source, path, first)
+def _included(keyword: Keyword, chain: tuple[Path, ...]) -> Path:
+    source, first = keyword.parameters["INPUT"][:80], chain[0]
+    inner = _place(source, chain[-1], first)
     if inner is None:
-        raise Damaged(f"{keyword.where} includes {source[:80]}: there is no such file in the folder of {first.name}")
+        text = f"{keyword.where} includes {source}: there is no such file in the folder of {first.name}"
+        raise Damaged(text, f"put {source} in the folder of {first.name}")
+    files = [path.resolve() for path in chain]
+    if inner.resolve() in files:
+        through = [path.name for path in chain[files.index(inner.resolve()) + 1 :]]
+        text = f"{keyword.where}: {inner.name} includes itself" + (f" through {', '.join(through)}" if through else "")
+        raise Damaged(text, f"remove {keyword.where}, or name another file there")
+    if len(chain) > DEEPEST:
+        text = f"{keyword.where} includes {source}: files may include others to a depth of {DEEPEST}"
+        raise Damaged(text, f"replace {keyword.where} by the content of {source}")
     return inner
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 CORNERS = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 """Corners of the kinds of elements that are known, in the order of VTK; further nodes of an element follow its corners."""
+MOST_TYPES = 5  # types of elements that a message names
 _KIND = re.compile(rf"({'|'.join(CORNERS)})\d*")
 _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "TETRAHEDRON": "tetra"} | {
     kind.upper(): kind for kind in ("hexahedron", "wedge", "pyramid")
@@ -17,7 +18,14 @@ _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "
 
 
 class Damaged(ValueError):
-    """Why the text or the bytes of a file are not what its format asks for, without what is in it."""
+    """The text or the bytes of a file do not follow its format.
+
+    remedy: what to do, where it is more than to write the file again.
+    """
+
+    def __init__(self, text: str, remedy: str = "") -> None:
+        super().__init__(text)
+        self.remedy = remedy
 
 
 class Block(NamedTuple):
@@ -39,7 +47,7 @@ class Contents:
     """Points, shape (n, 3), in the unit of the file, elements and named sets.
 
     cell_sets: by name, the numbers of the elements of each block; notes: remarks of the reader; is_single: whether the file
-    stores coordinates in single precision.
+    stores coordinates in single precision; skipped_types: names of the types of elements that were not read.
     """
 
     format: str
@@ -49,6 +57,14 @@ class Contents:
     cell_sets: Mapping[str, list[np.ndarray]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     is_single: bool = False
+    skipped_types: tuple[str, ...] = ()
+
+    def why_without(self, elements: str) -> str:
+        """Return the reason why the file has no such elements, if its reader skipped elements of other types."""
+        if not self.skipped_types:
+            return ""
+        named = ", ".join(self.skipped_types[:MOST_TYPES]) + (", ..." if len(self.skipped_types) > MOST_TYPES else "")
+        return f": its elements of type {named} were not read, because {elements} have other types"
 
     def nodes_of_sets(self) -> dict[str, np.ndarray]:
         """Sets of nodes by name: those of the file, and the nodes of its sets and groups of cells."""

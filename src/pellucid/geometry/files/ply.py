@@ -6,7 +6,7 @@ import numpy as np
 
 from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
 from pellucid.geometry.files.strips import triangles_of_fan, triangles_of_strip
-from pellucid.geometry.files.words import text_of
+from pellucid.geometry.files.words import floats, integers, text_of
 
 TYPES = {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 for _letter, _prefix in (("i", ""), ("u", "u")):
@@ -119,10 +119,7 @@ class _Words:
             raise Damaged("it ends before its last element, or has a list of less than no values")
         words = self._words[self.at : self.at + count]
         self.at += count
-        try:
-            return np.array(words, float) if kind[0] == "f" else np.array(words, np.int64)
-        except (ValueError, OverflowError):
-            raise Damaged("something else stands where a number belongs") from None
+        return floats(words, "its values") if kind[0] == "f" else integers(words, "its whole numbers")
 
     def table(self, layout: list[tuple[str, int]], rows: int) -> tuple[list[np.ndarray], int] | None:
         """Columns of rows that all have so many values of these types, shape (rows, values) each, and where they end; None

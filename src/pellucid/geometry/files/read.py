@@ -50,7 +50,8 @@ def read_file(path: str, what: str, readable: str) -> Contents:
         _check(contents)
     except Damaged as error:
         again = "" if "ending" in str(error) else "write the file again with the program that made it, or "
-        raise Refusal(f"{path} cannot be read as {what}: {error}", f"{again}save it as one of {readable}") from None
+        remedy = error.remedy or f"{again}save it as one of {readable}"
+        raise Refusal(f"{path} cannot be read as {what}: {error}", remedy) from None
     except (MemoryError, OSError) as error:
         reason = "it needs more memory than there is" if isinstance(error, MemoryError) else error.strerror or str(error)
         raise Refusal(f"{path} cannot be read as {what}: {reason}", "mend this, or name another file") from None

@@ -1,6 +1,7 @@
 """Words and numbers of text files."""
 
 import codecs
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ from pellucid.geometry.files.contents import Damaged
 
 MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
 """Encodings by the byte order marks with which texts begin."""
+_LIKE_A_NUMBER = re.compile(r"[0-9.,+\-dDeE]{0,30}[0-9][0-9.,+\-dDeE]{0,30}")
 
 
 def as_utf8(data: bytes) -> bytes:
@@ -46,7 +48,8 @@ def numbers(words: Sequence[str], line: int, count: int | None = None) -> list[f
     try:
         return [float(word.lower().replace("d", "e")) for word in words]
     except ValueError:
-        raise Damaged(f"line {line} has a word where a number belongs") from None
+        word, remedy = _not_a_number(words)
+        raise Damaged(f"line {line} has {word} where a number belongs", remedy) from None
 
 
 def floats(words: Sequence[str], what: str) -> np.ndarray:
@@ -54,7 +57,32 @@ def floats(words: Sequence[str], what: str) -> np.ndarray:
     try:
         return np.array(words, dtype=float)
     except ValueError:
-        raise Damaged(f"a word stands where a number belongs, among {what}") from None
+        word, remedy = _not_a_number(words)
+        raise Damaged(f"{word} stands where a number belongs, among {what}", remedy) from None
+
+
+def _not_a_number(words: Sequence[str]) -> tuple[str, str]:
+    """Return the first word that is no number, for a message, and a remedy where it has a decimal comma.
+
+    Only a word of digits and signs is quoted: a wrong path must not show what is in a file that is no mesh.
+    """
+    for word in words:
+        if not _is_number(word):
+            letters = word.decode("latin-1") if isinstance(word, bytes) else str(word)
+            if not _LIKE_A_NUMBER.fullmatch(letters):
+                break
+            if _is_number(letters.replace(",", ".", 1)):
+                return f"`{letters}`, with a decimal comma,", "write the numbers of the file with decimal points"
+            return f"`{letters}`", ""
+    return "a word", ""
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word.lower().replace("d", "e") if isinstance(word, str) else word)
+    except ValueError:
+        return False
+    return True
 
 
 def integers(words: Sequence[str], what: str) -> np.ndarray:
