@@ -35,10 +35,10 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
     elements = _Elements(mesh)
     ambiguous = False
     yield from _lone(elements)
-    repeated = list(_repeated(elements))
-    # what repeated elements crowd is mended with them
-    once = _Elements(Mesh(mesh.vertices, *(some[first_of_each(some)] for some in mesh[1:]))) if repeated else elements
-    for fault in (*_empty(elements), *repeated, *_crowded(once)):
+    empty, repeated = list(_empty(elements)), list(_repeated(elements))
+    # edges that are crowded only by repeated or empty elements are mended with these
+    sound = _Elements(_without_empty_and_repeated(mesh)) if empty or repeated else elements
+    for fault in (*empty, *repeated, *_crowded(sound)):
         ambiguous = True
         yield fault
     if ambiguous:
@@ -53,6 +53,12 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
             volume = signed_volume(*mesh.triangulated())
             text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
             yield text, f"turn the {elements.many} round: of a file, `repair = true` or `reverse = true` does it"
+
+
+def _without_empty_and_repeated(mesh: Mesh) -> Mesh:
+    no_quads, no_triangles = np.split(empty_elements(mesh), [len(mesh.quads)])
+    quads, triangles = mesh.quads[~no_quads], mesh.triangles[~no_triangles]
+    return Mesh(mesh.vertices, quads[first_of_each(quads)], triangles[first_of_each(triangles)])
 
 
 class _Elements:
