@@ -27,7 +27,9 @@ OPTIONS = (
 @contextmanager
 def chromium(profile: Path) -> Iterator:
     """A browser with a new folder for what it keeps."""
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed: pip install 'pellucid[test]'")
+    webdriver = pytest.importorskip(
+        "selenium.webdriver", reason="selenium is not installed: pip install '.[test]' in the clone of pellucid"
+    )
     programs = [shutil.which(name) for name in ("chromium", "chromedriver")]
     if not all(programs):
         pytest.skip("chromium and chromedriver are not installed: apt-get install chromium chromium-driver")

@@ -10,6 +10,8 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
 
+from pellucid.system.extras import install_command
+
 FOR_USERS = "mesh", "sweep", "notebook", "mpi"
 """The extras that do more than build the package."""
 BROWSERS = "chromium", "google-chrome", "chrome", "chromium-browser", "msedge"
@@ -60,7 +62,10 @@ def examine() -> list[Row]:
         ("python", f"{platform.python_version()} ({sys.executable})", ""),
         ("system", f"{platform.platform()}, {os.cpu_count()} cores", ""),
         ("pellucid", _version("pellucid") or "missing", ""),
-        *((name, _version(name) or "missing", "" if _version(name) else "pip install pellucid") for name, _ in _packages("")),
+        *(
+            (name, _version(name) or "missing", "" if _version(name) else "pip install . in the clone of pellucid")
+            for name, _ in _packages("")
+        ),
         *(_optional(name, extra) for extra in FOR_USERS for name, _ in _packages(extra)),
         _threading(),
         _kernel_cache(),
@@ -81,7 +86,7 @@ def _packages(extra: str) -> list[tuple[str, str]]:
 
 def _optional(name: str, extra: str) -> Row:
     found = _version(name)
-    return name, found or "not installed", "" if found else f"optional: pip install 'pellucid[{extra}]'"
+    return name, found or "not installed", "" if found else f"optional: {install_command(extra)}"
 
 
 def _version(name: str) -> str:

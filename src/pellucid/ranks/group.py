@@ -13,11 +13,12 @@ from typing import Any, TextIO, TypeVar
 import numpy as np
 
 from pellucid.errors import PellucidError, UsageError
+from pellucid.system.extras import install_command
 
 SIZES = "OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_NUM_TASKS"
 NUMBERS = "OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", "SLURM_PROCID"
 """Variables by which launchers tell how many processes there are, and which of them this is."""
-NO_MPI = "mpi4py is not here: pip install 'pellucid[mpi]', or start one process"
+NO_MPI = f"mpi4py is not installed: {install_command('mpi')}, or start one process"
 OTHER_MPI = (
     "mpi4py belongs to another MPI, which sees one: start them with the launcher of that one (srun: with --mpi=pmi2 or "
     "--mpi=pmix), or install mpi4py with the MPI of this one"

@@ -6,6 +6,11 @@ from typing import Any
 from pellucid.errors import UsageError
 
 
+def install_command(extra: str) -> str:
+    """Return how to install an extra, for messages and help."""
+    return f"pip install '.[{extra}]' in the clone of pellucid"
+
+
 def needed(module: str, extra: str, what: str) -> Any:
     """A module of an extra. Raises UsageError with what to install where it is not there; what: who needs it, in the plural."""
     try:
@@ -13,4 +18,4 @@ def needed(module: str, extra: str, what: str) -> Any:
     except ModuleNotFoundError as error:
         package = module.partition(".")[0].replace("_", "-")
         text = f"{what} need {package}, and {error.name} is not installed"
-        raise UsageError(f"{text}\n    pip install 'pellucid[{extra}]'") from None
+        raise UsageError(f"{text}\n    {install_command(extra)}") from None

@@ -8,9 +8,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from pellucid.errors import UsageError
+from pellucid.system.extras import install_command
 
 LAUNCHER = "mpiexec"
-INSTALL = "pip install 'pellucid[mpi]', or install mpi4py beside the MPI of the machine"
+INSTALL = f"{install_command('mpi')}, or install mpi4py with the MPI of the machine"
 
 
 def start_together(processes: int, arguments: Sequence[str]) -> None:
@@ -22,7 +23,7 @@ def start_together(processes: int, arguments: Sequence[str]) -> None:
     launcher = str(beside) if beside.is_file() else shutil.which(LAUNCHER)
     if launcher is None or find_spec("mpi4py") is None:
         missing = LAUNCHER if launcher is None else "mpi4py"
-        raise UsageError(f"--ranks {processes} needs {missing}, which is not here: {INSTALL}")
+        raise UsageError(f"--ranks {processes} needs {missing}, which is not installed: {INSTALL}")
     sys.stdout.flush()
     os.execv(launcher, [launcher, "-n", str(processes), sys.executable, "-m", "pellucid", *arguments])
 

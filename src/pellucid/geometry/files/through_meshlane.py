@@ -17,6 +17,7 @@ from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged
 from pellucid.geometry.files.patience import TooLong, within
 from pellucid.geometry.files.sets import sets_of_cells, sets_of_nodes
 from pellucid.geometry.files.words import as_utf8
+from pellucid.system.extras import install_command
 from pellucid.system.input_files import file_bytes
 
 FORMS = {".inp": "ansysInp"}
@@ -35,7 +36,7 @@ def read_through_meshlane(path: str) -> Contents:
     the same.
     """
     if find_spec("meshlane") is None:
-        raise Refusal(f"reading {path} needs meshlane", "pip install '.[mesh]' in the clone of pellucid")
+        raise Refusal(f"reading {path} needs meshlane", install_command("mesh"))
     import meshlane
 
     endings = Path(path).name.lower().split(".")[1:]

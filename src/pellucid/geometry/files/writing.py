@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.findings import Refusal
 from pellucid.geometry.meshes.cells import cut_in_two
+from pellucid.system.extras import install_command
 
 BY_MESHLANE = {".msh": "gmsh22", ".vtk": "vtk", ".vtu": "vtu", ".inp": "abaqus"}
 """Its names of formats that hold tetrahedra with sets, and surfaces."""
@@ -23,7 +24,7 @@ def check_ending(name: str, is_solid: bool) -> None:
         text = f"{what} cannot be written to a file with {f'the ending {ending}' if ending else 'no ending'}"
         raise Refusal(text, f"take one of {', '.join(endings)}")
     if ending in BY_MESHLANE and find_spec("meshlane") is None:
-        remedy = "pip install '.[mesh]' in the clone of pellucid"
+        remedy = install_command("mesh")
         raise Refusal(f"writing {ending} files needs meshlane", remedy if is_solid else f"{remedy}, or take .stl, .obj or .ply")
 
 

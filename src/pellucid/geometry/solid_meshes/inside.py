@@ -19,6 +19,7 @@ from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.surfaces.inside import closed_triangles
 from pellucid.geometry.surfaces.surface import Surface
 from pellucid.model import check, parameter
+from pellucid.system.extras import install_command
 
 REGULAR = 6.0 * np.sqrt(2.0)  # cube of the edge of a regular tetrahedron over its volume
 ROUNDING = 1e-9  # of the volume
@@ -55,7 +56,7 @@ class InsideMesh(Tetrahedral):
     def make(self) -> SimplexMesh:
         """Its nodes and tetrahedra. Raises ValueError where TetGen is missing, or the surface has no inside."""
         if find_spec("tetgen") is None:
-            raise Refusal("filling a surface with tetrahedra needs tetgen", "pip install '.[mesh]' in the clone of pellucid")
+            raise Refusal("filling a surface with tetrahedra needs tetgen", install_command("mesh"))
         surface = closed_triangles(self.surface)
         largest, reason = self.size**3 / REGULAR, Refusal("", "")
         for apart in (False, True):
