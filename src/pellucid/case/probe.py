@@ -218,9 +218,20 @@ class Probe(Part):
         every = parts.of(Condition)
         names = [name for other in every if (name := other.turning_reaction(parts) if turns else other.reaction())]
         if self.condition not in names and parts.are_sound(Condition):
-            what = "motion of a rigid body" if turns else "support, motion, contact, wall, inflow, outflow or mean-velocity"
+            if turns:
+                yield Finding((*path, "condition"), *self._no_turning_motion(names))
+                return
+            what = "support, motion, contact, wall, inflow, outflow or mean-velocity"
             text = f"no {what} has this name; there are {listed(names) or 'none with a name'}"
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "give it a `name`")
+
+    def _no_turning_motion(self, names: list[str]) -> tuple[str, str]:
+        """Return what a torque needs, and what to do."""
+        text = f"`torque` is that of a [[motion]] on a rigid body, and `{self.condition}` is none"
+        if names:
+            return f"{text}; such motions are {listed(names)}", hint(self.condition or "", names) or "name one of these"
+        remedy = 'use quantity = "reaction", or name a [[motion]] whose body has `rigid = true`'
+        return f"{text}; the case has no such motion with a name", remedy
 
     def field(self) -> Field:
         """What is known of the quantity that it reads of a body: components, unit, meaning."""

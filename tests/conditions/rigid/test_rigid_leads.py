@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from small_cases import RATE_SOLID, SLIP, advance, box, case
+from small_cases import GAS, RATE_SOLID, SLIP, advance, box, case
 
 from pellucid.errors import CaseError
 from pellucid.results.storage.probes import ProbeReader
@@ -331,9 +331,26 @@ def test_only_rigid_bodies_turn():
 def test_a_torque_is_that_of_a_motion_of_a_rigid_body():
     probe = [{"name": "t", "quantity": "torque", "condition": "go"}]
     motion = [{"name": "go", "body": "block", "hold": ["x"]}]
-    with pytest.raises((CaseError, ValueError), match="no motion of a rigid body has this name; there are none"):
+    with pytest.raises(
+        (CaseError, ValueError),
+        match=r"`torque` is that of a \[\[motion\]\] on a rigid body, and `go` is none; the case has no such motion",
+    ):
         case(square() | {"rigid": False}, counts=PLANE, motion=motion, probe=probe)
     case(square(), counts=PLANE, motion=motion, probe=probe)
+
+
+def test_a_torque_of_another_condition_names_the_motions_that_have_one():
+    probe = [{"name": "t", "quantity": "torque", "condition": "wall"}]
+    motion = [{"name": "go", "body": "block", "hold": ["x"]}]
+    words = "`wall` is none; such motions are go"
+    with pytest.raises((CaseError, ValueError), match=words):
+        case(square(), counts=PLANE, motion=motion, probe=probe)
+
+
+def test_a_fluid_cannot_be_rigid():
+    words = "body.0.rigid: a material of kind .fluid. flows, and a rigid body keeps its shape"
+    with pytest.raises((CaseError, ValueError), match=words):
+        case(square() | {"material": GAS}, counts=PLANE)
 
 
 def test_angles_of_a_table_are_in_degrees(tmp_path):

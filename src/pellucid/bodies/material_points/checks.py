@@ -85,6 +85,14 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
             yield Finding(here, text, remedy)
 
 
+def rigid_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
+    """Report a rigid body of a material that flows."""
+    if body.is_rigid and body.material.flows:
+        text = f'a material of kind "{body.material.kind}" flows, and a rigid body keeps its shape'
+        remedy = 'use a solid material of the same density, such as kind = "neo-hookean", or remove `rigid = true`'
+        yield Finding((*path, "rigid"), text, remedy)
+
+
 def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
     """Rest under gravity of what does not flow, without gravity, or where there is no such state."""
     rest, gravity = body.hydrostatic, parts.gravity

@@ -11,6 +11,7 @@ from pellucid.bodies.material_points.checks import (
     grid_problems,
     hydrostatic_problems,
     outside_problems,
+    rigid_problems,
     stress_problems,
 )
 from pellucid.bodies.material_points.seeded_body import SeededBody
@@ -117,6 +118,7 @@ class MaterialPointsCase(SeededBody):
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", *self.material.state_fields), path)
         grid = parts.grid
+        yield from rigid_problems(self, path)
         yield from hydrostatic_problems(self, path, parts)
         yield from stress_problems(self, path)
         yield from plane_problems(self.shape.rotate, (*path, "shape"), parts.active_axes)
