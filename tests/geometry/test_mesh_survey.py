@@ -37,7 +37,7 @@ def test_a_closed_surface(tmp_path):
 def test_the_unit_is_guessed_and_said_to_be_a_guess(tmp_path, factor, guess):
     write_surface(tmp_path / "a.obj", ".obj", factor * CUBE.vertices, *CUBE[1:])
     unit = rows(tmp_path / "a.obj")["unit"]
-    assert unit.startswith("the file does not say; ")
+    assert unit.startswith("the file does not define the unit; ")
     assert guess in unit
 
 

@@ -135,7 +135,7 @@ class OutputCase(Part):
 class EnergyCase(Part):
     """Limits on the relative error of the energy balance."""
 
-    warn: float = parameter("", "relative error that is warned of", 0.02, gt=0)
+    warn: float = parameter("", "relative error that causes a warning", 0.02, gt=0)
     stop: float = parameter("", "relative error that stops the run", 0.10, gt=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -51,7 +51,7 @@ def sweep(
     until: Until = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Folder of the sweep (default: sweeps/NAME); it is gone on with."),
+        typer.Option("--out", metavar="DIR", help="Folder of the sweep (default: sweeps/NAME); an existing sweep continues."),
     ] = None,
     threads: Threads = None,
     workers: WorkersOption = None,
@@ -110,7 +110,8 @@ def fit(
     quick: Quick = False,
     settings: Settings = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the fit (default: fits/NAME); it is gone on with.")
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder of the fit (default: fits/NAME); an existing fit continues."),
     ] = None,
     threads: Threads = None,
     workers: WorkersOption = None,

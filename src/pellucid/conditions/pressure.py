@@ -28,7 +28,7 @@ from pellucid.parts.surface_load import SurfacePoints
 class Pressure(ChangesInTime, Condition):
     """A pressure difference on a membrane or a pressure on the faces of a solid, along the normal wherever that points."""
 
-    swings_as: ClassVar[Swing] = Swing("spring", "its membrane swings on its given volume")
+    swings_as: ClassVar[Swing] = Swing("spring", "its membrane oscillates on its given volume")
 
     body: str = parameter("", "name of a membrane, or of a solid with nodes of its own")
     value: float | None = parameter(
@@ -177,7 +177,7 @@ class PressedMembrane(AtEachStep):
         self._body = body
 
     def warning(self) -> str | None:
-        """Of holes in the membrane."""
+        """Warn that failed points have left holes."""
         return _holes(self._body)
 
 

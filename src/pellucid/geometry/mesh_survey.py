@@ -101,9 +101,9 @@ def _size(path: str, nodes: np.ndarray, metres: float) -> list[tuple[str, str]]:
 def _guess(largest: float) -> str:
     """The unit that a mesh of such an extent mostly has, for people who know what the mesh shows."""
     if largest < METRES:
-        return f"the file does not say; a size below {METRES:g} mostly is in metres, as it is taken here"
+        return f"the file does not define the unit; a size below {METRES:g} mostly is in metres, as it is taken here"
     unit, other = ("mm", "um") if largest < MILLIMETRES else ("um", "mm")
-    text = f"the file does not say; a size of {largest:.3g} mostly is in {unit} or {other}, hardly in metres"
+    text = f"the file does not define the unit; a size of {largest:.3g} mostly is in {unit} or {other}, hardly in metres"
     return f'{text}: `unit = "{unit}"` beside the `path` in a case, here --unit {unit}'
 
 

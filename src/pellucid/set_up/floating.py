@@ -30,7 +30,7 @@ def floating_bodies(case: Case) -> Iterator[str]:
                 f"body {body.name} is in the velocity field of {listed(liquids)}: the liquid within a cell, "
                 f"{case.grid.cell:g} m, sticks to it and is lifted with it, so that it floats too deep, by up to half a cell; "
                 f'give it a velocity field of its own: add field = "{_free_field(case, body.name)}" to body {body.name}. They '
-                "then touch without friction, or as a [[contact]] between the two says"
+                "then touch without friction, or add a [[contact]] with friction between the two"
             )
 
 

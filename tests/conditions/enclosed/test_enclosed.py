@@ -130,7 +130,7 @@ def test_a_liquid_bounds_the_step_of_its_membrane_and_is_stable():
     sim = simulation({"liquid": water}, end=0.01)
     limit, name = sim.step_limit()
     assert (limit.cause, name) == ("spring", "")
-    assert "swings on what it encloses, `bag`" in limit.reason
+    assert "oscillates on the enclosed `bag`" in limit.reason
     # the ball breathes as a mass on two springs: dt < 2/ω with ω² = (K/V) S/ρh, S = 3V/R, beside the membrane's own swing
     assert limit.step == pytest.approx(2.0 / np.sqrt(1e8 * 3.0 / 10.0), rel=0.05)
     start = shown(sim)["volume"]

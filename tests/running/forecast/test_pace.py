@@ -103,7 +103,7 @@ def test_the_size_goes_with_the_points():
     ],
 )
 def test_steps_and_time_are_said_in_two_lines(each, words):
-    steps, time = lines(block(10), Foretold(5e-3, 200, "body `block` (wave): waves"), each)
+    steps, time = lines(block(10), Foretold(5e-3, 200, "limited by body `block` (wave): waves"), each)
     assert steps == "steps: about 200 of 0.005 s, limited by body `block` (wave): waves"
     assert time == words
 

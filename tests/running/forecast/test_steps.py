@@ -51,10 +51,10 @@ def test_as_many_steps_are_taken_as_were_foretold(name):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("a solid", r"body `block` \(wave\): waves in it of 3.669 m/s cross cells of 1 m; time.courant = 0.4"),
+        ("a solid", r"^limited by body `block` \(wave\): waves in it of 3.669 m/s cross cells of 1 m; time.courant = 0.4"),
         ("a solid that flies", r"\(motion\): it moves at 5 m/s through cells of 1 m"),
         ("a viscous gas", r"\(viscous\): its kinematic viscosity, 13.3 m2/s, spreads momentum over cells of 1 m"),
-        ("a fixed step", r"time.step, 0.037 of the stable one, which body `block` \(wave\): waves"),
+        ("a fixed step", r"^time.step is 0.037 of the stable step, which body `block` limits: waves"),
         ("under gravity", r"what falls from rest passes a cell in 0.0447 s"),
         ("membrane points", r"body `sheet` \(membrane\): waves in its plane of 33.15 m/s cross cells of 0.25 m"),
         ("quadrilaterals", r"\(membrane\): waves in its plane of 33.15 m/s cross its smallest element, in effect 0.118 m wide"),

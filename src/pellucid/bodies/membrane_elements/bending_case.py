@@ -41,8 +41,10 @@ class BendingCase(Model):
         return material.plane_poisson_ratio if self.poisson_ratio is None else self.poisson_ratio
 
     def problems(self, path: Path, mesh: Mesh, material: MembraneMaterial, flat: bool) -> Iterator[Finding]:
-        """Elements that do not bend, a shape with others than those of the membrane, a Poisson's ratio that has no effect or is
-        missing; flat: whether the grid is thin."""
+        """Report element types without bending, a mismatched shape, or a missing Poisson's ratio.
+
+        flat: whether the grid is thin.
+        """
         if flat:
             text = "is of surfaces in space, and the grid is one cell thick along an axis"
             yield Finding(path, text, "enlarge the grid, or leave it out; a curve that bends is a fluid-film")

@@ -177,7 +177,7 @@ class ActiveEnclosed(ActiveCondition):
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._space.bodies[0].totals.rate
-        reason = f"its membrane {self._model.body} swings on what it encloses, `{self._model.name}`, within {step:.3g} s"
+        reason = f"membrane `{self._model.body}` oscillates on the enclosed `{self._model.name}` within {step:.3g} s"
         return StepLimit(step, "spring", reason)
 
     def work(self) -> StepWork:
@@ -189,7 +189,7 @@ class ActiveEnclosed(ActiveCondition):
         return done
 
     def warning(self) -> str | None:
-        """Of holes in the membrane."""
+        """Warn that failed points have left holes."""
         now, model = self._now, self._model
         if not now.failed[0]:
             return None

@@ -128,7 +128,7 @@ class Gas(Contents):
         return flow_function(outside / pressure, self.gamma) * pressure / sqrt(self.constant * self.temperature)
 
     def lack(self, volume: float, outside: float) -> float:
-        """By the enthalpy that it brings, or at one temperature."""
+        """Return the mass whose inflow lets the pressure rise to that outside [kg]: adiabatic, or at constant temperature."""
         rise = (outside - self.pressure(volume)) * volume / (self.constant * self._start)
         return rise if self.isothermal else rise / self.gamma
 
@@ -196,7 +196,6 @@ class Liquid(Contents):
         return sqrt(2.0 * self.mass / volume * (self.pressure(volume) - outside))
 
     def lack(self, volume: float, outside: float) -> float:
-        """By its law."""
         return -self.excess(volume, outside)
 
     def influx(self, volume: float, outside: float) -> float:

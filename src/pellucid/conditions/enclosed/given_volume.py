@@ -124,7 +124,7 @@ class ActiveVolume(ActiveCondition):
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._space.bodies[0].totals.rate
-        reason = f"body {self._body} swings on the stiffness of its given volume within {step:.3g} s"
+        reason = f"membrane `{self._body}` oscillates on its given volume within {step:.3g} s"
         return StepLimit(step, "spring", reason)
 
     def warning(self) -> str | None:

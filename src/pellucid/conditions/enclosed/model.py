@@ -81,7 +81,7 @@ class Enclosed(Condition):
     """Gas or liquid in a membrane, by its mass: its pressure follows from the volume."""
 
     unique_name: ClassVar[bool] = True
-    swings_as: ClassVar[Swing] = Swing("spring", "its membrane swings on what it encloses")
+    swings_as: ClassVar[Swing] = Swing("spring", "its membrane oscillates on the enclosed gas or liquid")
 
     name: str = name_parameter("name of its columns in the history: NAME_pressure, NAME_volume, NAME_mass ...")
     body: str = parameter("", "name of the membrane that encloses it")
@@ -109,7 +109,7 @@ class Enclosed(Condition):
     """Whether damage can make holes in its membrane, in a case (`in_case`)."""
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
-        """Return it knowing whether its membrane has damage."""
+        """Return a copy that records whether the membrane can tear."""
         membrane = next((body for body in bodies if body.name == self.body), None)
         copy = self.model_copy()
         copy._may_tear = getattr(getattr(membrane, "material", None), "damage", None) is not None

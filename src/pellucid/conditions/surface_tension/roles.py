@@ -59,6 +59,6 @@ def find_face_roles(
 
 
 def _is_wall(support: Support, face: str, thin: tuple[bool, bool, bool]) -> bool:
-    """Whether a support does with a face what none does with a plane of symmetry."""
+    """Return True if the support makes the face a wall: no-slip, moving, rubbing or opening."""
     along = () if support.fix == "normal" else [axis for axis in support.fix if axis != face[0] and not thin["xyz".index(axis)]]
     return bool(along) or support.wall_friction() > 0.0 or support.lets_go() or any(support.velocity)

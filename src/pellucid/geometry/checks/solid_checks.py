@@ -12,7 +12,7 @@ from pellucid.geometry.meshes.triangulation import pieces
 
 FLATTEST = 1e-9  # volume over the cube of the longest edge; of a regular tetrahedron 0.118
 NEAREST = 1e-6  # distance of two nodes over the cube root of the mean volume: below, they are one place that is there twice
-MOST_NAMED = 5  # pieces whose sizes a warning tells
+MOST_NAMED = 5  # pieces whose sizes a warning reports
 
 
 def solid_faults(mesh: SimplexMesh, is_pattern: bool = False) -> Iterator[Fault]:

@@ -8,7 +8,7 @@ from pellucid.parts.step_limit import NO_LIMIT
 from pellucid.running.forecast.steps import limit_of_model
 
 WORTHWHILE = 5.0
-"""Times as long steps: implicit viscosity makes them two to four times as dear."""
+"""Ratio of the time steps from which the hint is given: a step with implicit viscosity costs two to four times as much."""
 
 
 def implicit_viscosity(case: "Case") -> str | None:
@@ -28,4 +28,5 @@ def implicit_viscosity(case: "Case") -> str | None:
     if not isfinite(without.step) or without.step < WORTHWHILE * limit.step:
         return None
     keys = " and ".join(f"body.{name}.material.implicit_viscosity" for name in names)
-    return f"hint: {keys} = true would allow steps {without.step / limit.step:.2g} times as long, two to four times as dear"
+    longer = f"would allow steps {without.step / limit.step:.2g} times as long, at two to four times the cost per step"
+    return f"hint: {keys} = true {longer}"

@@ -21,7 +21,7 @@ class Foretold(NamedTuple):
     number: float
     """Of steps until the end; not a number where nobody knows."""
     why: str
-    """What bounds the step, or why nobody knows."""
+    """The limit of the step, as a clause, or the reason why it is unknown."""
 
 
 UNKNOWN = float("nan")
@@ -73,13 +73,16 @@ def _foretold(case: "Case", limit: StepLimit, name: str, now: float, until: floa
     )
     because = (f"body `{name}` ({limit.cause}): " if name else "") + limit.reason
     if time.step is not None:
-        share = f", {time.step / limit.step:.2g} of the stable one, which {because}" if isfinite(limit.step) else ""
-        return _counted(left, time.step, f"time.step{share}")
+        if not isfinite(limit.step):
+            return _counted(left, time.step, "limited by time.step")
+        by = f", which body `{name}` limits" if name else ""
+        text = f"time.step is {time.step / limit.step:.2g} of the stable step{by}: {limit.reason}"
+        return _counted(left, time.step, text)
     if rows <= time.courant * limit.step:
-        text = "a row of the history is due; bodies with steps of their own take them within these, as their `accuracy` asks"
+        text = "limited by the rows of the history; bodies with time steps of their own take them within these by `accuracy`"
         return _counted(left, rows, text)
     courant = "" if limit.cause == "contact" else f"; time.courant = {time.courant:g}"
-    return _counted(left, time.courant * limit.step, f"{because}{courant}")
+    return _counted(left, time.courant * limit.step, f"limited by {because}{courant}")
 
 
 def _counted(left: float, step: float, why: str) -> Foretold:

@@ -48,7 +48,7 @@ def _two_lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]
         steps = f"steps: {settling}{foretold.why}"
     else:
         about = "" if case.time.step is not None else "about "
-        steps = f"steps: {settling}{about}{foretold.number:.0f} of {foretold.step:.3g} s, limited by {foretold.why}"
+        steps = f"steps: {settling}{about}{foretold.number:.0f} of {foretold.step:.3g} s, {foretold.why}"
     if each is None:
         later = "an estimate follows after the first second of the run"
         return [steps, f"time: unknown, because no similar case has run on this machine yet; {later}"]
