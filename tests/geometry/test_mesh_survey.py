@@ -44,7 +44,7 @@ def test_the_unit_is_guessed_and_said_to_be_a_guess(tmp_path, factor, guess):
 def test_a_unit_that_the_file_says_is_told(tmp_path):
     write_surface(tmp_path / "a.obj", ".obj", *CUBE)
     (tmp_path / "a.obj").write_text("# Units: mm\n" + (tmp_path / "a.obj").read_text())
-    assert rows(tmp_path / "a.obj")["unit"].startswith("the file says mm")
+    assert rows(tmp_path / "a.obj")["unit"].startswith("the file defines mm")
 
 
 def test_holes_pieces_and_crossings(tmp_path):

@@ -28,7 +28,7 @@ MOST_CROSSED = 300_000  # triangles: of a larger surface crossings are not looke
 METRES, MILLIMETRES = 3.0, 1000.0
 """Sizes up to which numbers mostly are metres and millimetres: people measure organs, cells, airbags."""
 HEAD = 2000
-"""Bytes in which a file may say what its unit is."""
+"""Bytes in which a file may define its unit."""
 SAID = re.compile(rb"unit[s]?\s*[=:]?\s*\(?(mm|cm|dm|um|nm|m|inch|in)\b", re.IGNORECASE)
 
 
@@ -94,7 +94,8 @@ def _size(path: str, nodes: np.ndarray, metres: float) -> list[tuple[str, str]]:
     if metres != 1.0:
         return [("extent", text), ("unit", f"as you say: {metres:g} m")]
     if said:
-        return [("extent", text), ("unit", f"the file says {said[1].decode().lower()}: `unit` beside its `path` in a case")]
+        name = said[1].decode().lower()
+        return [("extent", text), ("unit", f'the file defines {name}: set `unit = "{name}"` with its `path` in a case')]
     return [("extent", f"{text}, if the unit is a metre"), ("unit", _guess(float((high - low).max())))]
 
 

@@ -217,5 +217,5 @@ def test_elements_of_unknown_types_are_named_where_no_others_are(tmp_path):
     path = tmp_path / "foo.inp"
     path.write_text(NODES + ELEMENTS.replace("C3D4", "FOO99"))
     for source, needed in ((SurfaceFile, "no triangle"), (SolidFile, "no tetrahedron")):
-        with pytest.raises(ValueError, match=f"{needed} .*: its elements of type FOO99 were not read, because .* save these"):
+        with pytest.raises(ValueError, match=f"{needed} .*: its elements have types that cannot be read: FOO99; save these"):
             source(path=str(path))

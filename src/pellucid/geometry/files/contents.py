@@ -59,12 +59,12 @@ class Contents:
     is_single: bool = False
     skipped_types: tuple[str, ...] = ()
 
-    def why_without(self, elements: str) -> str:
-        """Return the reason why the file has no such elements, if its reader skipped elements of other types."""
+    def skipped_elements(self) -> str:
+        """Return a clause about the elements whose types the reader skipped, empty if it skipped none."""
         if not self.skipped_types:
             return ""
         named = ", ".join(self.skipped_types[:MOST_TYPES]) + (", ..." if len(self.skipped_types) > MOST_TYPES else "")
-        return f": its elements of type {named} were not read, because {elements} have other types"
+        return f"its elements have types that cannot be read: {named}"
 
     def nodes_of_sets(self) -> dict[str, np.ndarray]:
         """Sets of nodes by name: those of the file, and the nodes of its sets and groups of cells."""

@@ -57,8 +57,8 @@ def solid_of(path: str, contents: Contents, repair: bool) -> tuple[SimplexMesh, 
         text = f"{path} holds cells of type {', '.join(strange)}; a solid needs tetrahedra, hexahedra, wedges or pyramids"
         raise Refusal(text, "mesh its volume with these, or leave these cells out of the file")
     if not any(len(block.nodes) for block in contents.blocks if block.kind in SOLID):
-        if reason := contents.why_without("solid elements"):
-            text = f"{path} holds no tetrahedron and no other solid element{reason}"
+        if skipped := contents.skipped_elements():
+            text = f"{path} holds no tetrahedron and no other solid element: {skipped}"
             raise Refusal(text, "save these elements as solid ones, such as those of type C3D4 and C3D8")
         remedy = "save its volume elements too; a closed surface alone is filled by `mesh = { inside = { surface = ... } }`"
         raise Refusal(f"{path} holds no tetrahedron and no other solid element", remedy)

@@ -104,8 +104,8 @@ def surface_of(path: str, contents: Contents, closed: bool = False) -> tuple[Mes
         np.concatenate([none[kind], *(block.nodes for block in flat if block.kind == kind)]).astype(np.int64) for kind in FLAT
     )
     if not len(quads) + len(triangles):
-        if reason := contents.why_without("triangles and quadrilaterals"):
-            text = f"{path} holds no triangle and no quadrilateral{reason}"
+        if skipped := contents.skipped_elements():
+            text = f"{path} holds no triangle and no quadrilateral: {skipped}"
             raise Refusal(text, "save these elements as triangles or quadrilaterals, such as those of type S3 and S4")
         if not any(len(block.nodes) for block in blocks):
             text = f"{path} holds no triangle and no quadrilateral: it has {len(points)} points and no element"
