@@ -68,18 +68,17 @@ def _not_a_number(words: Sequence[str]) -> tuple[str, str]:
     """
     for word in words:
         if not _is_number(word):
-            letters = word.decode("latin-1") if isinstance(word, bytes) else str(word)
-            if not _LIKE_A_NUMBER.fullmatch(letters):
+            if not _LIKE_A_NUMBER.fullmatch(word):
                 break
-            if _is_number(letters.replace(",", ".", 1)):
-                return f"`{letters}`, with a decimal comma,", "write the numbers of the file with decimal points"
-            return f"`{letters}`", ""
+            if _is_number(word.replace(",", ".", 1)):
+                return f"`{word}`, with a decimal comma,", "write the numbers of the file with decimal points"
+            return f"`{word}`", ""
     return "a word", ""
 
 
 def _is_number(word: str) -> bool:
     try:
-        float(word.lower().replace("d", "e") if isinstance(word, str) else word)
+        float(word.lower().replace("d", "e"))
     except ValueError:
         return False
     return True
