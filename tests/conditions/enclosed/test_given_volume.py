@@ -68,7 +68,7 @@ def test_a_stiff_spring_bounds_the_step_and_is_stable():
     assert soft.step_limit()[0].cause == "membrane"
     limit, _ = stiff.step_limit()
     assert limit.cause == "spring"
-    assert "stiffness of its given volume" in limit.reason
+    assert "oscillates on its given volume" in limit.reason
     wanted, start = TWICE["ratios"], stiff.condition_states["skin_volume"]
     for _ in stiff:
         volume = start * np.interp(stiff.time, TWICE["times"], wanted)
