@@ -173,6 +173,7 @@ class DeadStop:
             return [np.zeros_like(of) for of in pressures], [np.zeros_like(of) for of in drags]
         damper = 2.0 * DEAD_APART * np.tile(now, len(ways)) / sqrt(mobility * total)
         speeds = np.einsum("nd,knd->kn", speed, ways).ravel()
+        speeds[:n] = np.concatenate([_approach(part) for part in overlaps])
         held = np.einsum("nd,knd->kn", spring, ways).ravel()
         held[:n] = pressure
         sudden = np.maximum(pressure - np.concatenate(self._borne(overlaps)), 0.0)
@@ -358,6 +359,10 @@ def _approach(part: "Overlap") -> np.ndarray:
         return approach
     own = part.one.normals()[part.listed]
     facing = np.clip((-np.einsum("ij,ij->i", own, part.normal) - ASKEW) / (FACING - ASKEW), 0.0, 1.0)
-    facing[part.listed >= len(part.one.place) - part.one.n_edge_points] = 0.0
-    turning = np.einsum("ij,ij->i", part.one.turning(part.one.place[part.listed]), own + part.normal)
-    return np.asarray(facing * turning + approach)
+    by_rotation, n_faces = part.one.turning(part.one.place[part.listed]), len(part.one.place) - part.one.n_edge_points
+    turning = facing * np.einsum("ij,ij->i", by_rotation, own + part.normal)
+    on_edge = part.listed >= n_faces
+    tangent = part.one.edge_tangent[part.listed[on_edge] - n_faces]
+    along = np.einsum("ij,ij->i", by_rotation[on_edge], tangent)
+    turning[on_edge] = along * np.einsum("ij,ij->i", tangent, part.normal[on_edge])
+    return np.asarray(turning + approach)

@@ -65,7 +65,7 @@ class OverlapLaw:
         self.stiffness = 1.0 / sum(1.0 / (side.mass_per_area * rate**2) for side, rate in zip(soft, rates, strict=True))
         """κ [Pa/m]."""
         rigid = [side for side in sides if side.rigid_mass < np.inf]
-        by_edges = self._hard and all(side.faces is not None for side in sides)
+        by_edges = self._hard and stop_apart(*sides)
         areas = {id(side): side.bearing_area() if by_edges else side.side() for side in rigid}
         if self._hard and rigid and swing > 0.0:
             self.stiffness = swing**2 * self._mass / max(areas.values())
@@ -210,6 +210,11 @@ class OverlapLaw:
         one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
         damped = last * damping * np.sum(along * along, axis=1)
         return drag, taken_by_friction(spring, before, carried, drag, last * along, damped, slides)
+
+
+def stop_apart(*sides: ContactSurface) -> bool:
+    """Whether bodies that do not deform are stopped point by point: they have edges, and planes bound one of two."""
+    return all(side.n_edge_points > 0 for side in sides) and (len(sides) == 1 or any(side.faces is not None for side in sides))
 
 
 def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:

@@ -24,7 +24,7 @@ from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.dead_stop import ASKEW, FACING, SETTLED
 from pellucid.contact.images import Described, Plane, Seam, describe
-from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way
+from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way, stop_apart
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import Touch
 
@@ -54,6 +54,7 @@ class HalfPair:
         self._n_faces = len(one.place) - one.n_edge_points
         self._counts = np.ones(len(one.place))
         self._counts[self._n_faces :] = 1.0 / share if by_edges else 0.0
+        self._apart = by_edges and stop_apart(one, other)
         self._corners = None
         if by_edges and other.faces is not None and not one.two_sided:
             self._corners = np.unique(other.faces[other.faces >= 0])
@@ -83,7 +84,7 @@ class HalfPair:
             return False
         area = self._found[at, SHARE] * self._counts[at] * self.one.weights()[at]
         relative = one.velocity[at] - self._at_feet(at, other.velocity)
-        self.overlap = Overlap(self.one, at, depth, normal, area, relative, self.share)
+        self.overlap = Overlap(self.one, at, depth, normal, area, relative, self.share, self._apart)
         return True
 
     def _find_within_planes(self, corners: np.ndarray) -> bool:
@@ -122,7 +123,7 @@ class HalfPair:
         self._shares = 1.0 / len(places) + np.einsum("ni,ij,cj->nc", from_middle, spread, arm)
         relative = one.velocity[at] - np.einsum("nc,cd->nd", self._shares, other.velocity[corners])
         area = counts * self._counts[at] * one.weights()[at]
-        self.overlap = Overlap(one, at, depth, normal, area, relative, self.share, one.faces is not None)
+        self.overlap = Overlap(one, at, depth, normal, area, relative, self.share, self._apart)
         return True
 
     def _over_soft(self, at: np.ndarray, one: Described, other: Described) -> tuple[np.ndarray, np.ndarray]:

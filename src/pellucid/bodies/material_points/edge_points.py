@@ -27,6 +27,8 @@ class EdgePoints(NamedTuple):
     ----------
     place, normal : ndarray, shape (n, 3)
         Places at the start [m] and unit means of the outward normals about them.
+    tangent : ndarray, shape (n, 3)
+        Unit vectors along the edges; zero at corners.
     weight : ndarray, shape (n,)
         Areas by which they count in forces [m²]; zero for corners that bear nothing, which tell places of planes alone.
     face : ndarray, shape (k, 3)
@@ -37,6 +39,7 @@ class EdgePoints(NamedTuple):
 
     place: np.ndarray
     normal: np.ndarray
+    tangent: np.ndarray
     weight: np.ndarray
     face: np.ndarray
     thin: tuple[bool, bool, bool]
@@ -73,6 +76,7 @@ def edge_points(
     bears = ~is_out(found.corner) & ~on_faces(found.corner).any(axis=(1, 2)) & np.any(found.corner_normal, axis=1)
     corner_weight = bears * side * (CORNER if len(found.edge) else IN_PLANE)
     places, normals, weights = [found.corner], [found.corner_normal], [corner_weight]
+    tangents = [np.zeros_like(found.corner)]
     for corners, normal in zip(found.edge, found.edge_normal, strict=True):
         first, last = found.corner[corners]
         if on_faces(found.corner[corners]).all(axis=0).any():
@@ -85,9 +89,10 @@ def edge_points(
         kept = ~is_out(along)
         places.append(along[kept])
         normals.append(np.tile(normal, (int(np.count_nonzero(kept)), 1)))
+        tangents.append(np.tile((last - first) / length, (len(normals[-1]), 1)))
         weights.append(EDGE * np.sqrt(side) * length * share[kept])
     place = np.concatenate(places)
     place[:, thin] = (0.5 * (low + high))[thin]
     faces = [face for face in found.face if not on_faces(found.corner[face[face >= 0]]).all(axis=0).any()]
     face = np.array(faces if left_out is None else [], int).reshape(-1, 3)
-    return EdgePoints(place, np.concatenate(normals), np.concatenate(weights), face, grid.thin())
+    return EdgePoints(place, *map(np.concatenate, (normals, tangents, weights)), face, grid.thin())

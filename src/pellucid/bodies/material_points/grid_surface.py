@@ -98,9 +98,11 @@ class GridSurface(ContactSurface):
         self._rests = False
         self.reach = np.full(len(place), WIDTHS * spacing)
         self._weights, self._edge_normal = self.sizes(), np.zeros((0, 3))
+        self.edge_tangent = np.zeros((0, 3))
         if edges is not None:
             self.n_edge_points = n = len(edges.place)
             self._weights[len(place) - n :], self._edge_normal = edges.weight, edges.normal.copy()
+            self.edge_tangent = edges.tangent.copy()
             if len(edges.face):
                 self.faces = np.where(edges.face < 0, -1, edges.face + len(place) - n)
             self.thin_axis = np.array(edges.thin, float)
@@ -180,6 +182,7 @@ class GridSurface(ContactSurface):
         self._offset[...] = self._offset @ rotation.T
         self.area[...] = self.area @ rotation.T
         self._edge_normal[...] = self._edge_normal @ rotation.T
+        self.edge_tangent[...] = self.edge_tangent @ rotation.T
         if dt > 0.0:
             self.velocity[...] = (new_centre - centre + arm @ rotation.T - arm) / dt
 
@@ -199,5 +202,6 @@ class GridSurface(ContactSurface):
             "slip": self.slip,
             "weight": self._weights,
             "edge_normal": self._edge_normal,
+            "edge_tangent": self.edge_tangent,
         }
         return {f"surface/{name}": array for name, array in own.items()}
