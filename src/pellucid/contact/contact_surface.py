@@ -44,6 +44,8 @@ class ContactSurface(ABC):
     count in contact with others that do not deform alone, whichever way their faces look."""
     edge_tangent = np.zeros((0, 3))
     """Unit vectors along the edges at these points, zero at corners, shape (n_edge_points, 3)."""
+    on_flat_side: np.ndarray
+    """Whether a point lies on a flat side, shape (m,); of bodies with edge points."""
     faces: np.ndarray | None = None
     """Three points of each plane that bounds the body, counterclockwise as seen from outside, in a plane two and -1; None where
     it is not convex, or not bounded by planes alone. Shape (k, 3)."""

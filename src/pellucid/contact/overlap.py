@@ -212,6 +212,12 @@ class OverlapLaw:
         return drag, taken_by_friction(spring, before, carried, drag, last * along, damped, slides)
 
 
+def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:
+    """Whether points of a surface, by their indices, lie on flat sides and edges alone: a round side can roll."""
+    n_faces = len(one.place) - one.n_edge_points
+    return bool(one.on_flat_side[listed[listed < n_faces]].all())
+
+
 def stop_apart(*sides: ContactSurface) -> bool:
     """Whether bodies that do not deform are stopped point by point: they have edges, and planes bound one of two."""
     return all(side.n_edge_points > 0 for side in sides) and (len(sides) == 1 or any(side.faces is not None for side in sides))

@@ -24,7 +24,7 @@ from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.dead_stop import ASKEW, FACING, SETTLED
 from pellucid.contact.images import Described, Plane, Seam, describe
-from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way, stop_apart
+from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way, rests_on_flat_side, stop_apart
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import Touch
 
@@ -84,7 +84,8 @@ class HalfPair:
             return False
         area = self._found[at, SHARE] * self._counts[at] * self.one.weights()[at]
         relative = one.velocity[at] - self._at_feet(at, other.velocity)
-        self.overlap = Overlap(self.one, at, depth, normal, area, relative, self.share, self._apart)
+        apart = self._apart and rests_on_flat_side(self.one, at)
+        self.overlap = Overlap(self.one, at, depth, normal, area, relative, self.share, apart)
         return True
 
     def _find_within_planes(self, corners: np.ndarray) -> bool:
@@ -123,7 +124,7 @@ class HalfPair:
         self._shares = 1.0 / len(places) + np.einsum("ni,ij,cj->nc", from_middle, spread, arm)
         relative = one.velocity[at] - np.einsum("nc,cd->nd", self._shares, other.velocity[corners])
         area = counts * self._counts[at] * one.weights()[at]
-        self.overlap = Overlap(one, at, depth, normal, area, relative, self.share, self._apart)
+        self.overlap = Overlap(one, at, depth, normal, area, relative, self.share, self._apart and rests_on_flat_side(one, at))
         return True
 
     def _over_soft(self, at: np.ndarray, one: Described, other: Described) -> tuple[np.ndarray, np.ndarray]:

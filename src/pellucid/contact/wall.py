@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import Overlap, OverlapLaw, stop_apart
+from pellucid.contact.overlap import Overlap, OverlapLaw, rests_on_flat_side, stop_apart
 from pellucid.contact.touch import Touch
 
 
@@ -69,7 +69,13 @@ class WallContact(Touch):
         normal = np.broadcast_to(plane.normal, (len(at), 3))
         relative = surface.velocity[at] - plane.velocity
         self._overlap = Overlap(
-            surface, at, depth[at], normal, counts[at] * sizes[at], relative, apart=stop_apart(surface)
+            surface,
+            at,
+            depth[at],
+            normal,
+            counts[at] * sizes[at],
+            relative,
+            apart=stop_apart(surface) and rests_on_flat_side(surface, at),
         )
         return True
 

@@ -95,4 +95,5 @@ def edge_points(
     place[:, thin] = (0.5 * (low + high))[thin]
     faces = [face for face in found.face if not on_faces(found.corner[face[face >= 0]]).all(axis=0).any()]
     face = np.array(faces if left_out is None else [], int).reshape(-1, 3)
-    return EdgePoints(place, *map(np.concatenate, (normals, tangents, weights)), face, grid.thin())
+    normal, tangent, weight = (np.concatenate(values) for values in (normals, tangents, weights))
+    return EdgePoints(place, normal, tangent, weight, face, grid.thin())

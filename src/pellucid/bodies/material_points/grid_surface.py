@@ -13,9 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import uintp
+from scipy.spatial import cKDTree
 
 from pellucid.bodies.material_points.edge_points import EdgePoints
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.geometry.shapes.sharp_edges import FLAT, SHARP
 from pellucid.grid.lattice import Lattice
 from pellucid.grid.stencil import add_affine, gather, gather_gradient, stencil
 from pellucid.jit import kernel
@@ -103,6 +105,7 @@ class GridSurface(ContactSurface):
             self.n_edge_points = n = len(edges.place)
             self._weights[len(place) - n :], self._edge_normal = edges.weight, edges.normal.copy()
             self.edge_tangent = edges.tangent.copy()
+            self.on_flat_side = find_flat_sides(self.place, self.normals(), WIDTHS * spacing)
             if len(edges.face):
                 self.faces = np.where(edges.face < 0, -1, edges.face + len(place) - n)
             self.thin_axis = np.array(edges.thin, float)
@@ -205,3 +208,15 @@ class GridSurface(ContactSurface):
             "edge_tangent": self.edge_tangent,
         }
         return {f"surface/{name}": array for name, array in own.items()}
+
+
+def find_flat_sides(place: np.ndarray, normal: np.ndarray, about: float) -> np.ndarray:
+    """Return which points of a surface lie on a flat side: all neighbours but those beyond a sharp edge have the same normal.
+
+    place [m], normal: shape (m, 3), zero normals count as flat; about: distance of neighbours [m].
+    """
+    pairs = cKDTree(place).query_pairs(about, output_type="ndarray")
+    cosine = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]])
+    curved = np.zeros(len(place), bool)
+    curved[pairs[(cosine > SHARP) & (cosine < np.cos(FLAT))]] = True
+    return ~curved
