@@ -14,7 +14,18 @@ from pellucid.running import launch
 
 TESTS = Path(__file__).parents[1]
 SAMPLES = sorted((Path(__file__).parent / "samples").glob("*.toml"))
-LONG = {"indent", "needle-boundary", "oocyte-dynamic", "slit", "burst", "ball", "ballquarter"}
+MESHES = [file for file in (Path(__file__).parent / "samples").iterdir() if file.suffix in (".obj", ".stl")]
+LONG = {
+    "belt",
+    "indent",
+    "needle-boundary",
+    "oocyte-dynamic",
+    "oocyte-eighth",
+    "slit",
+    "burst",
+    "ball",
+    "ballquarter",
+}
 """Whose kernels of the set-up take seconds to compile."""
 TANK = """
 schema = 1
@@ -137,8 +148,10 @@ def agreed(judged, file: Path) -> tuple[int, str]:
     return by_validate
 
 
-def write_tables(folder: Path) -> None:
-    """The amplitudes that some of the samples read."""
+def write_inputs(folder: Path) -> None:
+    """Write the amplitudes and meshes that some of the samples read."""
+    for mesh in MESHES:
+        (folder / mesh.name).write_bytes(mesh.read_bytes())
     for name, share in (("cos16.csv", lambda t: np.cos(16.0 * t)), ("pump.csv", lambda t: 0.5 - 0.5 * np.cos(np.pi * t))):
         rows = (f"{t:.4f},{share(t):.6f}" for t in np.linspace(0.0, 2.0, 201))
         (folder / name).write_text("\n".join(["time,share", *rows]) + "\n")
@@ -148,7 +161,7 @@ def write_tables(folder: Path) -> None:
     "sample", [pytest.param(each, id=each.stem, marks=[pytest.mark.slow] * (each.stem in LONG)) for each in SAMPLES]
 )
 def test_both_judge_a_sample_alike(judged, sample, tmp_path):
-    write_tables(tmp_path)
+    write_inputs(tmp_path)
     file = tmp_path / sample.name
     file.write_bytes(sample.read_bytes())
     agreed(judged, file)
@@ -157,7 +170,7 @@ def test_both_judge_a_sample_alike(judged, sample, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("sample", SAMPLES, ids=[each.stem for each in SAMPLES])
 def test_what_validate_accepts_takes_its_first_step(sample, tmp_path):
-    write_tables(tmp_path)
+    write_inputs(tmp_path)
     file = tmp_path / sample.name
     file.write_bytes(sample.read_bytes())
     if CliRunner().invoke(app, ["validate", str(file)]).exit_code == 2:
