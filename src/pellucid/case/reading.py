@@ -54,12 +54,7 @@ def load(case: "str | FilePath", settings: Mapping[str, Any] | None = None, quic
 
 def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any], quick: bool) -> Case:
     """Read a case whose file is faulty as it stands, with settings put in before it is checked. Raises CaseError as `load`."""
-    try:
-        data = parsed(text)
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(_syntax_problem(str(error), text), filename) from None
-    lines = key_lines(text)
-    _resolve_paths(data, folder)
+    data, lines = _parse(text, filename, folder)
     coarse = data.get("quick", {}) if quick else {}
     chosen = {**(coarse if isinstance(coarse, dict) else {}), **settings}
     paths, problems = {}, []
@@ -123,18 +118,24 @@ def loads(text: str, filename: str = "", folder: str = "") -> Case:
 
     Raises CaseError as `load` does.
     """
-    try:
-        data = parsed(text)
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(_syntax_problem(str(error), text), filename) from None
-    lines = key_lines(text)
-    _resolve_paths(data, folder)
+    data, lines = _parse(text, filename, folder)
     case, found = checked(Case, data)
     if case is not None:
         found = _quick_findings(case)
     if case is None or found:
         raise CaseError([_at_line(item, data, lines) for item in found], filename)
     return case
+
+
+def _parse(text: str, filename: str, folder: str) -> tuple[dict[str, Any], dict[Path, int]]:
+    """Return the data of a TOML text, with paths resolved from a folder, and the lines of its keys. Raises CaseError."""
+    try:
+        data = parsed(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(_syntax_problem(str(error), text), filename) from None
+    lines = key_lines(text)
+    _resolve_paths(data, folder)
+    return data, lines
 
 
 def _resolve_paths(data: Any, folder: str) -> None:

@@ -209,7 +209,7 @@ class PressedFaces(ActiveCondition):
         self._misses = pressure != 0.0 and self._faces.is_left
 
     def warning(self) -> str | None:
-        """Of a region that the body has left while a pressure acts there, and of holes."""
+        """Warn of a pressure on a region that the body has left, and of holes."""
         if not self._misses:
             return _holes(self._faces.body)
         where, name = ".".join(map(str, self._path)), self._faces.body.name

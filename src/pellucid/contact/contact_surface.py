@@ -54,7 +54,7 @@ class ContactSurface(ABC):
     stops_at_once = False
     """Whether all contacts of a rigid body use one damper for each point in this step, so that they are solved together."""
     pushed: np.ndarray
-    """What such contacts do to it in this step besides what it bore before, in the terms of `mobility_rows`, (6,)."""
+    """Change of the push of these contacts on the body in this step, in the terms of `mobility_rows`, (6,)."""
     drag: np.ndarray | None = None
     """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
     limit it [kg/s], shape (m,)."""

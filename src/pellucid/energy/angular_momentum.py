@@ -1,7 +1,7 @@
 """The balance of angular momentum of a run on whose bodies nothing acts from outside."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -53,7 +53,7 @@ class AngularBalance:
         """Numbers for a checkpoint."""
         return {"about": self._about.tolist(), "initial": self._initial.tolist(), "scale": self._scale}
 
-    def restore(self, numbers: Mapping[str, object]) -> None:
+    def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on from a checkpoint."""
         self._about, self._initial = np.array(numbers["about"]), np.array(numbers["initial"])
-        self._scale = float(numbers["scale"])  # type: ignore[arg-type]
+        self._scale = float(numbers["scale"])

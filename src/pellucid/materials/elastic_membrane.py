@@ -28,7 +28,7 @@ class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
 
     @property
     def plane_poisson_ratio(self) -> float:
-        """That of the solid."""
+        """Poisson's ratio of the solid."""
         return self.poisson_ratio
 
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:

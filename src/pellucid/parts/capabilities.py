@@ -240,7 +240,7 @@ class CarriesRotation(Protocol):
 
     @property
     def transfer(self) -> "VelocityTransfer":
-        """How points of the run take their velocities from the nodes."""
+        """Transfer of velocities from the nodes to the points of the run."""
 
     def carry_rotation(self) -> None:
         """Let the points have affine velocity fields, which what leads them sets, and take no velocity from the nodes."""

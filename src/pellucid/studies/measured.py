@@ -105,7 +105,7 @@ class Curve(NamedTuple):
         return (x, y) if sign > 0.0 else (x[::-1], y[::-1])
 
     def _beyond(self, x: np.ndarray) -> float:
-        """How far the measured abscissae reach beyond those of a run."""
+        """Return the distance by which the measured abscissae exceed those of a run."""
         return float(max(x[0] - self.x.min(), self.x.max() - x[-1], 0.0))
 
     def _reach(self, x: np.ndarray, run: Run) -> str:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 STEP = 0.02
 """Of differences, as a share of the range of a parameter."""
 MOST_EQUILIBRIA = 60
-"""That a fit adds to a steady analysis; between them curves are interpolated."""
+"""Equilibria that a fit adds to a steady analysis; curves are interpolated between them."""
 SEARCHES, NEAR = 2, 2e-3
 """Runs at most that find when the abscissae are measured, and the share of their range by which these may be missed."""
 CLOSEST = 1e-4

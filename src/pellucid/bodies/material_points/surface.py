@@ -65,7 +65,7 @@ class RigidSurface(GridSurface):
         return self._state.mobility_along(place, force)
 
     def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Those of the body as a whole."""
+        """Return the rows for the rigid body."""
         sizes, axes = np.linalg.eigh(self._state.per_inertia)
         about = np.cross(place - self._state.centre, force)
         turned = np.einsum("ni,ij->nj", about, axes * np.sqrt(np.maximum(sizes, 0.0)))

@@ -128,7 +128,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Of points that bend the velocity that strains them, so that the work of their bending is that of the grid."""
+        """Use the straining velocity for points that bend, so that the work of bending equals that of the grid."""
         return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
 
     def complete(self) -> None:

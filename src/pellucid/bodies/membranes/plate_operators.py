@@ -36,7 +36,7 @@ BACK = 0.1  # 1 + cosine of the angle between normals of a patch from which on i
 
 
 class BendingSupports(NamedTuple):
-    """How the nodes of a mesh of t triangles and n nodes are held, for its bending."""
+    """Supports that affect the bending of a mesh of t triangles and n nodes."""
 
     led: np.ndarray  # (t,) whether a triangle moves as a clamp does
     on_plane: np.ndarray  # (n, 3) whether a node lies in a plane of symmetry across each axis
@@ -44,7 +44,7 @@ class BendingSupports(NamedTuple):
 
 
 def no_supports(n_triangles: int, n_nodes: int) -> BendingSupports:
-    """Of a membrane that nothing holds."""
+    """Return the supports of a membrane that nothing holds."""
     return BendingSupports(np.zeros(n_triangles, bool), np.zeros((n_nodes, 3), bool), np.zeros(n_nodes, bool))
 
 

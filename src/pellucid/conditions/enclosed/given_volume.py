@@ -128,7 +128,7 @@ class ActiveVolume(ActiveCondition):
         return StepLimit(step, "spring", reason)
 
     def warning(self) -> str | None:
-        """Of holes, through which nothing flows."""
+        """Warn of holes through which no flow is computed."""
         if not (failed := self._now.failed[0]):
             return None
         return (

@@ -78,7 +78,7 @@ class EnclosedVolume:
             add((pressure * areas)[body.stored_array("id")])
 
     def membrane_area(self) -> float:
-        """Of the outer membrane, with its holes [m²]."""
+        """Area of the outer membrane including its holes [m²]."""
         return float(self._membrane.surface_areas().sum())
 
     def mobility(self, now: Enclosure) -> float:

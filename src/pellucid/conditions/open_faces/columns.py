@@ -40,7 +40,7 @@ class OpenFace(NamedTuple):
 
     @property
     def when_flow_reverses(self) -> str:
-        """What a user can do about a flow whose direction changes, which open faces do not carry."""
+        """Return the remedy for a flow that reverses at an open face."""
         return (
             f'for a flow that reverses, set `grid.periodic = ["{"xyz"[self.axis]}"]` and drive it by a [[load]] of '
             'kind = "body-force" with an `amplitude` (acceleration: pressure difference over density and length), instead of '

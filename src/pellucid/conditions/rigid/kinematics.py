@@ -58,7 +58,7 @@ def rotation_by(angle: np.ndarray) -> np.ndarray:
 
 
 class Turned(NamedTuple):
-    """How a body turned over a step."""
+    """Rotation of a body over a step."""
 
     rotation: np.ndarray  # (3, 3)
     angle: np.ndarray  # (3,) the angular velocity, integrated over the step [rad]
@@ -96,7 +96,7 @@ def _simpson(rates: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _pulled_back(angle: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """How fast the vector of angles changes of a body that has turned by it and has an angular velocity, to third order."""
+    """Return the rate of the rotation vector for an angular velocity, to third order in the vector [rad/s]."""
     across = np.cross(angle, velocity)
     return np.asarray(velocity - 0.5 * across + np.cross(angle, across) / 12.0)
 

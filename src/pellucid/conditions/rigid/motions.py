@@ -39,11 +39,11 @@ class RigidMotions:
         return np.asarray(np.where(np.outer(self._may_move, self._may_move), matrix, 0.0))
 
     def natural(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """Its numbers for an inertia, (6, 6), and a momentum of these, (6,), as if nothing were prescribed."""
+        """Return the motion, (6,), for an inertia, (6, 6), and a momentum, (6,), without prescribed components."""
         return _solved(inertia, momentum, np.flatnonzero(self._may_move))
 
     def prescribed(self, inertia: np.ndarray, momentum: np.ndarray) -> np.ndarray:
-        """The same with what is prescribed: only the momentum of the free numbers counts."""
+        """Return the motion, (6,), with prescribed components: only the momentum of the free ones counts."""
         return self.given + _solved(inertia, momentum - inertia @ self.given, np.flatnonzero(self._may_move & ~self._led))
 
     def at(self, s: np.ndarray) -> np.ndarray:

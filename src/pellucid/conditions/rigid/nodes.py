@@ -53,7 +53,7 @@ ROUNDING = 1e-13  # of the momentum of the nodes
 LEAST_SHARE = 0.01  # of inertia: of other bodies at an outer node, and of the body, when E takes off what supports hold
 LEAST_OTHERS = 1e-6  # of the mass of a node: other bodies, of which the velocity is known there
 FILLED_HALF_A_CELL_OUTSIDE = {"trilinear": 1 / 8, "gimp": 1 / 8, "quadratic-bspline": 1 / 6, "cubic-bspline": 77 / 384}
-"""By functions: the share of a node's volume that a body fills whose plane face is half a cell away."""
+"""Share of the volume of a node that a body with a plane face half a cell away fills, for each kind of shape functions."""
 
 
 class BodySums(NamedTuple):
@@ -275,7 +275,7 @@ class RigidNodes:
         return np.where(self._field.grid.thin, 0.0, arms)
 
     def _find_inertia(self, motions: RigidMotions, clamped: np.ndarray) -> None:
-        """What the nodes have of the inertia, and what E takes off; nothing where supports leave too little of it."""
+        """Compute the inertia of the nodes and the correction E; E is zero where supports leave too little inertia."""
         inner = np.where(self._outer, 0.0, self._share[:, None]) * np.ones(3)
         self._lack = self._lacking = self._inertia - inertia_at(inner, self._motions)
         of_nodes, mass = inertia_at(self._kept * self._weight + self._hold * clamped, self._motions), float(self._weight.sum())

@@ -76,7 +76,7 @@ _Wetted = tuple[Any, float, np.ndarray]
 
 
 class _Beside(NamedTuple):
-    """What planes make of the nodes in a box."""
+    """Effect of wall planes on the nodes in a box."""
 
     per_share: np.ndarray
     """One over the share of the smoothed volume about a node that lies before the planes; 0 behind them."""
@@ -158,7 +158,7 @@ class SurfaceEnergy:
         return (box[0], box[1], box[2]), walls
 
     def _beside_planes(self, box: tuple[slice, slice, slice], walls: list[tuple[bool, bool]]) -> _Beside | None:
-        """What planes make of the nodes in a box, where there are planes."""
+        """Return the effect of planes on the nodes in a box, or None without planes."""
         if self._open is None:
             return None
         share = self._open.nodes[box]

@@ -132,7 +132,7 @@ class SurfaceTension(Condition):
                 yield self._unknown_role(place, support, faces)
 
     def _unknown_role(self, place: Path, support: Support, faces: Sequence[str]) -> Finding:
-        """Of a support with faces that may be walls or planes of symmetry: what to add to it, or how to divide its faces."""
+        """Report a support with faces that may be walls or planes of symmetry, and the contact angles to add."""
         angle, named = f"{self.contact_angle:g}", [f'"{face}"' for face in faces]
         text = (
             f"held along the normal alone, {listed(faces)} may be a wall, which the fluid meets at {angle} degrees, or a plane "

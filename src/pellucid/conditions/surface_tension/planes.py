@@ -37,7 +37,7 @@ class OpenSpace(NamedTuple):
     cells: np.ndarray
     """Share of each cell."""
     areas: list[np.ndarray]
-    """Of each plane, its area about each node [m²]."""
+    """Area of each plane around each node [m²]."""
     faces: list[tuple[np.ndarray, np.ndarray]]
     """Along each axis, the share of the area about the nodes of the lower and of the upper face of the grid that lies before
     the planes, one node thick along the axis."""
@@ -71,7 +71,7 @@ def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[Wette
 
 
 def _height(plane: WettedPlane, place: Sequence[np.ndarray | float]) -> np.ndarray:
-    """Of places [m] above a plane [m]."""
+    """Return the height of places above a plane [m]."""
     normal = plane.wall.normal
     return np.asarray(normal[0] * place[0] + normal[1] * place[1] + normal[2] * place[2] - plane.wall.level)
 

@@ -20,7 +20,7 @@ FREE = 1.0  # length of the strip beyond the clamp [m]
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Where the tip comes to rest, the force on the clamp, energy."""
+    """Compute the position of the tip at rest, the force on the clamp and the energy error."""
     body = _strip(run)
     reach, drop = _elastica(run, np.array([FREE]))
     surface = body.surface.chosen()

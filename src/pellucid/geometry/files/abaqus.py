@@ -50,7 +50,7 @@ def read_abaqus(path: str) -> Contents:
 
 
 class _Model:
-    """What the keywords define, and the mesh that it makes."""
+    """Definitions of the keywords, and the mesh built from them."""
 
     def __init__(self, found: list[Keyword]) -> None:
         self._file, self._parts, self._instances = _Scope(), dict[str, _Scope](), dict[str, _Scope]()
@@ -339,7 +339,7 @@ def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
 
 
 def _in_range(known: np.ndarray, words: list[str], name: str) -> np.ndarray:
-    """Those of ascending labels from the first to the last one of a range, in steps, which are of 1 without a third number."""
+    """Return the labels of a range from the first to the last one; the step is 1 without a third number."""
     values = integers(words[:3], f"the ranges of the set {name[:60]}").tolist()
     first, last, step = values[0], values[min(len(values), 2) - 1], values[2] if len(values) > 2 else 1
     if step < 1:

@@ -121,7 +121,7 @@ def _keyword(line: str, where: str) -> Keyword:
 
 
 def _place(name: str, path: Path, first: Path) -> Path | None:
-    """Where an included file is: Abaqus starts from the folder of the first file."""
+    """Return the path of an included file, or None; names start from the folder of the first file, as in Abaqus."""
     name = name.strip().strip("\"'").replace("\\", "/")
     for folder in (first.parent, path.parent):
         try:

@@ -17,7 +17,7 @@ _VERSIONS = ("2", "2.0", "2.1", "2.2", "4", "4.0", "4.1")
 _NAME = re.compile(r'(\d+)\s+(-?\d+)\s+"(.*)"')
 _SECTION = re.compile(rb"^[ \t]*\$([A-Za-z]\w*)[ \t\r]*\n", re.MULTILINE)
 Layout = tuple[tuple[str, int], ...]
-"""Of a row: kinds of numbers ("int", "size" or "float") and how many of each."""
+"""Layout of a row: kinds of numbers ("int", "size" or "float") and the count of each."""
 
 
 def is_gmsh(data: bytes) -> bool:

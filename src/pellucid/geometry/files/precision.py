@@ -1,4 +1,4 @@
-"""How exactly a file states its coordinates, compared with the edges of its mesh."""
+"""Precision of the coordinates of a file, compared with the edges of its mesh."""
 
 import re
 

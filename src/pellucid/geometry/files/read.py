@@ -25,7 +25,7 @@ SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtp, .v
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 ANY = f"{SURFACES}, Abaqus (.inp), Nastran (.bdf, .nas)"
 NODES_OF_ANSYS, HEAD = b"NBLOCK", 100_000
-"""What distinguishes files of Ansys from those of Abaqus, both with the ending .inp, and within how many bytes."""
+"""Words that distinguish Ansys files from Abaqus files, both ending with .inp, and the number of bytes searched."""
 FARTHEST = 1e30
 """Of a coordinate in the file's unit: volumes of such elements, and their squares, are still numbers."""
 

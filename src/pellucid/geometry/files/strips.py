@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 RESTART = -1
-"""What ends a strip and begins another one in the same list."""
+"""Number that ends a strip and starts another one in the same list."""
 
 
 def triangles_of_strip(strip: list[int]) -> list[list[int]]:
