@@ -147,7 +147,7 @@ def nodal_support(member: AssembledBody, support: "Support", number: int) -> Nod
     region, of = support.region(), member.selectable()
     if region is not None and support.body == member.body.name:
         refuse(faults(region, of, ("support", number, "where"), member.body.name, member.active_axes))
-    label = f"support `{support.name}`" if support.name else f"support number {number + 1}"
+    label = support.label(number)
     if support.body not in (None, member.body.name):
         return NodalSupport(np.zeros(len(of.position), bool), support.axes(), support.velocity, None, label)
     grid = member.velocity_field.grid.case if member.velocity_field else None

@@ -295,6 +295,10 @@ class Support(Condition):
         """Whether as a wall it holds nothing that moves away."""
         return self.wall_friction() > 0.0 if self.opens is None else self.opens
 
+    def label(self, number: int) -> str:
+        """Return the label of the support in messages; `number` counts the supports of the case from 0."""
+        return f"support `{self.name}`" if self.name else f"support number {number + 1}"
+
     def faces(self) -> tuple[Face, ...]:
         """The faces of the grid that it constrains."""
         if isinstance(self.where, tuple):

@@ -27,9 +27,7 @@ class _Numbered(NamedTuple):
 def crossing_supports(case: Case) -> Iterator[str]:
     """Return a warning for each pair of supports of which one is overruled at nodes that both constrain."""
     supports = [
-        _Numbered(one, f"support `{support.name}`" if support.name else f"support number {number + 1}")
-        for number, support in enumerate(case.support)
-        for one in support.on_each_face()
+        _Numbered(one, support.label(number)) for number, support in enumerate(case.support) for one in support.on_each_face()
     ]
     texts: dict[str, None] = {}
     for one, other in combinations(supports, 2):

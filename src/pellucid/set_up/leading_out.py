@@ -19,7 +19,7 @@ def leading_out(case: Case) -> Iterator[str]:
             axis, velocity = face[0], support.face_velocity(face)
             outward = 0.0 if velocity is None else velocity["xyz".index(axis)] * (1.0 if face.endswith("upper") else -1.0)
             if outward > 0.0 and not case.thin["xyz".index(axis)] and axis not in grid.periodic:
-                label = f"support `{support.name}`" if support.name else f"support number {number + 1}"
+                label = support.label(number)
                 yield (
                     f"{label} moves the face {face} out of the grid at {outward:g} m/s: points of {listed(led)} that follow it "
                     f"past the face stop the run; set its velocity along {axis} to 0, or enlarge the grid and lead a solid "
