@@ -359,11 +359,14 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     def update_positions(self, dt: float) -> None:
         """New positions alone. Where a constraint does not let the grid strain the points, it gives them all of these."""
         if self.constraint is None or self.constraint.strains:
-            move_points(self._by_nodes, dt)
+            self._move_by_nodes(dt)
         self.prescribe_positions()
         self._complete("position")
         if self.contact_surface is not None:
             self.contact_surface.follow(dt)
+
+    def _move_by_nodes(self, dt: float) -> None:
+        move_points(self._by_nodes, dt)
 
     def prescribe_positions(self) -> None:
         """Prescribed positions, of a prescribed motion or a rigid body, after the points moved with the grid."""

@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.conditions.open_walls import OpenWalls
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
-from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults
+from pellucid.geometry.region import CONSTRAINS_NOTHING, NOWHERE, Selectable, chosen_nodes, faults, needs_mesh
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.model import GridCase
@@ -17,7 +17,7 @@ from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.supports import Supports, YieldingWalls, no_walls
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import NO_AXES, AssembledBody, Assembly
-from pellucid.parts.capabilities import NodalSupport, ReleasesSupports, TakesSupports
+from pellucid.parts.capabilities import HeldInRegions, NodalSupport, ReleasesSupports, TakesSupports
 from pellucid.parts.families import NodalBody
 from pellucid.parts.support_precedence import find_owners
 
@@ -73,10 +73,27 @@ def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence
     for body, of_body in own.items():
         if isinstance(body, TakesSupports):
             body.add_supports(of_body)
+    for member in assembly.bodies.values():
+        if isinstance(member.body, HeldInRegions) and member.velocity_field is not None:
+            member.body.hold_in_regions(_find_held_points(member, supports, member.velocity_field.grid.case))
     lets_go = any(support.until is not None for support in supports)
     releasing = [member.body for member in assembly.bodies.values() if isinstance(member.body, ReleasesSupports)]
     released = [Released(supports, assembly.actions, releasing)] if lets_go else []
     return [*released, *_open_walls(supports, assembly)]
+
+
+def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid: GridCase) -> np.ndarray:
+    """Return the numbers, counted from 1, of the supports at rest that hold points in all directions within their regions, and
+    0 for other points, shape (n,), by the numbers of the points."""
+    of, rows = member.selectable(), np.zeros(member.body.n_points, np.int64)
+    stored = rows.copy()
+    for row, support in enumerate(supports):
+        region = support.region()
+        if region is None or needs_mesh(region) or support.body is not None or not support.holds_all() or any(support.velocity):
+            continue
+        stored[nodes_of(support, grid, of)] = row + 1
+    rows[member.body.stored_array("id")] = stored
+    return rows
 
 
 def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:

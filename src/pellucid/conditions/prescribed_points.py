@@ -12,6 +12,7 @@ from pellucid.findings import refuse
 from pellucid.geometry.region import chosen_nodes, faults
 from pellucid.grid.passes.moving import move_points_jointly, moving
 from pellucid.grid.sorting import MOST_SLABS
+from pellucid.grid.vectors import scatter_listed
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
@@ -22,6 +23,8 @@ from pellucid.reductions import ordered_sum
 
 if TYPE_CHECKING:
     from pellucid.conditions.prescribed_motion import Motion
+
+ROUNDING = 1e-9  # of a mass: less is left where all of it is taken away
 
 
 def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
@@ -75,6 +78,7 @@ class PrescribedPoints(ActiveCondition):
         # a body that is driven as a whole along every axis is rigid: the nodes about it do not strain it
         self.strains = not (self._axes[:, ~np.array(thin)].all() and (of_points > 0).all())
         # points on the grid follow by this constraint alone
+        self._released, self._released_mass = np.zeros(0, np.int64), np.zeros((0, 3))
         self._own_nodes = None if isinstance(body, GridBody) else member.offers(TakesMotions)
         if self._own_nodes is not None:
             self._own_nodes.add_motions(self.names, driven, self._axes)
@@ -95,6 +99,7 @@ class PrescribedPoints(ActiveCondition):
         if self._points is not None and self._nodes is not None:
             self._velocity *= self.body.load_rate  # points and nodes of the grid go by the time of the step
             driven_points.constrain_nodes(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
+            self._release(self._nodes.content.mass)
 
     def rows(self) -> np.ndarray:
         """1 + the number of the motion that a point follows along each axis, 0 where it is free, shape (n, 3), in the order in
@@ -102,6 +107,21 @@ class PrescribedPoints(ActiveCondition):
         driven = self.body.arrays["driven"]
         axes = np.concatenate([np.zeros((1, 3), np.int64), self._axes])
         return np.asarray(axes[driven] * driven[:, None])
+
+    def release_nodes(self, nodes: np.ndarray) -> None:
+        """Leave these nodes of the grid, shape (k,), free of points that rest where they are now."""
+        rows = self.rows() > 0
+        listed = np.flatnonzero(rows.any(axis=1))
+        if self._points is None:
+            return
+        shares = np.zeros((self._points.grid.n_nodes, 3))
+        values = self._points.points.mass[listed, None] * rows[listed]
+        scatter_listed(self._points.mapped, self._points.points.position, listed, values, shares)
+        self._released, self._released_mass = nodes, shares[nodes]
+
+    def _release(self, driven_mass: np.ndarray) -> None:
+        left = driven_mass[self._released] - self._released_mass
+        driven_mass[self._released] = np.where(left > ROUNDING * self._released_mass, left, 0.0)
 
     def prescribe_velocities(self) -> None:
         """Prescribed velocities of the points, and the impulses that these and the nodes about them take."""

@@ -102,6 +102,15 @@ class ReleasesSupports(Protocol):
 
 
 @runtime_checkable
+class HeldInRegions(Protocol):
+    """Points on the grid that supports at rest hold within their regions, in addition to the nodes of the grid."""
+
+    def hold_in_regions(self, rows: np.ndarray) -> None:
+        """Take the supports that hold points in all directions: their numbers, counted from 1 face by face, and 0 for other
+        points, shape (n,), by number."""
+
+
+@runtime_checkable
 class TakesMotions(Protocol):
     """Own nodes that follow prescribed motions along axes."""
 

@@ -38,6 +38,9 @@ class LeadsPoints(PointConstraint, Protocol):
         """1 + the number of the motion that a point follows along each axis, 0 where it is free, shape (n, 3), in the order in
         which the points are stored."""
 
+    def release_nodes(self, nodes: np.ndarray) -> None:
+        """Leave these nodes of the grid, shape (k,), free of points that rest where they are now."""
+
 
 @runtime_checkable
 class RigidConstraint(PointConstraint, Protocol):

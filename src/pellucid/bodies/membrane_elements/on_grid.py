@@ -1,20 +1,19 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_elements.membrane import ElementMembrane
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
-from pellucid.bodies.membranes.bending import find_rows_on_grid, support_bending
-from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.bodies.membranes.bending import Resistance
+from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
+from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.bodies.power import power
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.grid.model import GridCase
-from pellucid.grid.passes.moving import move_points
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
-class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContact):
+class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, WarnsOfContact):
     """Elements that share a velocity field: their nodes are points of it, as those of membrane points are.
 
     Mass, momentum and nodal forces go to the nodes of the grid, velocities are gathered, and the elements are strained
@@ -52,20 +51,18 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
             "mass": surface.node_mass.copy(),
             "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
         }
-        # nodes have no extent: GIMP takes half a cell
-        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
+        functions = membrane_functions(grid_case, isinstance(surface.bending, PlateBending))
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
-    def complete(self) -> None:
-        """All conditions are known: what holds nodes clamps their bending."""
-        self.let_go(())
-        super().complete()
+    @property
+    def resistance(self) -> Resistance | None:
+        """Its bending, if it resists bending."""
+        return self.surface.bending
 
-    def let_go(self, supports: Collection[int]) -> None:
-        """Find anew what holds nodes, and clamps their bending."""
-        if self.surface.bending is not None:
-            held = find_rows_on_grid(self.grid, self.surface.vertices, self.arrays["id"], self.constraint)
-            support_bending(self.surface.bending, *held)
+    @property
+    def start_positions(self) -> np.ndarray:
+        """Of the nodes at the start [m], shape (n, 3), by number."""
+        return self.surface.vertices
 
     def _follow_order(self) -> None:
         self.surface.bind(self.arrays["id"], self.shared.first)
@@ -90,7 +87,7 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
         if inertia:
             self._to_grid.scatter(inertia=True, force=False)
         if force:
-            scatter_vectors(self.n_slabs, self.mapped, self._internal_forces(), self.grid.nodes.force)
+            self._scatter_internal_forces(self._internal_forces(), self.grid.nodes.force)
 
     def _internal_forces(self) -> np.ndarray:
         forces = np.zeros((self.n_points, 3))
@@ -113,7 +110,7 @@ class ElementsOnGrid(ElementMembrane, PointsOnGrid, TakesPressure, WarnsOfContac
     def update_positions(self, dt: float) -> None:
         """New positions, then strains and stresses of the elements."""
         before = self.points.position.copy()
-        move_points(self._by_nodes, dt)
+        self._move_by_nodes(dt)
         self.prescribe_positions()
         self._complete("position")
         moved = self.points.position - before

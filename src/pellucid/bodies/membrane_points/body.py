@@ -1,11 +1,10 @@
 """Membranes as material points: the vertices of a triangulated surface in plane stress (Gan et al. 2011, section 2.1)."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellucid.approximants import grid_functions
 from pellucid.bodies.membrane_points import kernels
 from pellucid.bodies.membrane_points.gradients import gathering_gradients
 from pellucid.bodies.membrane_points.nonlocal_mean import NonlocalMean
@@ -13,19 +12,18 @@ from pellucid.bodies.membrane_points.point import MembraneArrays, StrainedMembra
 from pellucid.bodies.membrane_points.pressure import press
 from pellucid.bodies.membrane_points.surface import area_shares, fans_of, initial_frames
 from pellucid.bodies.membrane_points.tearing import torn
-from pellucid.bodies.membranes.bending import find_rows_on_grid, make_bending, support_bending
+from pellucid.bodies.membranes.bending import Resistance, make_bending
+from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
 from pellucid.bodies.membranes.plane_slice import slice_factor
+from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.bodies.membranes.prestretch import prestretch
-from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
 from pellucid.energy import FIRST_LOAD
 from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.each_point import each_point
-from pellucid.grid.passes.moving import move_points
 from pellucid.grid.passes.points_pass import PassAlone, traffic_of
 from pellucid.grid.points import LOST, Fault
-from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
 from pellucid.jit.bundle import Bundle
@@ -38,7 +36,7 @@ if TYPE_CHECKING:
     from pellucid.bodies.membrane_points.model import MembranePointsCase
 
 
-class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
+class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
     """Points of a triangulated surface, with their tangent frames and the triangles between them."""
 
     energy_kind = "strain"
@@ -91,8 +89,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         if case.bending is not None:
             self.bending = make_bending(case.bending, case.material, self._triangles, self._start, arrays["mass"].copy())
         self._bent_before: np.ndarray | None = None  # positions before the points moved
-        # a membrane has no extent across the lattice of its points: GIMP takes half a cell for a point
-        functions = grid_functions(grid_case.functions, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
+        functions = membrane_functions(grid_case, isinstance(self.bending, PlateBending))
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def _bind(self) -> None:
@@ -131,15 +128,15 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         """Use the straining velocity for points that bend, so that the work of bending equals that of the grid."""
         return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
 
-    def complete(self) -> None:
-        """All conditions are known: what holds points clamps their bending."""
-        self.let_go(())
-        super().complete()
+    @property
+    def resistance(self) -> Resistance | None:
+        """Its bending, if it resists bending."""
+        return self.bending
 
-    def let_go(self, supports: Collection[int]) -> None:
-        """Find anew what holds points, and clamps their bending."""
-        if self.bending is not None:
-            support_bending(self.bending, *find_rows_on_grid(self.grid, self._start, self.arrays["id"], self.constraint))
+    @property
+    def start_positions(self) -> np.ndarray:
+        """Of the points at the start [m], shape (n, 3), by number."""
+        return self._start
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
@@ -212,7 +209,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         """Mass and momentum; internal forces, those of bending included."""
         super().particle_to_grid(inertia, force)
         if force and self.bending is not None:
-            scatter_vectors(self.n_slabs, self.mapped, self._bending_forces(), self._nodes.force)
+            self._scatter_internal_forces(self._bending_forces(), self._nodes.force)
 
     def _bending_forces(self) -> np.ndarray:
         forces = np.zeros((self.n_points, 3))
@@ -253,7 +250,7 @@ class MembranePoints(PointsOnGrid, Membrane, TakesPressure):
         """Prescribed positions, frames, volumes, stresses, totals."""
         if move and self.bending is not None:
             self._bent_before = self.points.position.copy()
-            move_points(self._by_nodes, dt)
+            self._move_by_nodes(dt)
             if self.is_led(by_slabs=True):
                 self.prescribe_positions()
         if move and self.is_led(by_slabs=False):

@@ -1,0 +1,284 @@
+"""Bending of membranes that the nodes of a grid move: which functions they need, and how supports of the grid clamp them.
+
+A clamp is held nodes of the grid and, within the region of the support, held points. The shape functions of held nodes reach
+beyond the region: free points would move there as near a hinge one cell away. For the bending, held nodes near the edge of a
+clamp therefore take the velocity along the normal n of the clamp that continues that of free nodes I beyond the edge,
+
+    v_g·n = b_g Σ m_I b_I v_I·n / Σ m_I b_I²,    b = d² - (p + 1) h²/12,
+
+with the distances d from the edge, the mass m of the membrane at the nodes and cells h: b are the coefficients by which
+B-splines of degree p have the value d², the deflection of a plate that begins at a clamp. The forces on such nodes act on the
+free nodes in the same proportions, so that their work is that of the grid. Tangential velocities of held nodes stay those of
+the support.
+"""
+
+from collections.abc import Collection
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pellucid.approximants import GridFunctions, grid_functions
+from pellucid.bodies.membranes.bending import Resistance, find_rows_on_grid, support_bending
+from pellucid.bodies.membranes.plate_bending import PlateBending
+from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.geometry.meshes.triangulation import pair_edges
+from pellucid.grid.lattice import Grid
+from pellucid.grid.model import GridCase
+from pellucid.grid.vectors import scatter_listed, scatter_vectors
+from pellucid.parts.constraint import LeadsPoints
+from pellucid.ranks.domain import domain
+
+DEGREES = {"trilinear": 1, "gimp": 2, "quadratic-bspline": 2, "cubic-bspline": 3}  # of the functions that it has on such a grid
+REACH = 2.0  # cells on both sides of the edge of a clamp within which functions join held nodes and free points
+ASIDE = 4.0  # cells from the tangent plane of a clamp within which a membrane stays near its edge
+DONORS = 2  # free nodes from which a held one takes its velocity
+FARTHEST = 5  # cells from a held node to such nodes
+ON_EDGE = 1e-6  # cells within which a node lies on the edge of a clamp
+LEAST_SHARE = 1e-9  # of a point in a node that it reaches
+NEAR = 7.0  # cells from the edge of a clamp within which points may reach any of these nodes
+
+
+def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
+    """Return the shape functions of the points of a membrane; bends: whether it is an open one that resists bending.
+
+    Points have no extent across the membrane: GIMP takes half a cell. Its slopes change within half a cell about each node
+    alone, where the points of a plate then bend twice as much as they should: such a membrane has B-splines instead, with
+    which the bending converges.
+    """
+    name = "quadratic-bspline" if bends and grid_case.functions == "gimp" else grid_case.functions
+    return grid_functions(name, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
+
+
+class ClampEdges(NamedTuple):
+    """Edges at which triangles that are held meet others, e of them."""
+
+    start: np.ndarray  # (e, 3) [m]
+    along: np.ndarray  # (e, 3) from the start to the end [m]
+    inward: np.ndarray  # (e, 3) unit vector in the plane of the held triangle, away from it
+    normal: np.ndarray  # (e, 3) of the held triangle
+
+
+def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarray, held: np.ndarray) -> ClampEdges:
+    """Find the edges between led triangles whose nodes are all held and others that are not led.
+
+    triangles: (t, 3); position: (n, 3) [m]; led: (t,); held: (n,).
+    """
+    t = len(triangles)
+    chosen, partner = pair_edges(triangles)
+    both = np.concatenate([chosen, partner]), np.concatenate([partner, chosen])
+    clamps = led & held[triangles].all(axis=1)
+    own = both[0][clamps[both[0] % t] & ~led[both[1] % t]]
+    corners = [position[triangles[own % t, (own // t + k) % 3]] for k in range(3)]
+    along = corners[1] - corners[0]
+    normal = np.cross(along, corners[2] - corners[0])
+    inward = np.cross(along, normal)
+    normal, inward = (each / np.linalg.norm(each, axis=1)[:, None] for each in (normal, inward))
+    return ClampEdges(corners[0], along, inward, normal)
+
+
+class Extension:
+    """Velocities of held nodes near the edges of clamps, by which free points of a membrane move."""
+
+    def __init__(self, grid: Grid, edges: ClampEdges, degree: int, held: np.ndarray, free: np.ndarray) -> None:
+        """held, free: which nodes are held along all axes at rest, and which along none, shape (nodes,)."""
+        lattice = grid.lattice
+        cell, lower, strides = lattice.cell, np.array(lattice.lower), np.array(lattice.strides)
+        last = np.array(lattice.counts)
+        middle = edges.start + 0.5 * edges.along
+        first = np.clip(np.floor((middle.min(axis=0) - lower) / cell - ASIDE - 2), 0, last).astype(int)
+        end = np.clip(np.ceil((middle.max(axis=0) - lower) / cell + ASIDE + 2), 0, last).astype(int) + 1
+        at = np.stack(np.meshgrid(*map(np.arange, first, end), indexing="ij"), axis=-1).reshape(-1, 3)
+        at = at[held[at @ strides]]
+        foot, edge = _find_feet(edges, lower + cell * at)
+        away = lower + cell * at - foot
+        distance, aside = (np.sum(away * way[edge], axis=1) / cell for way in (edges.inward, edges.normal))
+        near = (np.abs(distance) <= REACH) & (np.abs(aside) <= ASIDE) & (np.linalg.norm(away, axis=1) <= 2.0 * ASIDE * cell)
+        at, foot, edge, distance = at[near], foot[near], edge[near], distance[near]
+        inward, rows = edges.inward[edge], np.arange(len(at))
+        axis = np.argmax(np.abs(inward), axis=1)
+        step = np.zeros(at.shape, int)
+        step[rows, axis] = np.sign(inward[rows, axis]).astype(int)
+        donors, found = np.zeros((len(at), DONORS), int), np.zeros(len(at), int)
+        offset = np.zeros((len(at), DONORS))
+        for k in range(1, FARTHEST + 1):
+            place = at + k * step
+            gives = np.all((place >= 0) & (place <= last), axis=1) & (found < DONORS)
+            gives[gives] = free[place[gives] @ strides]
+            which = np.flatnonzero(gives)
+            donors[which, found[which]] = place[which] @ strides
+            offset[which, found[which]] = np.sum((lower + cell * place[which] - foot[which]) * inward[which], axis=1) / cell
+            found[which] += 1
+        whole = found == DONORS
+        self.nodes, self.donors, self.normal = (at @ strides)[whole], donors[whole], edges.normal[edge][whole]
+        shift = (degree + 1) / 12.0
+        self._own, self._theirs = distance[whole] ** 2 - shift, offset[whole] ** 2 - shift
+        self._weights = np.zeros(self.donors.shape)
+        self._sources = np.unique(self.donors)
+        self._touched = np.union1d(self.nodes, self._sources)
+        self._buffer = np.zeros((grid.n_nodes, 3))  # of other nodes it has no meaning
+
+    def share_forces(self, body: PointsOnGrid, listed: np.ndarray, forces: np.ndarray, target: np.ndarray) -> None:
+        """Let forces on held nodes act on the free nodes.
+
+        listed: places of the points that may reach these nodes; forces: of the points [N], shape (n, 3), which are on the nodes
+        already; target: the forces on the nodes [N], shape (nodes, 3).
+        """
+        values = np.zeros((len(listed), 3))
+        values[:, 0] = body.points.mass[listed]
+        mass = self._at_nodes(body, listed, values)[self.donors, 0]
+        total = np.sum(mass * self._theirs**2, axis=1)
+        scale = np.divide(self._own, total, out=np.zeros_like(total), where=total > 0.0)
+        self._weights = scale[:, None] * mass * self._theirs
+        across = np.sum(self.normal * self._at_nodes(body, listed, forces[listed])[self.nodes], axis=1)
+        given = (self._weights * across[:, None])[:, :, None] * self.normal[:, None, :]
+        np.add.at(target, self.donors, given)
+        target[self.nodes] -= given.sum(axis=1)
+
+    def _at_nodes(self, body: PointsOnGrid, listed: np.ndarray, values: np.ndarray) -> np.ndarray:
+        self._buffer[self._touched] = 0.0
+        scatter_listed(body.mapped, body.points.position, listed, values, self._buffer)
+        return self._buffer
+
+    def extend(self, velocity: np.ndarray) -> np.ndarray:
+        """Write the velocities of the held nodes along the normal into those of all nodes [m/s], shape (nodes, 3). Returns
+        what these were."""
+        known = domain.of_nodes(velocity[self._sources], self._sources)
+        theirs = known[np.searchsorted(self._sources, self.donors)]
+        along = np.sum(self._weights * np.einsum("gkd,gd->gk", theirs, self.normal), axis=1)
+        before = velocity[self.nodes].copy()
+        velocity[self.nodes] += along[:, None] * self.normal
+        return before
+
+
+def _find_feet(edges: ClampEdges, position: np.ndarray, within: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Return the feet of positions on the lines of the nearest edges, or within these edges, and the numbers of the edges."""
+    square = np.sum(edges.along**2, axis=1)
+    nearest, number = np.full(len(position), np.inf), np.zeros(len(position), int)
+    foot = np.zeros(position.shape)
+    for e in range(len(square)):
+        away = position - edges.start[e]
+        share = away @ edges.along[e] / square[e]
+        line = edges.start[e] + share[:, None] * edges.along[e]
+        inside = edges.start[e] + np.clip(share, 0.0, 1.0)[:, None] * edges.along[e]
+        flat = position - inside
+        flat = flat - (flat @ edges.normal[e])[:, None] * edges.normal[e]
+        distance = np.linalg.norm(flat, axis=1)
+        closer = distance < nearest
+        nearest[closer], number[closer], foot[closer] = distance[closer], e, (inside if within else line)[closer]
+    return foot, number
+
+
+class BendsOnGrid(PointsOnGrid):
+    """Points of a membrane on the grid, which may resist bending."""
+
+    _held_rows: np.ndarray | None = None
+    _extension: Extension | None = None
+    _held: np.ndarray  # numbers of the points that clamps hold,
+    _anchors: np.ndarray  # held nodes near them,
+    _near: np.ndarray  # and numbers of the points near clamps
+
+    @property
+    def resistance(self) -> Resistance | None:
+        """Its bending, if it resists bending."""
+        raise NotImplementedError
+
+    @property
+    def start_positions(self) -> np.ndarray:
+        """Of the points at the start [m], shape (n, 3), by number."""
+        raise NotImplementedError
+
+    def hold_in_regions(self, rows: np.ndarray) -> None:
+        """Take the supports at rest that hold points in all directions within their regions: their numbers, counted from 1, and
+        0 for other points, shape (n,), by number."""
+        self._held_rows = rows
+
+    def complete(self) -> None:
+        """Clamp the bending by the conditions, which are all known now."""
+        self.let_go(())
+        super().complete()
+
+    def let_go(self, supports: Collection[int]) -> None:
+        """Find again what holds points, and clamp the bending accordingly."""
+        bending, start = self.resistance, self.start_positions
+        if bending is None:
+            return
+        rows, on_plane = find_rows_on_grid(self.grid, start, self.arrays["id"], self.constraint)
+        held = np.zeros(len(rows), np.int64) if self._held_rows is None else self._held_rows.copy()
+        held[np.isin(held, np.array([*supports], int) + 1)] = 0
+        support_bending(bending, np.where((held > 0)[:, None], held[:, None], rows), on_plane)
+        self._extension = None
+        if isinstance(bending, PlateBending):
+            self._extend_clamps(bending, held > 0)
+
+    def _extend_clamps(self, bending: PlateBending, held: np.ndarray) -> None:
+        grid, start, constrained = self.grid, self.start_positions, self.grid.nodes.constrained
+        triangles, led_triangles = bending.triangles, bending.supports.led
+        held_nodes, free_nodes = (constrained > 0).all(axis=1), (constrained == 0).all(axis=1)
+        constraint = self.constraint
+        if isinstance(constraint, LeadsPoints):
+            led = constraint.rows() > 0
+            reached = self._reached_by(led.any(axis=1))
+            if constraint.top_speed == 0.0:
+                whole = led.all(axis=1)
+                held[self.arrays["id"][whole]] = True
+                beyond = np.flatnonzero(reached & free_nodes)
+                edges = find_clamp_edges(triangles, start, led_triangles, held)
+                if len(edges.start):
+                    beyond = beyond[_find_beyond(grid, edges, beyond)]
+                    constraint.release_nodes(beyond)
+                    reached[beyond] = False
+                held_nodes |= self._reached_by(whole) & reached
+            free_nodes &= ~reached
+        edges = find_clamp_edges(triangles, start, led_triangles, held)
+        if not len(edges.start):
+            return
+        extension = Extension(grid, edges, DEGREES[grid.case.functions], held_nodes, free_nodes)
+        if len(extension.nodes):
+            self._extension, self._held = extension, np.flatnonzero(held)
+            self._anchors = _find_nearest(grid, extension.nodes, start[self._held])
+            foot, _ = _find_feet(edges, start, within=True)
+            self._near = np.flatnonzero(np.linalg.norm(start - foot, axis=1) <= NEAR * grid.lattice.cell)
+
+    def _reached_by(self, chosen: np.ndarray) -> np.ndarray:
+        """Return which nodes functions of chosen points reach, shape (nodes,); chosen: (n,) in the order of storage."""
+        listed, found = np.flatnonzero(chosen), np.zeros((self.grid.n_nodes, 3))
+        scatter_listed(self.mapped, self.points.position, listed, np.ones((len(listed), 3)), found)
+        return found[:, 0] > LEAST_SHARE
+
+    def _scatter_internal_forces(self, forces: np.ndarray, target: np.ndarray) -> None:
+        """Add forces of the points [N], shape (n, 3), to those of the nodes, shape (nodes, 3)."""
+        extension = self._extension
+        if extension is None:
+            scatter_vectors(self.n_slabs, self.mapped, forces, target)
+            return
+        where = np.argsort(self.arrays["id"])
+        held = where[self._held]
+        np.add.at(target, self._anchors, forces[held])  # the support bears them, wherever functions of the points reach
+        forces[held] = 0.0
+        scatter_vectors(self.n_slabs, self.mapped, forces, target)
+        extension.share_forces(self, where[self._near], forces, target)
+
+    def _move_by_nodes(self, dt: float) -> None:
+        extension = self._extension
+        if extension is None:
+            super()._move_by_nodes(dt)
+            return
+        held, velocity = np.argsort(self.arrays["id"])[self._held], self._moving_velocity
+        stay, before = self.points.position[held], extension.extend(velocity)
+        super()._move_by_nodes(dt)
+        velocity[extension.nodes] = before
+        self.points.position[held] = stay
+
+
+def _find_beyond(grid: Grid, edges: ClampEdges, nodes: np.ndarray) -> np.ndarray:
+    """Return whether nodes lie on the free side of the nearest edge of a clamp, and beside what is free there, shape (k,)."""
+    place = grid.find_positions(nodes)
+    foot, edge = _find_feet(edges, place)
+    return np.asarray(np.sum((place - foot) * edges.inward[edge], axis=1) > ON_EDGE * grid.lattice.cell)
+
+
+def _find_nearest(grid: Grid, nodes: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Return the nearest of some nodes of each position [m], shape (n, 3)."""
+    _, nearest = cKDTree(grid.find_positions(nodes)).query(position)
+    return np.asarray(nodes[nearest])
