@@ -9,6 +9,7 @@ from pellucid.set_up.behind_walls import refuse_behind_walls
 from pellucid.set_up.crossing_supports import crossing_supports
 from pellucid.set_up.floating import floating_bodies
 from pellucid.set_up.gaps import narrow_gaps
+from pellucid.set_up.held_edges import held_edges
 from pellucid.set_up.indenters import coarse_indenters
 from pellucid.set_up.leading_out import leading_out
 from pellucid.set_up.left_free import free_turns, passed_walls
@@ -54,6 +55,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
     yield from crossing_supports(case)
     yield from leading_out(case)
     yield from floating_bodies(case)
+    yield from held_edges(case)
     if case.grid_or_none is not None and len({body.field for body in case.body}) > 1:
         yield from coarse_indenters(case)
     if case.grid_or_none is not None:
