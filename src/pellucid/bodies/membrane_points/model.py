@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.bending_case import BendingCase
+from pellucid.bodies.membranes.bending_case import BendingCase
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.bodies.membranes.plane_slice import slice_problems
 from pellucid.bodies.placing import COMMON_FIELDS, longest_edge, place_problems

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from pellucid.bodies.membrane_elements.bending import Bending
+from pellucid.bodies.membranes.closed_bending import Bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.bodies.membranes.plate_operators import BendingSupports, find_led_triangles
 from pellucid.geometry.algorithms.lids import rims_of
@@ -13,7 +13,7 @@ from pellucid.materials.membrane_material import MembraneMaterial
 from pellucid.parts.constraint import LeadsPoints, PointConstraint
 
 if TYPE_CHECKING:
-    from pellucid.bodies.membrane_elements.bending_case import BendingCase
+    from pellucid.bodies.membranes.bending_case import BendingCase
 
 ON_FACE = 1e-6  # of a cell, within which a point lies on a face of the grid
 

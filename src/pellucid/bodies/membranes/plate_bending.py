@@ -13,15 +13,12 @@ import numpy as np
 
 from pellucid.bodies.membrane_elements.geometry import cross, dot
 from pellucid.bodies.membrane_elements.mesh import Fan, fan_of
+from pellucid.bodies.membranes.closed_bending import CHUNK, OWN, RATE, SUMS, gather_hinges
 from pellucid.bodies.membranes.plate_operators import BendingSupports, build_plate_operators, no_supports
 from pellucid.jit import pointwise
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
 from pellucid.reductions import ordered_sum
-
-CHUNK = 512
-ENERGY, RATE, SUMS = range(3)  # columns of the sums of a chunk
-OWN = 4  # columns of the values of a corner of a hinge: the force, and the bound on the step
 
 
 class Folds(NamedTuple):
@@ -229,13 +226,8 @@ def _push_corners(chunk, of, x):
 @parallel_loop()
 def _gather(chunk, of, target):
     """Forces at the nodes, and the square of the largest eigenfrequency by that of each."""
-    about, values, fastest = of.about, of.values, 0.0
+    fastest = 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
-        p, stiff = of.where[K], 0.0
-        for k in range(about.start[K], about.start[K + 1]):
-            e, corner = about.places[k] // 4, about.places[k] % 4
-            for i in range(3):
-                target[p, i] += values[e, corner, i]
-            stiff += values[e, corner, 3]
+        stiff = gather_hinges(of.about, of.values, K, target, of.where[K])
         fastest = max(fastest, stiff / of.mass[K])
     of.sums[chunk, RATE] = fastest

@@ -5,9 +5,9 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from pellucid.bodies.membrane_elements.bending import Bending
-from pellucid.bodies.membrane_elements.bending_at_start import bending_rate
 from pellucid.bodies.membrane_elements.mesh import hinges_of
+from pellucid.bodies.membranes.bending_at_start import bending_rate
+from pellucid.bodies.membranes.closed_bending import Bending
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.case import loads
 from pellucid.errors import CaseError

@@ -28,7 +28,7 @@ from pellucid.reductions import ordered_sum
 
 CHUNK = 512
 ENERGY, RATE, SUMS = range(3)  # columns of the sums of a chunk
-OWN = 4  # columns of what a corner of a hinge is given: the force, and what bounds the step
+OWN = 4  # columns of the values of a corner of a hinge: the force, and the bound on the step
 
 
 class Hinges(NamedTuple):
@@ -195,17 +195,25 @@ def _push_triangles(chunk, of, x):
             forces[e, 0, i] = -share * (at_b[i] + at_c[i])
 
 
+@pointwise
+def gather_hinges(about, values, K, target, p):
+    """Add the forces of the hinges about node K, which is stored at place p, to its own. Returns the bound on its stiffness."""
+    stiff = 0.0
+    for k in range(about.start[K], about.start[K + 1]):
+        e, corner = about.places[k] // 4, about.places[k] % 4
+        for i in range(3):
+            target[p, i] += values[e, corner, i]
+        stiff += values[e, corner, 3]
+    return stiff
+
+
 @parallel_loop()
 def _gather(chunk, of, target):
     """Forces at the nodes, and the square of the largest eigenfrequency by that of each."""
-    about, whole, values, forces, fastest = of.about, of.round, of.hinge_values, of.triangle_forces, 0.0
+    whole, forces, fastest = of.round, of.triangle_forces, 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
-        p, stiff = of.where[K], 0.0
-        for k in range(about.start[K], about.start[K + 1]):
-            e, corner = about.places[k] // 4, about.places[k] % 4
-            for i in range(3):
-                target[p, i] += values[e, corner, i]
-            stiff += values[e, corner, 3]
+        p = of.where[K]
+        stiff = gather_hinges(of.about, of.hinge_values, K, target, p)
         for k in range(whole.start[K], whole.start[K + 1]):
             e, corner = whole.places[k] // 3, whole.places[k] % 3
             for i in range(3):
