@@ -110,13 +110,13 @@ class PrescribedPoints(ActiveCondition):
 
     def release_nodes(self, nodes: np.ndarray) -> None:
         """Leave these nodes of the grid, shape (k,), free of points that rest where they are now."""
-        rows = self.rows() > 0
-        listed = np.flatnonzero(rows.any(axis=1))
-        if self._points is None:
+        if self._points is None or self._nodes is None:
             return
-        shares = np.zeros((self._points.grid.n_nodes, 3))
-        values = self._points.points.mass[listed, None] * rows[listed]
-        scatter_listed(self._points.mapped, self._points.points.position, listed, values, shares)
+        rows, arrays = self.rows() > 0, self.body.arrays
+        listed = np.flatnonzero(rows.any(axis=1))
+        shares = np.zeros_like(self._nodes.content.mass)
+        values = arrays["mass"][listed, None] * rows[listed]
+        scatter_listed(self._points.mapped, arrays["position"], listed, values, shares)
         self._released, self._released_mass = nodes, shares[nodes]
 
     def _release(self, driven_mass: np.ndarray) -> None:

@@ -117,7 +117,7 @@ def _distance_warning(body: str, holding: _Holding, of: Selectable, clamped: np.
         distance, ways[:, 0], inside * np.linalg.norm(along, axis=1)
     )  # the edge that goes straight on is the shortest
     between = float(np.median(distance[np.isfinite(distance)]))
-    extent = float(cKDTree(of.position[clamped]).query(of.position)[0].max())
+    extent = float(np.max(cKDTree(of.position[clamped]).query(of.position)[0]))
     if between > BESIDE * extent:
         yield (
             f"{holding.label}: its region ends {between:.3g} m beyond the last row of nodes of body {body} that it holds. The "

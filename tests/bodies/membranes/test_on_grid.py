@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pellucid.case import loads
+from pellucid.errors import CaseError
 from pellucid.references.elastica import heavy_elastica
 from pellucid.simulation.simulation import Simulation
 
@@ -167,3 +168,11 @@ def test_a_clamp_that_lets_go_holds_no_points():
         pass
     assert not sim.bodies[0].bending.supports.led.any()
     assert sim.bodies[0].field("position")[:, 2].max() < -0.01
+
+
+@pytest.mark.parametrize("kind", ["membrane-points", "membrane-elements"])
+def test_open_surfaces_do_not_bend_on_trilinear_functions(kind):
+    text, region, _ = strip(Rotation.identity(), kind)
+    rough = text.replace("cell = 0.2", 'cell = 0.2\nfunctions = "trilinear"') + SUPPORT + region
+    with pytest.raises(CaseError, match=r"bending(?s:.*)up to twice as stiff(?s:.*)quadratic-bspline"):
+        loads(rough)

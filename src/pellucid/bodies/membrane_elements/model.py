@@ -25,7 +25,7 @@ from pellucid.grid.model import GridCase
 from pellucid.materials import AnySolidMembraneMaterial
 from pellucid.model import parameter
 from pellucid.parts.annotations import Body, Placement
-from pellucid.parts.body_model import BodyModel
+from pellucid.parts.body_model import BodyModel, is_alone
 from pellucid.parts.part import Parts
 from pellucid.parts.standing import Standing
 from pellucid.parts.step_limit import (
@@ -168,7 +168,9 @@ class MembraneElementsCase(MembraneCase):
         wrong = [Finding(place, text, remedy) for text, remedy in mesh_faults(self.mesh(), self.surface.closed)]
         yield from wrong
         if self.bending is not None and not wrong:
-            yield from self.bending.problems((*path, "bending"), self.mesh(), self.material, not all(parts.active_axes))
+            functions = None if parts.grid is None or is_alone(self, parts) else parts.grid.functions
+            known = self.mesh(), self.material, not all(parts.active_axes), functions
+            yield from self.bending.problems((*path, "bending"), *known)
         if self.is_kept and not wrong:
             yield from self._constraint_problems(path, parts)
         if parts.grid is None:

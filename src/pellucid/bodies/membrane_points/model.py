@@ -98,7 +98,9 @@ class MembranePointsCase(MembraneCase):
     def _bending_problems(self, path: Path, vertices: np.ndarray, triangles: np.ndarray, grid: GridCase) -> Iterator[Finding]:
         if self.bending is None:
             return
-        yield from self.bending.problems(path, Mesh(vertices, triangles=triangles), self.material, any(grid.thin()))
+        yield from self.bending.problems(
+            path, Mesh(vertices, triangles=triangles), self.material, any(grid.thin()), grid.functions
+        )
         if isinstance(self.material.damage_law(), Elastodamage):
             text = "points that failed would still resist bending"
             yield Finding(path, text, "leave out `bending`, or `damage` of the material")

@@ -40,10 +40,12 @@ class BendingCase(Model):
         """Poisson's ratio of an open surface of this material."""
         return material.plane_poisson_ratio if self.poisson_ratio is None else self.poisson_ratio
 
-    def problems(self, path: Path, mesh: Mesh, material: MembraneMaterial, flat: bool) -> Iterator[Finding]:
-        """Report element types without bending, a mismatched shape, or a missing Poisson's ratio.
+    def problems(
+        self, path: Path, mesh: Mesh, material: MembraneMaterial, flat: bool, functions: str | None = None
+    ) -> Iterator[Finding]:
+        """Report element types and functions without bending, a mismatched shape, or a missing Poisson's ratio.
 
-        flat: whether the grid is thin.
+        flat: whether the grid is thin; functions: those of the grid if its nodes move the membrane.
         """
         if flat:
             text = "is of surfaces in space, and the grid is one cell thick along an axis"
@@ -51,6 +53,9 @@ class BendingCase(Model):
         elif len(mesh.quads):
             text = "is that of triangles, and the membrane has quadrilaterals"
             yield Finding(path, text, 'use `elements = "triangles"`, or leave it out')
+        elif functions == "trilinear" and len(rims_of(mesh.triangles).edges):
+            text = 'open surfaces cannot bend with `functions = "trilinear"` of the grid: kinks make them up to twice as stiff'
+            yield Finding(path, text, 'set grid.functions = "quadratic-bspline", or leave `bending` out')
         else:
             yield from self._shape_problems((*path, "shape"), mesh)
             yield from self._ratio_problems((*path, "poisson_ratio"), mesh, material)

@@ -29,7 +29,7 @@ from pellucid.grid.vectors import scatter_listed, scatter_vectors
 from pellucid.parts.constraint import LeadsPoints
 from pellucid.ranks.domain import domain
 
-DEGREES = {"trilinear": 1, "gimp": 2, "quadratic-bspline": 2, "cubic-bspline": 3}  # of the functions that it has on such a grid
+DEGREES = {"gimp": 2, "quadratic-bspline": 2, "cubic-bspline": 3}  # of the functions of a plate on such a grid
 REACH = 2.0  # cells on both sides of the edge of a clamp within which functions join held nodes and free points
 ASIDE = 4.0  # cells from the tangent plane of a clamp within which a membrane stays near its edge
 DONORS = 2  # free nodes from which a held one takes its velocity
@@ -214,13 +214,13 @@ class BendsOnGrid(PointsOnGrid):
     def _extend_clamps(self, bending: PlateBending, held: np.ndarray) -> None:
         grid, start, constrained = self.grid, self.start_positions, self.grid.nodes.constrained
         triangles, led_triangles = bending.triangles, bending.supports.led
-        held_nodes, free_nodes = (constrained > 0).all(axis=1), (constrained == 0).all(axis=1)
+        held_nodes, free_nodes = np.all(constrained > 0, axis=1), np.all(constrained == 0, axis=1)
         constraint = self.constraint
         if isinstance(constraint, LeadsPoints):
             led = constraint.rows() > 0
-            reached = self._reached_by(led.any(axis=1))
+            reached = self._reached_by(np.any(led, axis=1))
             if constraint.top_speed == 0.0:
-                whole = led.all(axis=1)
+                whole = np.all(led, axis=1)
                 held[self.arrays["id"][whole]] = True
                 beyond = np.flatnonzero(reached & free_nodes)
                 edges = find_clamp_edges(triangles, start, led_triangles, held)
