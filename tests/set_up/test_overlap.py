@@ -2,12 +2,14 @@
 
 import pytest
 from membranes import sheet
-from small_cases import box, case
+from small_cases import SOLID, box, case
 
 from pellucid.errors import CaseError
 from pellucid.set_up import overlap
 from pellucid.set_up.first_look import look, stand
 from pellucid.set_up.overlap import refuse_overlaps
+
+WATER = {"kind": "fluid", "density": 1000.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
 
 
 @pytest.mark.parametrize(("gap", "looked_at"), [(0.0, 2), (0.5, 2), (1.5, 0)])
@@ -69,3 +71,15 @@ def test_volumes_that_overlap_in_one_field_are_warned_of():
     (text,) = look(whole)
     for words in ("bodies one and two overlap", "mass of both", "`outside`"):
         assert words in text
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-15, -1e-15])
+def test_corners_of_what_a_body_leaves_out_are_not_within_it(shift):
+    """Nodes on edges of a cube in water from which the cube is left out: rounding makes them either side of its faces."""
+    lower, upper = (0.2 + shift, 0.16 + shift, 0.2 + shift), (0.4 + shift, 0.36 + shift, 0.4 + shift)
+    water = box((0, 0, 0), (0.6, 0.32, 0.6), WATER, name="water", outside=["cube"])
+    mesh = {"box": {"lower": lower, "upper": upper, "cells": (2, 2, 2)}}
+    cube = {"name": "cube", "kind": "meshless-solid", "field": "cube", "mesh": mesh, "material": SOLID}
+    assert list(look(case(water, cube, counts=(15, 15, 15), cell=0.04))) == []
+    with pytest.raises(CaseError, match="points of it start inside body cube"):
+        list(look(case(water | {"outside": []}, cube, counts=(15, 15, 15), cell=0.04)))

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def mesh(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="STL, OBJ, PLY, Gmsh, VTK, Abaqus, Nastran or another file.")],
+    file: Annotated[str, typer.Argument(metavar="FILE", help="STL, OBJ, PLY, OFF, Gmsh, VTK, Abaqus, Nastran or other file.")],
     repair: Annotated[bool, typer.Option("--repair", help="Mend what can be mended, and say what was done.")] = False,
     close_holes: Annotated[
         int, typer.Option("--close-holes", metavar="N", min=0, max=200, help="With --repair: close holes of up to N edges.")

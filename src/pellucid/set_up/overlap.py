@@ -7,6 +7,7 @@ describes it; two such have met in that run already, and are not looked at again
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from itertools import product
 
 import numpy as np
 
@@ -116,10 +117,15 @@ def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: Ab
 
 
 def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np.ndarray:
-    """Which positions lie inside a body, and no nearer to its border than DEPTH of a cell along any axis."""
-    away = np.eye(3)[[not thin for thin in grid.thin()]]
+    """Return True for positions that lie inside a body by more than DEPTH of a cell, along axes and diagonals.
+
+    From a place on an edge of a region that the body leaves out, steps along the axes stay in faces of the region, of which
+    rounding makes either side; a diagonal leads into the region.
+    """
+    steps = np.array(list(product(*((0.0,) if thin else (0.0, 1.0, -1.0) for thin in grid.thin()))))
+    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1.0)
     inside = np.ones(len(position), bool)
-    for step in np.vstack([np.zeros(3), away, -away]) * DEPTH * grid.cell:
+    for step in steps * DEPTH * grid.cell:
         inside[inside] = contains(position[inside] + step)
     return inside
 

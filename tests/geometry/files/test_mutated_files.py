@@ -30,7 +30,7 @@ SOLIDS = {
     "medit.mesh": ("medit", {}),
 }
 GMSH = {f"gmsh{version}{'b' * binary}.msh": (version, binary) for version in ("2.2", "4.0", "4.1") for binary in (False, True)}
-SURFACES = ("drum.stl", "drum.obj", "drum.ply", "binary.stl", "binary.ply", "old.msh", "drum.vtk", "drum.vtp")
+SURFACES = ("drum.stl", "drum.obj", "drum.ply", "drum.off", "binary.stl", "binary.ply", "old.msh", "drum.vtk", "drum.vtp")
 MORE = ("utf16.stl", "strips.ply", "assembly.inp", *GMSH)
 STRIPS = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n"
 STRIPS += "property list int int vertex_indices\nend_header\n" + "".join(f"{-x} {y} {z}\n" for x, y, z in CUBE)
@@ -53,6 +53,12 @@ def polydata(mesh):
     lines = ["# vtk DataFile Version 3.0", "drum", "ASCII", "DATASET POLYDATA", f"POINTS {len(mesh.vertices)} double"]
     lines += [" ".join(map(str, place)) for place in mesh.vertices.tolist()]
     lines.append(f"POLYGONS {len(elements)} {sum(len(corners) + 1 for corners in elements)}")
+    return "\n".join([*lines, *(" ".join(map(str, [len(corners), *corners])) for corners in elements), ""])
+
+
+def off(mesh):
+    elements = [*mesh.quads.tolist(), *mesh.triangles.tolist()]
+    lines = [f"OFF {len(mesh.vertices)} {len(elements)} 0", *(" ".join(map(str, place)) for place in mesh.vertices.tolist())]
     return "\n".join([*lines, *(" ".join(map(str, [len(corners), *corners])) for corners in elements), ""])
 
 
@@ -80,6 +86,8 @@ def write(path):
         path.write_text(old_gmsh(BOX.nodes, BOX.cells))
     elif path.name == "drum.vtp":
         path.write_bytes(vtp(DRUM.vertices, [*DRUM.quads.tolist(), *DRUM.triangles.tolist()], "zipped"))
+    elif path.name == "drum.off":
+        path.write_text(off(DRUM))
     elif path.name == "drum.vtk":
         path.write_text(polydata(DRUM))
     else:

@@ -7,6 +7,7 @@ from vtp_files import vtp
 from pellucid.geometry.files.contents import Damaged
 from pellucid.geometry.files.gmsh1 import read_gmsh1
 from pellucid.geometry.files.obj import read_obj
+from pellucid.geometry.files.off import read_off
 from pellucid.geometry.files.ply import read_ply
 from pellucid.geometry.files.stl import FACET, read_stl
 from pellucid.geometry.files.vtk_legacy import is_grid, read_grid
@@ -395,3 +396,62 @@ def test_blocks_of_lz4(packed, data):
 def test_a_match_before_the_beginning_of_an_lz4_block_is_damage(packed):
     with pytest.raises(Damaged, match="a packed table is damaged"):
         lz4_block(packed, 1000)
+
+
+OFF_VERTICES = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 2 0\n"
+OFF_FACES = "4 0 1 2 3\n3 3 2 4\n"
+COLOURED = "".join(f"{line} 0 0 1 255 0 0 255\n" for line in OFF_VERTICES.splitlines())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "OFF\n5 2 0\n" + OFF_VERTICES + OFF_FACES,
+        "OFF 5 2 0\n" + OFF_VERTICES + OFF_FACES,
+        "OFF5 2 0\n" + OFF_VERTICES + OFF_FACES,
+        "5 2 0\n" + OFF_VERTICES + OFF_FACES,
+        "OFF\n5 2\n" + OFF_VERTICES + OFF_FACES,
+        "OFF\n5\n2\n0\n" + OFF_VERTICES + OFF_FACES,
+        "# exported\n\nOFF # text\n# counts\n5 2 6\n\n" + OFF_VERTICES + "# faces\n" + OFF_FACES + "\n\n",
+        "OFF\r\n5 2 0\r\n" + (OFF_VERTICES + OFF_FACES).replace("\n", "\r\n"),
+        "COFF\n5 2 0\n" + OFF_VERTICES.replace("\n", " 255 0 0 255\n") + OFF_FACES,
+        "NOFF\n5 2 0\n" + OFF_VERTICES.replace("\n", " 0 0 1\n") + OFF_FACES,
+        "STCNOFF 5 2 0\n" + COLOURED + OFF_FACES,
+        "OFF\n5 2 0\n" + OFF_VERTICES + OFF_FACES.replace("\n", " 3 0.1 0.2 0.3\n"),
+        "4OFF\n5 2 0\n0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n1 4 0 2\n" + OFF_FACES,
+    ],
+    ids=[
+        *("plain", "counts behind", "no space", "no word", "no edges", "counts apart", "comments", "Windows", "C", "N", "STCN"),
+        *("colours of faces", "4"),
+    ],
+)
+def test_off_in_all_its_forms(text):
+    contents = read_off(text.encode())
+    assert elements(contents) == MIXED
+    assert np.array_equal(contents.points, [*SQUARE.tolist(), (0.5, 2, 0)])
+
+
+def test_off_with_edges_and_points_beside_its_faces():
+    contents = read_off(("OFF 5 4 0\n" + OFF_VERTICES + "2 0 1\n1 4\n" + OFF_FACES).encode())
+    assert elements(contents) == MIXED | {"line": [[0, 1]], "vertex": [[4]]}
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("OFF\n", "breaks off before its counts"),
+        ("OFF x y z\n", "line 1 has something else where a whole number belongs"),
+        ("OFF -5 2 0\n", "line 1 does not have the counts"),
+        ("OFF 5 2 0\n" + OFF_VERTICES + "4 0 1 2 3\n", "has 6 lines after its counts, which are 5 vertices and 2 faces"),
+        ("OFF 5 1 0\n" + OFF_VERTICES + OFF_FACES, "line 8 follows the last of 5 vertices and 1 faces"),
+        ("OFF 5 2 0\n" + OFF_VERTICES.replace("1 1 0", "1 1") + OFF_FACES, "line 4 has 2 of 3 numbers"),
+        ("OFF 5 2 0\n" + OFF_VERTICES + OFF_FACES.replace("3 3 2 4", "4 3 2 4"), "face in line 8 has 3 corners instead of 4"),
+        ("OFF BINARY\n5 2 0\n", "it is a binary OFF file"),
+        ("nOFF\n3\n5 2 0\n", "another number of dimensions"),
+        ("4OFF\n1 0 0\n1 0 0 0\n", "vertex 0, counted from 0, has a fourth coordinate of 0"),
+        ("a poem of two\nlines\n", "line 1 has something else where a whole number belongs"),
+    ],
+)
+def test_what_is_wrong_with_an_off_file_is_named(text, reason):
+    with pytest.raises(Damaged, match=reason):
+        read_off(text.encode())

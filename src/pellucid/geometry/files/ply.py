@@ -37,6 +37,9 @@ class _Element(NamedTuple):
 
 def read_ply(data: bytes) -> Contents:
     """What is in a PLY file. Raises Damaged."""
+    header = data[: data.find(b"end_header")]
+    if b"format ascii" in header and b"\n" not in header:  # lines end with a carriage return alone
+        data = data.replace(b"\r", b"\n")
     order, elements, start = _header(data)
     source: _Words | _Bytes = _Bytes(data, start, order) if order else _Words(text_of(data[start:]).split())
     columns = {element.name: _columns(source, element) for element in elements}

@@ -12,6 +12,7 @@ from pellucid.geometry.files.contents import Contents, Damaged
 from pellucid.geometry.files.gmsh import is_gmsh, read_gmsh
 from pellucid.geometry.files.gmsh1 import is_gmsh1, read_gmsh1
 from pellucid.geometry.files.obj import read_obj
+from pellucid.geometry.files.off import read_off
 from pellucid.geometry.files.ply import read_ply
 from pellucid.geometry.files.precision import precision_notes
 from pellucid.geometry.files.stl import read_stl
@@ -21,7 +22,7 @@ from pellucid.geometry.files.vtk_xml import read_vtp, read_vtu
 from pellucid.geometry.files.words import as_utf8
 from pellucid.system.input_files import file_bytes
 
-SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), Gmsh (.msh), VTK (.vtk, .vtp, .vtu)"
+SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), OFF (.off), Gmsh (.msh), VTK (.vtk, .vtp, .vtu)"
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 ANY = f"{SURFACES}, Abaqus (.inp), Nastran (.bdf, .nas)"
 NODES_OF_ANSYS, HEAD = b"NBLOCK", 100_000
@@ -30,7 +31,14 @@ FARTHEST = 1e30
 """Of a coordinate in the file's unit: volumes of such elements, and their squares, are still numbers."""
 
 Read = Callable[[bytes], Contents]
-BY_ENDING: dict[str, Read] = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".vtp": read_vtp, ".vtu": read_vtu}
+BY_ENDING: dict[str, Read] = {
+    ".stl": read_stl,
+    ".obj": read_obj,
+    ".ply": read_ply,
+    ".off": read_off,
+    ".vtp": read_vtp,
+    ".vtu": read_vtu,
+}
 BY_BEGINNING: dict[str, tuple[tuple[Callable[[bytes], bool], Read], ...]] = {
     ".msh": ((is_gmsh, read_gmsh), (is_gmsh1, read_gmsh1)),
     ".vtk": ((is_grid, read_grid),),

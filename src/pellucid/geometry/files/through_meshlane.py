@@ -16,13 +16,18 @@ from pellucid.findings import Refusal
 from pellucid.geometry.files.contents import CORNERS, Block, Contents, Damaged
 from pellucid.geometry.files.patience import TooLong, within
 from pellucid.geometry.files.sets import sets_of_cells, sets_of_nodes
-from pellucid.geometry.files.words import as_utf8
+from pellucid.geometry.files.words import as_utf8, text_of
 from pellucid.system.extras import install_command
 from pellucid.system.input_files import file_bytes
 
 FORMS = {".inp": "ansysInp"}
 """Formats of endings that several programs use."""
 NASTRAN, BEGIN_BULK = "nastran", re.compile(rb"^\s*BEGIN\s+BULK", re.IGNORECASE | re.MULTILINE)
+MEDIT, BINARY_MEDIT = "medit", ".meshb"
+MEDIT_MARKS = re.compile(r"Required[A-Z]|Corners|Ridges|Normal|Tangent|Parallel")
+"""Sections of Medit files, as remeshers write them, that have no elements of their own."""
+MEDIT_VERSION = re.compile(r"MeshVersionFormatted\s+(\d)")
+"""The reader knows versions up to 2; the text of later ones is the same."""
 LEAST_TIME, SLOWEST = 4.0, 100_000.0  # s and bytes/s: readers of text take 1 to 2 MB/s
 """Time that a reader has, as some of them wait for ever for the end of a section that a damaged file has not."""
 LONGEST = 200
@@ -74,12 +79,35 @@ def read_through_meshlane(path: str) -> Contents:
 
 
 def _corrected(path: str, form: str) -> bytes | None:
-    """Text that its reader does not take as it is: UTF-16, and Nastran's cards without their first line. None otherwise."""
+    """Return text that its reader can read, if it cannot read the file as it is; None otherwise.
+
+    It reads neither UTF-16 nor cards of Nastran in lower case or without their first line. Of Medit files see `_plain_medit`.
+    """
     data = file_bytes(path)
     text = as_utf8(data)
-    if form == NASTRAN and not BEGIN_BULK.search(text):
-        return b"BEGIN BULK\n" + text
+    if form == NASTRAN:
+        text = b"\n".join(line if line.startswith(b"$") else line.upper() for line in text.splitlines()) + b"\n"
+        text = text if BEGIN_BULK.search(text) else b"BEGIN BULK\n" + text
+    elif form == MEDIT and not path.lower().endswith(BINARY_MEDIT):
+        text = _plain_medit(text_of(text)).encode()
     return None if text == data else text
+
+
+def _plain_medit(text: str) -> str:
+    """Return a Medit file with each count in a line of its own and without comments and sections of `MEDIT_MARKS`."""
+    found: list[str] = []
+    is_kept = True
+    for line in text.splitlines():
+        words = line.split("#", 1)[0].split()
+        if not words:
+            continue
+        if words[0].isalpha() and words[0].lower() not in ("nan", "inf", "infinity"):
+            is_kept = not MEDIT_MARKS.match(words[0])
+            if is_kept:
+                found += [words[0], *([" ".join(words[1:])] if len(words) > 1 else [])]
+        elif is_kept:
+            found.append(" ".join(words))
+    return MEDIT_VERSION.sub(lambda version: f"MeshVersionFormatted {min(int(version[1]), 2)}", "\n".join(found)) + "\n"
 
 
 def _block(kind: str, nodes: np.ndarray) -> Block:

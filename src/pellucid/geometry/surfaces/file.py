@@ -1,4 +1,4 @@
-"""Surfaces from files: STL, OBJ, PLY, Gmsh, VTK and what else meshlane reads."""
+"""Surfaces from files: STL, OBJ, PLY, OFF, Gmsh, VTK and what else meshlane reads."""
 
 import warnings
 from functools import lru_cache
@@ -23,7 +23,7 @@ BESIDE = ("vertex", "line")  # what a file may hold beside the elements of a sur
 class SurfaceFile(MeshFile, Meshed):
     """A surface file. Vertices at the same place become one, as STL repeats them."""
 
-    path: InputFile = parameter("", "STL, OBJ, PLY, Gmsh or VTK file; a relative path starts from the case file's folder")
+    path: InputFile = parameter("", "STL, OBJ, PLY, OFF, Gmsh or VTK file; a relative path starts from the case file's folder")
     close_holes: int = parameter("", "with `repair`: holes of up to so many edges are closed", 0, ge=0, le=MOST_EDGES)
     closed: bool = parameter("", "whether the surface encloses a volume: without holes; doubled elements are layers", False)
     reverse: bool = parameter("", "turn all elements round, where the file's normals point inward", False)
