@@ -276,6 +276,40 @@ def test_a_wall_stops_only_the_bodies_that_it_names():
     assert sim.reactions()["floor"] == pytest.approx(sim.momentum() - sim.budget.initial_momentum, abs=1e-12)
 
 
+STIFF = HARD | {"young_modulus": 1e6}
+
+
+@pytest.mark.parametrize("functions", ["gimp", "quadratic-bspline"])
+@pytest.mark.parametrize(("axis", "side"), [(0, "upper"), (1, "lower")])
+@pytest.mark.parametrize("material", [STIFF, WATER], ids=["solid", "fluid"])
+def test_a_wall_on_a_face_of_the_grid_stops_what_strikes_it(material, axis, side, functions):
+    """At an eighth to a quarter of the speed of sound: points pass the plane, and the grid has room for them behind it."""
+    speed = 8.0 if material is STIFF else 5.0
+    lower, normal, velocity, place = [0.3, 0.3, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]
+    lower[axis], place[axis], way = (0.05, 0.0, -1.0) if side == "lower" else (0.55, 1.0, 1.0)
+    normal[axis], velocity[axis] = -way, way * speed
+    body = box(lower, [lower[0] + 0.4, lower[1] + 0.4, 0], material, (2, 2, 1), velocity=velocity)
+    sides = [{"where": f"{'yx'[axis]}-{end}", "fix": "normal"} for end in ("lower", "upper")]
+    wall = {"point": place, "normal": normal}
+    sim = simulation(body, counts=(10, 10, 0), cell=0.1, functions=functions, support=sides, wall=[wall], end=0.04)
+    depth = 0.0
+    while not sim.clock.finished(None):
+        sim.step()
+        depth = max(depth, (sim.bodies[0].arrays["position"][:, axis] - place[axis]).max() * way)
+    assert depth < 0.05
+    assert sim.bodies[0].totals.momentum[axis] * way < 0.5 * sim.bodies[0].mass * speed
+    assert sound(sim, 0.05)
+
+
+def test_a_meshless_solid_strikes_a_wall_on_a_face_of_the_grid():
+    mesh = {"box": {"lower": (0.3, 0.3, 0.55), "upper": (0.7, 0.7, 0.95), "cells": (3, 3, 3)}}
+    body = {"name": "block", "kind": "meshless-solid", "mesh": mesh, "material": STIFF, "velocity": (0, 0, 2)}
+    wall = {"point": (0, 0, 1), "normal": (0, 0, -1)}
+    sim = finished(body, counts=(10, 10, 10), cell=0.1, wall=[wall], end=0.05, gravity=(0, 0, 0))
+    assert 1.0 < sim.bodies[0].arrays["position"][:, 2].max() < 1.01
+    assert sound(sim, 0.01)
+
+
 def refused(*bodies, **wall):
     with pytest.raises(CaseError) as caught:
         simulation(*bodies, counts=(10, 10, 0), cell=0.1, wall=[{"normal": (0, 1, 0)} | wall])

@@ -1,10 +1,10 @@
-"""Bodies that start behind a wall are refused, by `validate` as by a run."""
+"""Bodies that start behind a wall are refused, by `validate` as by a run; the grid has room behind walls."""
 
 import pytest
 from small_cases import GAS, RATE_SOLID, SOLID, box, case
 
 from pellucid.errors import CaseError
-from pellucid.set_up.behind_walls import refuse_behind_walls
+from pellucid.set_up.behind_walls import refuse_behind_walls, with_room_behind_walls
 
 WALL = {"point": (0, 0.25, 0), "normal": (0, 1, 0)}
 
@@ -37,3 +37,53 @@ def test_one_that_a_motion_leads_through_it_may():
 
 def test_one_that_goes_on_is_where_its_points_are():
     refuse_behind_walls(beside(0.2), {"block"})
+
+
+def grid_of(*walls, counts=(10, 10, 0), support=(), absorbing=(), **more):
+    """Lower and upper corner of the grid that a run has [cells]."""
+    size = [n * 0.1 if n else 0.1 for n in counts]
+    body = box([0.3 * a for a in size], [0.6 * a for a in size], SOLID, [2 if n else 1 for n in counts]) | more
+    table = {"wall": list(walls), "support": support, "absorbing": absorbing, "thickness": 0.1 if 0 in counts else None}
+    motion = more.pop("motion", ())
+    grid = with_room_behind_walls(case(body, counts=counts, cell=0.1, motion=motion, **table)).grid
+    return [tuple(round(value / 0.1) for value in corner) for corner in (grid.lower, grid.extent_upper())]
+
+
+def facing(axis, end, gap=0.0, tilt=0.0):
+    """A wall so far before a face [m]."""
+    normal, point = [0.0] * 3, [0.5, 0.5, 0.0]
+    normal[axis], point[axis] = (1.0, gap) if end == "lower" else (-1.0, 1.0 - gap)
+    normal[(axis + 1) % 2] = tilt
+    return {"point": point, "normal": normal}
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.05, 0.099])
+def test_the_grid_has_room_behind_walls_on_its_faces(gap):
+    assert grid_of(facing(0, "lower", gap)) == [(-1, 0, 0), (10, 10, 1)]
+    assert grid_of(facing(1, "upper", gap)) == [(0, 0, 0), (10, 11, 1)]
+    assert grid_of(facing(0, "lower", gap), facing(1, "upper", gap)) == [(-1, 0, 0), (10, 11, 1)]
+    assert grid_of(facing(0, "upper", gap), counts=(10, 0, 0)) == [(0, 0, 0), (11, 1, 1)]
+    deep = {"point": [0.5, 0.5, gap], "normal": [0, 0, 1]}
+    assert grid_of(deep, counts=(10, 10, 10)) == [(0, 0, -1), (10, 10, 10)]
+
+
+def test_also_at_the_foot_of_a_trough_that_walls_make():
+    trough = [{"point": (0.5, 0.02, 0), "normal": (side * 0.5, 0.866, 0)} for side in (-1, 1)]
+    assert grid_of(*trough) == [(0, -1, 0), (10, 10, 1)]
+
+
+@pytest.mark.parametrize(
+    ("walls", "more"),
+    [
+        ([facing(0, "lower", 0.11)], {}),
+        ([facing(1, "lower", tilt=0.577)], {}),
+        ([facing(0, "lower")], {"support": [{"where": "x-lower", "fix": "normal"}]}),
+        ([facing(0, "lower")], {"support": [{"where": "x-lower", "fix": ["y"]}]}),
+        ([facing(0, "lower")], {"absorbing": [{"body": "block", "where": ["x-lower"]}]}),
+        ([facing(0, "lower")], {"rigid": True}),
+        ([], {}),
+    ],
+    ids=["far", "slope", "held", "along", "absorbing", "rigid", "none"],
+)
+def test_other_grids_stay_as_they_are(walls, more):
+    assert grid_of(*walls, **more) == [(0, 0, 0), (10, 10, 1)]

@@ -43,7 +43,6 @@ def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, o
         yield Finding((*path, "part"), f"body {body.name} is rigid: it follows a motion as a whole", "leave it out")
     yield from plane_turn_problems(motion.rotation.axes(), (*path, "rotation"), parts)
     yield from plane_turn_problems(set(motion.held_turns), (*path, "hold_rotation"), parts)
-    yield from _thin_problems(motion, path, parts)
     for other in others:
         yield from _shared_problems(motion, other, path)
 
@@ -58,7 +57,8 @@ def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Fi
         yield Finding(path, text, f"leave {strange[0]} out, or enlarge the grid along {listed(sorted(thin - {strange[0]}))}")
 
 
-def _thin_problems(motion: "Motion", path: Path, parts: Parts) -> Iterator[Finding]:
+def plane_way_problems(motion: "Motion", path: Path, parts: Parts) -> Iterator[Finding]:
+    """Report displacements along axes along which the grid is one cell thick."""
     for axis, counts in zip(AXES, parts.active_axes, strict=True):
         if not counts and getattr(motion.displacement, axis) is not None:
             text = f"the grid is one cell thick along {axis}, where nothing moves"

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import ClassVar
 
-from pellucid.conditions.led_turns import Rotations, turn_problems
+from pellucid.conditions.led_turns import Rotations, plane_way_problems, turn_problems
 from pellucid.conditions.signals import Signal
 from pellucid.conditions.signals.along_axes import AlongAxes
 from pellucid.conditions.signals.checked import checked_displacement, displacement_fault
@@ -70,6 +70,7 @@ class Motion(Condition):
         """A body that is not there or cannot follow a prescribed motion."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._signal_problems((*path, "displacement"))
+        yield from plane_way_problems(self, path, parts)
         body = parts.named(BodyModel, self.body)
         along = self.displacement.normal is not None
         if body is not None and (reason := body.why_no_normal_motion(self.part is None) if along else body.why_no_motion()):

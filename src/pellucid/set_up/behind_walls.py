@@ -1,14 +1,23 @@
-"""Bodies that start behind walls that are planes."""
+"""The space behind walls that are planes: bodies that start there, and the room of the grid that points need there."""
 
 from collections.abc import Set as AbstractSet
 
+import numpy as np
+
 from pellucid.case import Case
 from pellucid.case.sections import parts_of
+from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.wall import Wall
 from pellucid.errors import CaseError, Problem
-from pellucid.parts.condition import is_driven
+from pellucid.grid.model import GridCase
+from pellucid.parts.condition import Condition, is_driven
 from pellucid.set_up.hard_bodies import hard_bodies
 from pellucid.set_up.overlap import DEPTH
 
+ROOM = 1.0  # in cells, of the grid behind a wall: deformable bodies press less deep into it
+FACING = 0.5  # of 1, the least cosine between the normal of a wall and that of a face that it lies before
+TINY = 1e-9  # of a cell, for rounding
+MOST_PLACES = 100  # along an edge of a face, at which the depth of walls before it is sampled
 REMEDY = "move one of the two, turn `normal` to the side where bodies are, or name in `bodies` those that touch it"
 
 
@@ -35,3 +44,59 @@ def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) ->
                     f"a cell, {most:.4g} m, is allowed"
                 )
                 raise CaseError(Problem(text, f"wall.{wall.name or number}.point", remedy=REMEDY))
+
+
+def with_room_behind_walls(case: Case) -> Case:
+    """Return the case, or a copy with a grid that is one cell larger at faces on or close behind which a wall lies.
+
+    A wall pushes back what lies behind it, so points of bodies that deform pass it by a small part of a cell. A face that a
+    condition names stays where it is.
+    """
+    grid = case.grid_or_none
+    if grid is None or not case.wall:
+        return case
+    lower, upper = list(grid.lower), list(grid.extent_upper())
+    for axis, name in enumerate("xyz"):
+        for end, ends in (("lower", lower), ("upper", upper)):
+            if not case.thin[axis] and name not in grid.periodic and _lacks_room(case, grid, axis, end):
+                ends[axis] += grid.cell if end == "upper" else -grid.cell
+    if lower == list(grid.lower) and upper == list(grid.extent_upper()):
+        return case
+    larger = grid.model_copy(update={"lower": tuple(lower), "upper": tuple(upper)})
+    return case.model_copy(update={"grid_or_none": larger})
+
+
+def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
+    """Return True for a face that no condition names, if bodies that deform meet walls less than ROOM before it."""
+    parts, face = parts_of(case), f"{'xyz'[axis]}-{end}"
+    if any(one.constrains_face(face) or one.opens_face(face) for one in parts.of(Condition)):
+        return False
+    if any(face in one.where for one in parts.of(Absorbing)):
+        return False
+    soft = [body for body in case.body if not (body.is_rigid or is_driven(body.name, parts))]
+    places = _places_of_face(grid, axis, end)
+    return any(_is_close([wall for wall in case.wall if body in wall.touching(soft)], places, axis, end, grid) for body in soft)
+
+
+def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: GridCase) -> bool:
+    """Return True if walls before a face lie within ROOM of the places of the face that lie least deep behind them."""
+    planes = [wall.plane() for wall in walls]
+    inward = [plane.normal[axis] * (1.0 if end == "lower" else -1.0) for plane in planes]
+    facing = [plane for plane, cosine in zip(planes, inward, strict=True) if cosine >= FACING]
+    aside = [plane for plane, cosine in zip(planes, inward, strict=True) if cosine < FACING]
+    for plane in aside:
+        places = places[plane.height(places) > -TINY * grid.cell]
+    if not facing or not len(places):
+        return False
+    height = np.min([plane.height(places) for plane in facing], axis=0)
+    return bool(abs(height.max()) < ROOM * grid.cell)
+
+
+def _places_of_face(grid: GridCase, axis: int, end: str) -> np.ndarray:
+    """Return places all over a face of the grid [m], shape (n, 3)."""
+    ends = [
+        np.linspace(low, high, 1 if thin else min(n, MOST_PLACES) + 1)
+        for low, high, thin, n in zip(grid.lower, grid.extent_upper(), grid.thin(), grid.counts(), strict=True)
+    ]
+    ends[axis] = ends[axis][:1] if end == "lower" else ends[axis][-1:]
+    return np.stack([place.ravel() for place in np.meshgrid(*ends, indexing="ij")], axis=1)

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from collections.abc import Set as AbstractSet
 
 from pellucid.case import Case
+from pellucid.findings import listed
 from pellucid.parts.standing import Standing
 from pellucid.set_up.behind_walls import refuse_behind_walls
 from pellucid.set_up.crossing_supports import crossing_supports
@@ -51,6 +52,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
     yield from free_turns(case)
     yield from passed_walls(case)
     yield from late_pictures(case)
+    yield from gravity_across(case)
     yield from slipped_past(case)
     yield from crossing_supports(case)
     yield from leading_out(case)
@@ -69,3 +71,14 @@ def late_pictures(case: Case) -> Iterator[str]:
         if late:
             text = f"picture {picture.name}: {', '.join(late)} is beyond time.end = {case.time.end:g} s"
             yield f"{text}: it shows the last instant in its place; give times that the run reaches"
+
+
+def gravity_across(case: Case) -> Iterator[str]:
+    """Return a warning if gravity acts along no axis along which the grid has several cells: nothing falls then."""
+    across = [axis for axis, g, thin in zip("xyz", case.gravity, case.thin, strict=True) if g and thin]
+    if across and not any(g for g, thin in zip(case.gravity, case.thin, strict=True) if not thin):
+        within = [axis for axis, thin in zip("xyz", case.thin, strict=True) if not thin]
+        yield (
+            f"gravity acts along {listed(across)}, along which the grid is one cell thick and nothing moves: let it act along "
+            f"{' or '.join(within)}, or enlarge the grid along {listed(across)}"
+        )

@@ -36,6 +36,7 @@ from pellucid.parts.families import GridBody
 from pellucid.parts.step_limit import StepLimit, time_to_fall
 from pellucid.progress import Progress
 from pellucid.ranks.domain import NOWHERE, domain
+from pellucid.set_up.behind_walls import with_room_behind_walls
 from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
@@ -77,7 +78,7 @@ class Simulation:
     ) -> None:
         """start: arrays of the bodies that go on from an earlier run, by name and in the order of the numbers of the points."""
         domain.leave()  # that of another simulation
-        self.case = case = required(case)
+        self.case = case = with_room_behind_walls(required(case))
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
         layout = self._layout = work_layout(case, may_touch_by_surfaces(case))
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)

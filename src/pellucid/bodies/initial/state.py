@@ -7,8 +7,11 @@ import numpy as np
 from pellucid.bodies.initial.contract import InitialField
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import Finding, Path, listed
+from pellucid.geometry.shapes.contract import AXES
 from pellucid.model import Vector
-from pellucid.users.users_code import WrongArray, as_array, failing_as, home_of, read_only
+from pellucid.parts.body_model import BodyModel
+from pellucid.parts.part import Parts
+from pellucid.users.users_code import WrongArray, as_array, failing_as, file_of, home_of, is_own, read_only
 
 Stress = tuple[float, float, float, float, float, float]
 """Components xx, yy, zz, yz, xz, xy."""
@@ -74,3 +77,34 @@ def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], 
         if field.quantity not in quantities:
             text = f'kind "{field.kind}" sets `{field.quantity}`, which the points of this body do not have'
             yield Finding((*path, "initial", index), text, f"they have {listed(quantities)}")
+
+
+def plane_velocity_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Report initial velocities of a body along and about axes along and about which nothing moves on the grid of the case."""
+    thin = [axis for axis, counts in enumerate(parts.active_axes) if not counts]
+    along = listed([AXES[axis] for axis in thin])
+    why = f"the grid is one cell thick along {along}"
+    turns = f"bodies turn about {along} alone" if len(thin) == 1 else "nothing turns"
+    for axis in thin:
+        enlarge = f"or enlarge the grid along {AXES[axis]}"
+        if body.velocity[axis]:
+            text = f"has the component {body.velocity[axis]:g} m/s along {AXES[axis]}: {why}, where nothing moves"
+            yield Finding((*path, "velocity"), text, f"set its {AXES[axis]} to 0, {enlarge}")
+        for key in _moving_along(body, axis):
+            text = f"gives the body a velocity along {AXES[axis]}: {why}, where nothing moves"
+            yield Finding((*path, *key), text, f"set its {AXES[axis]} to 0, {enlarge}")
+    for axis, rate in enumerate(getattr(body, "angular_velocity", ())):
+        if rate and any(other != axis for other in thin):
+            text = f"has the component {rate:g} rad/s about {AXES[axis]}: {why}, where {turns}"
+            enlarge = f"enlarge the grid along {listed([AXES[other] for other in thin if other != axis])}"
+            yield Finding((*path, "angular_velocity"), text, f"set its {AXES[axis]} to 0, or {enlarge}")
+
+
+def _moving_along(body: BodyModel, axis: int) -> Iterator[Path]:
+    """Return the keys of velocity fields of a body that have a component along an axis; those of users are not evaluated."""
+    wave, fields = getattr(body, "velocity_wave", None), getattr(body, "initial", ())
+    keys: list[tuple[Path, InitialField]] = [] if wave is None else [(("velocity_wave",), wave)]
+    keys += [(("initial", number), field) for number, field in enumerate(fields) if field.quantity == "velocity"]
+    for key, field in keys:
+        if is_own(file_of(type(field))) and field.at(body.places_between_bounds())[:, axis].any():
+            yield key

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from math import hypot
 from typing import Literal
 
-from pellucid.bodies.initial.state import initial_problems
+from pellucid.bodies.initial.state import initial_problems, plane_velocity_problems
 from pellucid.bodies.material_points.checks import (
     cell_pressure_problems,
     cut_problems,
@@ -118,6 +118,7 @@ class MaterialPointsCase(SeededBody):
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", *self.material.state_fields), path)
         grid = parts.grid
+        yield from plane_velocity_problems(self, path, parts)
         yield from rigid_problems(self, path)
         yield from hydrostatic_problems(self, path, parts)
         yield from stress_problems(self, path)

@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.bodies.damped_model import DampedModel
 from pellucid.bodies.initial import INITIAL_MEANING, Initial
-from pellucid.bodies.initial.state import initial_problems, initial_velocity
+from pellucid.bodies.initial.state import initial_problems, initial_velocity, plane_velocity_problems
 from pellucid.bodies.membranes.prestretch import prestretch
 from pellucid.findings import Finding, Path, Reason
 from pellucid.geometry.region import Selectable
@@ -94,6 +94,7 @@ class MembraneCase(DampedModel):
         """Findings of initial fields that a membrane cannot have."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
+        yield from plane_velocity_problems(self, path, parts)
         material = self.material
         if material.direction is not None:
             yield from self._direction_problems((*path, "material"), material.direction)

@@ -55,6 +55,9 @@ class RigidSpring(RigidLoad):
         yield from super().problems(path, parts)
         yield from thin_problems(self.stiffness, self.turning_stiffness, ("stiffness", "turning_stiffness"), path, parts)
         yield from thin_problems(self.damping, self.turning_damping, ("damping", "turning_damping"), path, parts)
+        moved = tuple(float(getattr(self.anchor, axis) is not None) for axis in AXES)
+        turned = tuple(float(axis in self.anchor_rotation.axes()) for axis in AXES)
+        yield from thin_problems(moved, turned, ("anchor", "anchor_rotation"), path, parts)
         for number, signal in enumerate(self.signals()):
             key, axis = ("anchor", "anchor_rotation")[number // 3], AXES[number % 3]
             if signal is not None and (why := displacement_fault(signal, f"{key} {axis}")):
