@@ -5,16 +5,22 @@ from collections.abc import Iterator
 import numpy as np
 
 from pellucid.bodies.material_points.seeded_body import SeededBody
+from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.case import Case
 from pellucid.case.sections import parts_of
+from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.findings import listed
+from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.parts.condition import Condition
 
 ON_FLOOR = 0.5  # of a cell, by which a body that stands on a face of the grid may be above it
 
+Floating = SeededBody | MembraneCase
+"""Kinds of bodies that can share a velocity field with a liquid and displace it. Meshless solids have a field of their own."""
+
 
 def floating_bodies(case: Case) -> Iterator[str]:
-    """Return a warning for each solid that may float in a liquid with which it shares the velocity field.
+    """Return a warning for each solid or closed membrane that may float in a liquid with which it shares the velocity field.
 
     On nodes that both reach, the liquid moves as the body does, along its sides too. A layer as thick as a cell rises and sinks
     with the body, and what of it is above the level of the liquid adds to the weight.
@@ -22,34 +28,68 @@ def floating_bodies(case: Case) -> Iterator[str]:
     if case.grid_or_none is None or not any(case.gravity):
         return
     seeded = [body for body in case.body if isinstance(body, SeededBody)]
-    for body in (body for body in seeded if not body.material.flows):
+    for body in case.body:
+        if not isinstance(body, Floating) or not _displaces(body):
+            continue
         beside = [other for other in seeded if other.field == body.field and other.material.flows]
-        liquids = [liquid.name for liquid in beside if _floats(body, liquid, case)]
+        inside = [other.name for other in seeded if other.field == body.field and _is_inside(other, body)]
+        liquids = [liquid.name for liquid in beside if liquid.name not in inside and _floats(body, liquid, case)]
         if liquids and _is_free(body, case):
+            contents = f" and to {listed(inside)}, which it holds" if inside else ""
             yield (
                 f"body {body.name} is in the velocity field of {listed(liquids)}: the liquid within a cell, "
                 f"{case.grid.cell:g} m, sticks to it and is lifted with it, so that it floats too deep, by up to half a cell; "
-                f'give it a velocity field of its own: add field = "{_free_field(case, body.name)}" to body {body.name}. They '
-                "then touch without friction, or add a [[contact]] with friction between the two"
+                f'give it a velocity field of its own: add field = "{_free_field(case, body.name)}" to body {body.name}'
+                f"{contents}. They then touch without friction, or add a [[contact]] with friction between the two"
             )
 
 
-def _floats(body: SeededBody, liquid: SeededBody, case: Case) -> bool:
-    """Whether a body is lighter than a liquid, or reaches above it and does not stand on the floor."""
-    if body.material.density < liquid.material.density:
+def _displaces(body: Floating) -> bool:
+    """Return True for a solid, and for a membrane around a volume."""
+    return not body.material.flows if isinstance(body, SeededBody) else body.surface.closed
+
+
+def _is_inside(other: SeededBody, body: Floating) -> bool:
+    """Return True for a body of material points that lies within a membrane, by the boxes around the two."""
+    if not isinstance(body, MembraneCase):
+        return False
+    (low, high), (lower, upper) = other.bounds(), body.bounds()
+    return bool(np.all(low >= lower) and np.all(high <= upper))
+
+
+def _floats(body: Floating, liquid: SeededBody, case: Case) -> bool:
+    """Return True if a body is lighter than a liquid, or reaches above it and does not stand on the floor."""
+    if isinstance(body, MembraneCase) and body.name not in liquid.outside:  # the liquid fills it
+        return False
+    if _mean_density(body, case) < liquid.material.density:
         return True
     up = -np.array(case.gravity) / np.linalg.norm(case.gravity)
     return _top(body, up) > _top(liquid, up) and not _stands(body, case)
 
 
-def _top(body: SeededBody, up: np.ndarray) -> float:
-    """Height of the highest corner of the box about a body, along the unit vector `up` [m]."""
+def _mean_density(body: Floating, case: Case) -> float:
+    """Return the density of a solid, or the mass of a membrane and of what it holds over the volume that it encloses."""
+    if isinstance(body, SeededBody):
+        return body.material.density
+    volume, (vertices, triangles) = body.occupied().measure((True, True, True)), body.surface.triangulate()
+    area = float(np.sum(np.linalg.norm(vector_areas(vertices, triangles), axis=1)))
+    mass = body.material.density * body.thickness * area
+    for other in case.body:
+        if isinstance(other, SeededBody) and _is_inside(other, body):
+            mass += other.material.density * other.occupied().measure((True, True, True))
+    enclosed = (one for one in parts_of(case).of(Enclosed) if one.body == body.name)
+    mass += sum(one.amount().contents(volume).mass for one in enclosed)
+    return mass / volume
+
+
+def _top(body: Floating, up: np.ndarray) -> float:
+    """Return the height of the highest corner of the box about a body, along the unit vector `up` [m]."""
     lower, upper = body.bounds()
     return float(np.sum(np.where(up > 0.0, upper, lower) * up))
 
 
-def _stands(body: SeededBody, case: Case) -> bool:
-    """Whether a body begins on a face of the grid that is held, in the direction of gravity."""
+def _stands(body: Floating, case: Case) -> bool:
+    """Return True if a body begins on a face of the grid that is held, in the direction of gravity."""
     lower, upper = body.bounds()
     slack = ON_FLOOR * case.grid.cell
     for axis, pull in enumerate(case.gravity):
@@ -64,8 +104,8 @@ def _stands(body: SeededBody, case: Case) -> bool:
     return False
 
 
-def _is_free(body: SeededBody, case: Case) -> bool:
-    """Whether a body can move along gravity: no motion prescribes it there, and no support holds a part of it."""
+def _is_free(body: Floating, case: Case) -> bool:
+    """Return True if a body can move along gravity: no motion prescribes it there, and no support holds a part of it."""
     parts, along = parts_of(case), {axis for axis in range(3) if case.gravity[axis] != 0.0}
     led = {axis for condition in parts.of(Condition) for axis in condition.prescribed_axes(body.name)}
     if along & led:
@@ -86,6 +126,6 @@ def _is_free(body: SeededBody, case: Case) -> bool:
 
 
 def _free_field(case: Case, name: str) -> str:
-    """A name that no velocity field has yet."""
+    """Return a name that no velocity field has yet."""
     fields = {body.field for body in case.body}
     return next(option for option in (name, f"{name}-field", f"{name}-alone") if option not in fields)

@@ -106,3 +106,35 @@ def test_a_concentration_is_no_matter_of_bodies_that_move():
 def test_a_velocity_that_varies_linearly():
     field = VelocityGradient(x=(0.0, 2.0, 0.0), z=(1.0, 0.0, -3.0), origin=(1.0, 0.0, 0.0))
     assert np.allclose(field.at(np.array([[1.0, 0.0, 0.0], [2.0, 4.0, 5.0]])), [[0.0, 0.0, 0.0], [8.0, 0.0, -14.0]])
+
+
+FLAT, TURNS = "one cell thick along z, where", "bodies turn about z alone"
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ({"angular_velocity": (1, 0, 0)}, ["angular_velocity: has the component 1 rad/s about x", FLAT, TURNS]),
+        ({"angular_velocity": (0, -2, 1), "rigid": True}, ["has the component -2 rad/s about y", TURNS]),
+        ({"velocity": (1, 0, 3)}, ["velocity: has the component 3 m/s along z", FLAT, "nothing moves"]),
+        ({"velocity_wave": {"amplitude": (0, 0, 1), "wave_vector": (1, 0, 0)}}, ["velocity_wave: gives the body a velocity"]),
+        ({"initial": [{"kind": "velocity-gradient", "z": (0, 1, 0)}]}, ["initial.0: gives the body a velocity along z", FLAT]),
+    ],
+)
+def test_motions_out_of_a_plane_are_refused(body, words):
+    with pytest.raises(ValidationError) as error:
+        case(box((1, 1, 0), (3, 3, 0), per_cell=(2, 2, 1), **body), counts=(4, 4, 0))
+    for text in words:
+        assert text in str(error.value)
+    case(box((1, 1, 1), (3, 3, 3), **body))
+
+
+def test_nothing_turns_on_a_line():
+    with pytest.raises(ValidationError, match="about z: the grid is one cell thick along y, z, where nothing turns"):
+        case(box((1, 0, 0), (3, 0, 0), per_cell=(2, 1, 1), angular_velocity=(0, 0, 1)), counts=(4, 0, 0))
+
+
+def test_motions_in_a_plane_are_not():
+    body = {"angular_velocity": (0, 0, 1), "velocity": (1, 1, 0), "initial": [{"kind": "velocity-gradient", "x": (0, 1, 0)}]}
+    case(box((1, 1, 0), (3, 3, 0), per_cell=(2, 2, 1), **body), counts=(4, 4, 0))
+    case(box((0, 1, 1), (0, 3, 3), per_cell=(1, 2, 2), angular_velocity=(1, 0, 0)), counts=(0, 4, 4))
