@@ -114,15 +114,15 @@ class FluidMaterial(PointMaterial):
         return self.energy_update == "conservative"
 
     @property
-    def _is_liquid(self) -> bool:
-        """Whether its pressure is that of its density alone."""
+    def is_liquid(self) -> bool:
+        """True if its pressure depends on its density alone."""
         return pressure_line(self.law().eos, self.density)[1] == 0.0
 
     def too_soft(self, density: float) -> str | None:
         """That a liquid, whose pressure is that of its density alone, is squeezed to a mean density [kg/m³]; and how fast sound
         would have to be."""
         squeezed = 1.0 - self.density / density
-        if squeezed <= SOFT or not self._is_liquid:
+        if squeezed <= SOFT or not self.is_liquid:
             return None
         speed = sound_speed(self.law().eos, self.density, 0.0) * sqrt(squeezed / (0.2 * SOFT))
         return (
@@ -135,7 +135,7 @@ class FluidMaterial(PointMaterial):
         others as they are."""
         from scipy.optimize import brentq  # models of cases stay light without it
 
-        if not self._is_liquid:
+        if not self.is_liquid:
             return arrays
         eos, before = self.law().eos, arrays["mass"] / arrays["volume"]
         of_each, number = np.unique(before, return_inverse=True)

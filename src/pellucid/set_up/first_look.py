@@ -9,6 +9,7 @@ from pellucid.parts.standing import Standing
 from pellucid.set_up.behind_walls import refuse_behind_walls
 from pellucid.set_up.crossing_supports import crossing_supports
 from pellucid.set_up.floating import floating_bodies
+from pellucid.set_up.flows import flow_warnings
 from pellucid.set_up.gaps import narrow_gaps
 from pellucid.set_up.held_edges import held_edges
 from pellucid.set_up.indenters import coarse_indenters
@@ -53,6 +54,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
     yield from passed_walls(case)
     yield from late_pictures(case)
     yield from gravity_across(case)
+    yield from flow_warnings(case)
     yield from slipped_past(case)
     yield from crossing_supports(case)
     yield from leading_out(case)

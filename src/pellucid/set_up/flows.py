@@ -1,0 +1,150 @@
+"""Flows that have no way out, vents that never open, and faces that absorb no waves."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pellucid.bodies.material_points.seeded_body import SeededBody
+from pellucid.bodies.membranes.model import MembraneCase
+from pellucid.case import Case
+from pellucid.case.sections import parts_of
+from pellucid.conditions.absorbing import Absorbing
+from pellucid.conditions.enclosed.foretold import membrane_at_start
+from pellucid.conditions.enclosed.model import Enclosed
+from pellucid.conditions.open_faces.columns import OpenFace, opening_of
+from pellucid.conditions.open_faces.inflow import Inflow
+from pellucid.conditions.outflow import Outflow
+from pellucid.conditions.support import Support
+from pellucid.geometry.shapes.contract import AXES
+from pellucid.materials.fluid import FluidMaterial
+from pellucid.parts.condition import Condition
+
+SQUEEZED = 0.02  # of the volume of a liquid, which its compression may take up
+INSTANTS = 1001  # at which the volume that has come in is known
+
+
+def flow_warnings(case: Case) -> Iterator[str]:
+    """Return warnings about flows that a case lets in and not out, and about openings that have no effect."""
+    yield from _without_way_out(case)
+    yield from _absorbing_at_inflows(case)
+    yield from _closed_vents(case)
+
+
+def _label(what: str, name: str | None, number: int) -> str:
+    return f"{what} `{name}`" if name else f"{what} number {number + 1}"
+
+
+def _absorbing_at_inflows(case: Case) -> Iterator[str]:
+    """Return a warning for each face that is to absorb waves and at which an inflow prescribes the velocity."""
+    parts = parts_of(case)
+    for number, absorbing in enumerate(parts.of(Absorbing)):
+        for other, inflow in enumerate(parts.of(Inflow)):
+            if inflow.where in absorbing.where and inflow.through is None and inflow.pressure is None:
+                label = _label("inflow", inflow.name, other)
+                yield (
+                    f"absorbing number {number + 1} absorbs nothing at the face {inflow.where}: {label} prescribes the velocity "
+                    "there, which reflects waves; take the face out of `where` of the [[absorbing]]"
+                )
+
+
+def _without_way_out(case: Case) -> Iterator[str]:
+    """Return a warning for each liquid into which more comes than the grid has room for, though nothing can leave."""
+    parts, grid = parts_of(case), case.grid_or_none
+    if grid is None or any(one.gas is not None for one in parts.of(Enclosed)):
+        return
+    inflows = list(enumerate(parts.of(Inflow)))
+    for body in case.body:
+        own = [(number, inflow) for number, inflow in inflows if inflow.body == body.name]
+        if not own or not isinstance(body, SeededBody) or not _is_liquid(body):
+            continue
+        gives_way = any(isinstance(other, SeededBody) and other.material.flows and not _is_liquid(other) for other in case.body)
+        leaves = any(body.name in outflow.body or not outflow.body for outflow in parts.of(Outflow))
+        if gives_way or leaves or any(inflow.pressure is not None for _, inflow in own) or not _is_closed(case):
+            continue
+        times = np.linspace(0.0, case.time.end, INSTANTS)
+        entered = sum(_entered(inflow, body, case, times) for _, inflow in own)
+        room = max(_grid_volume(case) - sum(_volume(other, case) for other in case.body if not other.is_surface), 0.0)
+        late = np.flatnonzero(entered > room + SQUEEZED * _volume(body, case))
+        if len(late):
+            label = _label("inflow", own[0][1].name, own[0][0])
+            yield (
+                f"{label} brings {entered[-1]:.3g} m³ of body {body.name} until time.end, {room:.3g} m³ of the grid are empty, "
+                "and nothing can leave: supports hold all other faces and no [[outflow]] opens one, so the liquid is squeezed "
+                f"from {times[late[0]]:.2g} s on; replace the support of a face by an [[outflow]], or let the run end before"
+            )
+
+
+def _is_liquid(body: SeededBody) -> bool:
+    return isinstance(body.material, FluidMaterial) and body.material.is_liquid
+
+
+def _is_closed(case: Case) -> bool:
+    """Return True if supports hold each face of the grid along its normal through which no inflow comes."""
+    conditions = list(parts_of(case).of(Condition))
+    for axis, thin in zip(AXES, case.thin, strict=True):
+        if thin or axis in case.grid.periodic:
+            continue
+        for face in (f"{axis}-lower", f"{axis}-upper"):
+            if not any(one.face_velocity(face) is not None or one.opens_face(face) for one in conditions):
+                return False
+    return True
+
+
+def _entered(inflow: Inflow, body: SeededBody, case: Case, times: np.ndarray) -> np.ndarray:
+    """Return the volume that has come in until given times [m³], shape of the times."""
+    rate = inflow.flow_rate
+    if rate is None:
+        face = OpenFace.of(inflow.where, case.grid)
+        opening, _ = opening_of(inflow.through, face, body.with_others(case.body), case.grid)
+        rate = (inflow.velocity or 0.0) * float(opening.area.sum())
+    shares = np.array([inflow.share(float(time)) for time in times])
+    steps = 0.5 * (shares[1:] + shares[:-1]) * np.diff(times)
+    return np.asarray(rate * np.concatenate([[0.0], np.cumsum(steps)]))
+
+
+def _grid_volume(case: Case) -> float:
+    thin = sum(case.thin)
+    return float(np.prod(case.grid.counts())) * case.grid.cell ** (3 - thin) * case.grid.slice_thickness() ** thin
+
+
+def _volume(body: object, case: Case) -> float:
+    """Return the volume of a body, less that of bodies that it leaves out [m³]."""
+    if not isinstance(body, SeededBody):
+        return 0.0
+    x, y, z = (not thin for thin in case.thin)
+    measure = body.occupied().measure((x, y, z))
+    measure -= sum(other.measure((x, y, z)) for other in body.with_others(case.body).left_out)
+    return float(max(measure, 0.0) * case.grid.slice_thickness() ** sum(case.thin))
+
+
+def _closed_vents(case: Case) -> Iterator[str]:
+    """Return a warning for each vent whose opening pressure the gas or liquid cannot reach, where nothing squeezes it."""
+    parts, bodies = parts_of(case), {body.name: body for body in case.body}
+    quiet = all(
+        isinstance(one, Enclosed) or (isinstance(one, Support) and not any(one.velocity)) for one in parts.of(Condition)
+    )
+    if not quiet or any(case.gravity) or len(bodies) > 1:
+        return
+    for enclosed in parts.of(Enclosed):
+        membrane = bodies[enclosed.body]
+        start = membrane_at_start(membrane)
+        if start is None or enclosed.inside or not _is_at_rest(membrane):
+            continue
+        contents = enclosed.amount().contents(start.volume)
+        if enclosed.inflator is not None:
+            contents.take_in(*enclosed.inflator.given(0.0, case.time.end), start.volume)
+        most = contents.pressure(start.volume) - enclosed.outside
+        brought = "" if enclosed.inflator is None else ", with all that the inflator brings until time.end"
+        for number, vent in enumerate(enclosed.vent):
+            if vent.opens_at > most:
+                yield (
+                    f"vent number {number + 1} of enclosed `{enclosed.name}` never opens: it opens at opens_at = "
+                    f"{vent.opens_at:g} Pa above the pressure outside, and in the volume at the start the pressure is at most "
+                    f"{most:.4g} Pa above it{brought}; use a smaller `opens_at`, or leave it out for a vent that is open"
+                )
+
+
+def _is_at_rest(membrane: object) -> bool:
+    """Return True for a membrane that neither moves nor is tense at the start, so that it does not shrink."""
+    is_slack = isinstance(membrane, MembraneCase) and membrane.tension == 0.0 and membrane.inflation == 0.0
+    return is_slack and not (any(membrane.velocity) or membrane.initial)  # type: ignore[attr-defined]
