@@ -42,8 +42,8 @@ def _absorbing_at_inflows(case: Case) -> Iterator[str]:
             if inflow.where in absorbing.where and inflow.through is None and inflow.pressure is None:
                 label = _label("inflow", inflow.name, other)
                 yield (
-                    f"absorbing number {number + 1} absorbs nothing at the face {inflow.where}: {label} prescribes the velocity "
-                    "there, which reflects waves; take the face out of `where` of the [[absorbing]]"
+                    f"absorbing number {number + 1} absorbs nothing at the face {inflow.where}: {label} prescribes the "
+                    "velocity there, which reflects waves; take the face out of `where` of the [[absorbing]]"
                 )
 
 

@@ -155,3 +155,22 @@ def test_a_tube_has_no_view(tmp_path):
     tube = run.stored.grid.model_copy(update={"upper": (4.0, 0.0, 0.0)})
     run.stored = run.stored.model_copy(update={"grid": tube})
     assert scene_of(run, PLENTY) is None
+
+
+def test_walls_are_surfaces_that_can_be_hidden(tmp_path):
+    walls = [
+        {"name": "floor", "point": (0, 0, 0.2), "normal": (0, 0, 1), "velocity": (0, 0, 0.1), "bodies": ["core"]},
+        {"point": (0, 0, 1.55), "normal": (0, 0, -1), "bodies": ["core"]},
+    ]
+    run = write_run(tmp_path / "run", wall=walls)
+    assert [wall.name for wall in run.stored.walls] == ["wall floor", "wall 2"]
+    bodies = unpacked(scene_of(run, PLENTY))
+    floor, cells, steps, shades, _ = bodies["wall floor"]
+    assert floor["kind"] == "surface"
+    assert not floor["hidden"], "it is seen from above"
+    assert bodies["wall 2"][0]["hidden"], "it would cover the bodies"
+    assert shades == {}
+    assert cells["triangles"].tolist() == [[0, 1, 2], [0, 2, 3]]
+    low, span = np.array(floor["low"]), np.array(floor["span"])
+    height = [low[2] + span[2] * of_time[:, 2] / LEVELS for of_time in steps]
+    assert np.array(height) == pytest.approx(np.tile(0.2 + 0.1 * TIMES[:, None], 4), abs=1e-4)

@@ -21,6 +21,7 @@ from pellucid.results.pictures.quantities import (
 from pellucid.results.pictures.rendering.axes import INK, UNCOLOURED
 from pellucid.results.pictures.seams import in_box, places_unmoved
 from pellucid.results.pictures.style import COLOURS, instant, label, new_panels
+from pellucid.results.pictures.walls import draw_walls, with_mirrored
 from pellucid.results.storage.probes import scalar
 from pellucid.state import FIELDS
 
@@ -73,6 +74,7 @@ class PlaneStage:
         margin = 0.04 * (high - low).max()
         corners: tuple[np.ndarray, np.ndarray] = look.window or (low - margin, high + margin)
         self._low, self._high = corners
+        self._walls = with_mirrored(run.stored.walls, look.mirrors)
 
     @property
     def ratio(self) -> float:
@@ -96,6 +98,8 @@ class PlaneStage:
             place = self._skin(name, time)
             cells = cells_with_images(self._run.cells(name), len(place) // 2 ** len(self._look.mirrors), self._look.mirrors)
             self._draw_skin(axes, place, cells.lines)
+        at = self._look.slice.at if self._look.slice is not None else 0.0
+        draw_walls(axes, self._walls, time, self._flat, at, (self._low, self._high))
         axes.set(xlim=(self._low[0], self._high[0]), ylim=(self._low[1], self._high[1]), aspect="equal")
         axes.locator_params(nbins=MOST_TICKS)  # else there are more after the layout, with longer labels that find no room
         axes.grid(False)

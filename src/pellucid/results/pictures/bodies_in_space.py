@@ -30,6 +30,7 @@ from pellucid.results.pictures.rendering.render import render
 from pellucid.results.pictures.rendering.sections import cut_face, rim
 from pellucid.results.pictures.seams import in_box, places_unmoved
 from pellucid.results.pictures.style import instant
+from pellucid.results.pictures.walls import around, meshes_of_walls, with_mirrored
 
 COLUMNS = 700  # pixels of a panel
 GREY, FAILED = (0.77, 0.78, 0.82), (0.92, 0.10, 0.09)
@@ -73,7 +74,11 @@ class SpaceStage:
             self._cut = through_the_middle([bounding_box(position) for position in self._solids])
         places = np.concatenate([of_body["position"][there(of_body)] for state in fields for of_body in state.values()])
         kept = places[self._cut.beyond(places) <= 0.0] if self._cut else places
-        self._camera = camera_for(look.view, kept if len(kept) else places, COLUMNS, margin=0.06)
+        self._walls = with_mirrored(run.stored.walls, look.mirrors)
+        self._box = around(*bounding_box(places))
+        walls = [mesh.vertices for time in times for mesh in self._meshes_of_walls(float(time))]
+        on_paper = np.concatenate([kept if len(kept) else places, *walls])
+        self._camera = camera_for(look.view, on_paper, COLUMNS, margin=0.06)
         self._surfaces = {name: faceted(of_body, self._start[name]) for name, of_body in self._cells.items()}
         surfaces = [name for name, triangles in self._flowing.items() if len(triangles) and look.arrows]
         self._arrowed = {name: spread(self._start[name]) for name in surfaces}
@@ -103,10 +108,14 @@ class SpaceStage:
                 drawn.append(cut_face(fields["position"], cells.tetrahedra, colours, self._cut))
         if self._cut:
             drawn += self._rims(drawn, skins, self._cut)
+        drawn += self._meshes_of_walls(time)
         show(axes, render(drawn, self._camera, self._cut), self._camera)
         scale_bar(axes, self._camera)
         self._draw_arrows(axes, {name: state[name] for name in self._arrowed})
         corner_words(axes, instant(time), "cut open" if self._cut else "")
+
+    def _meshes_of_walls(self, time: float) -> list[Mesh]:
+        return meshes_of_walls(self._walls, time, self._box, self._look.view.axes()[2])
 
     def _rims(self, drawn: Sequence[Drawable], skins: Sequence[Mesh], cut: Plane) -> list[Mesh]:
         """Where membranes are cut, before the balls that reach out of the cut: they would cover what is seen edge on."""

@@ -4,7 +4,8 @@ import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel
+import numpy as np
+from pydantic import BaseModel, ConfigDict
 
 from pellucid.case import EnergyCase, OutputCase, TimeCase
 from pellucid.case.judgement import Check
@@ -26,12 +27,28 @@ class StoredBody(NamedTuple):
     density: float
 
 
+class StoredWall(NamedTuple):
+    """A plane without a body: its name in pictures, a point at time 0 [m], its unit normal to the side of the bodies, and its
+    velocity [m/s], each of shape (3,)."""
+
+    name: str
+    point: np.ndarray
+    normal: np.ndarray
+    velocity: np.ndarray
+
+    def level(self, time: float) -> float:
+        """Distance of the plane from the origin along its normal [m] at a time [s]."""
+        return float(self.normal @ (self.point + time * self.velocity))
+
+
 SHOWN = ("body", "probe", "picture", "film", "plot", "check", "extensions")
 """Lists of a case that the report shows by themselves."""
 
 
 class StoredCase(BaseModel):
     """What results need of a case; only texts where users may have kinds of their own."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
 
     title: str
     id: str = ""
@@ -48,6 +65,7 @@ class StoredCase(BaseModel):
     """Their names."""
     means: tuple[str, ...] = ()
     """Names of the probes whose values are means since the row before, see `pellucid.results.readings`."""
+    walls: tuple[StoredWall, ...] = ()
     others: dict[str, int] = {}
     """How many there are of each other kind of part, such as supports, by the keys of their tables."""
     picture: tuple[Picture, ...] = ()
@@ -68,6 +86,7 @@ def read(path: Path) -> StoredCase:
     others = {key: len(tables) for key, tables in data.items() if isinstance(tables, list) and key not in SHOWN and tables}
     quantities = {probe["name"]: str(probe.get("quantity", "")) for probe in data.get("probe", ())}
     own = {"bodies": bodies, "probes": list(quantities), "others": others}
+    own["walls"] = [_wall(table, number) for number, table in enumerate(data.get("wall", ()))]
     own["means"] = mean_columns(quantities.items(), "steady" in data)
     return StoredCase.model_validate({**data, **own})
 
@@ -76,3 +95,11 @@ def _body(table: dict[str, Any]) -> StoredBody:
     material = table["material"]
     law = material["eos"]["kind"] if "eos" in material else ""
     return StoredBody(table["name"], table["kind"], material["kind"], law, material["density"])
+
+
+def _wall(table: dict[str, Any], number: int) -> StoredWall:
+    normal = np.array(table["normal"], float)
+    normal /= np.abs(normal).max()  # so that no square of a component overflows or vanishes
+    velocity = np.array(table.get("velocity", (0.0, 0.0, 0.0)), float)
+    name = f"wall {table.get('name', number + 1)}"
+    return StoredWall(name, np.array(table["point"], float), normal / np.linalg.norm(normal), velocity)

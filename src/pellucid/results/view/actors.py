@@ -1,14 +1,19 @@
 """Bodies as the view shows them: which of their points, as what, and one number a point of each field."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.results.pictures.bodies_in_space import faceted
 from pellucid.results.pictures.quantities import there
+from pellucid.results.pictures.rendering.creases import Faceted
 from pellucid.results.pictures.rendering.points import ball_radii
 from pellucid.results.pictures.seams import way_into_box
+from pellucid.results.pictures.walls import fan_of, polygon_of
 from pellucid.results.storage.probes import scalar
 from pellucid.results.storage.run import Run
+from pellucid.results.storage.stored_case import StoredWall
 from pellucid.state import FIELDS
 
 GAPLESS = 1.3
@@ -55,6 +60,42 @@ class Actor:
             if name not in UNSEEN and (values.ndim == 1 or values.shape[1] in (3, 6)):
                 found[name] = scalar(values, names=FIELDS[name].names if name in FIELDS else ())
         return {name: values.astype(np.float32) for name, values in found.items()}
+
+
+class WallActor:
+    """A wall within a box [m] as a surface, or as a line in a plane problem. It moves as a whole, and has no fields.
+
+    across: the axis across a plane problem, None in space.
+    """
+
+    radius = 0.0
+
+    def __init__(
+        self, wall: StoredWall, box: tuple[np.ndarray, np.ndarray], across: int | None, times: Sequence[float]
+    ) -> None:
+        """times: of the instants that are shown [s]; the wall has the outline that it has when it first meets the box."""
+        self.name, self._wall, self.start = wall.name, wall, np.zeros((0, 3))
+        for time in times:
+            if not len(self.start):
+                self.start = polygon_of(wall, time, *box) - self._way(time)
+        self.cells, self.surface = Cells(), Faceted(fan_of(len(self.start)), np.arange(len(self.start)))
+        if across is not None and len(self.start):
+            along = np.cross(wall.normal, np.eye(3)[across])
+            ends = self.start[[int(np.argmin(self.start @ along)), int(np.argmax(self.start @ along))]]
+            ends[:, across] = 0.5 * (box[0] + box[1])[across]
+            self.start, self.cells = ends, Cells(lines=np.array([(0, 1)]))
+            self.surface = Faceted(np.zeros((0, 3), np.int64), np.arange(2))
+
+    @property
+    def kind(self) -> str:
+        return "lines" if len(self.cells.lines) else "surface"
+
+    def places(self, time: float) -> np.ndarray:
+        """Return the corners at a time [s], shape (n, 3) [m]."""
+        return np.asarray(self.start + self._way(time))
+
+    def _way(self, time: float) -> np.ndarray:
+        return np.asarray(time * float(self._wall.velocity @ self._wall.normal) * self._wall.normal)
 
 
 def _radius(run: Run, start: Fields) -> float:

@@ -9,8 +9,10 @@ from pellucid.results.pictures.bodies_in_space import Box, opening
 from pellucid.results.pictures.quantities import VIEW, Limits, limits, there
 from pellucid.results.pictures.rendering.camera import View
 from pellucid.results.pictures.style import COLOURS, pretty
+from pellucid.results.pictures.walls import SEEN as SEEN_WALL
+from pellucid.results.pictures.walls import around
 from pellucid.results.storage.run import Run
-from pellucid.results.view.actors import Actor, Fields
+from pellucid.results.view.actors import Actor, Fields, WallActor
 from pellucid.results.view.packing import Pack, places, shades
 from pellucid.state import FIELDS
 
@@ -21,6 +23,7 @@ MOST_FIELDS = 8
 SEEN = 0.2, 99.8
 """Percentiles between which the window has room for points: single ones fly far."""
 FIRST = ("velocity", "displacement", "stress", "pressure", "damage", "areal_density", "concentration", "density", "thickness")
+WALL_COLOUR = "#b4b8c0"
 WORDS = {"velocity": "speed", "stress": "von Mises stress"}
 FRONTS = (View(0.0, 0.0), View(-90.0, 0.0), View(-90.0, 90.0))
 """From where a plane is seen, by the axis across it."""
@@ -92,6 +95,14 @@ def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> S
     for k, actor in enumerate(actors):
         of_body = _packed(pack, actor, [instants[k] for instants in states], fields)
         bodies.append({**of_body, "colour": COLOURS[k % len(COLOURS)], "hidden": hidden[k]})
+    box = around(*bounding_box(np.concatenate([at.position[at.there] for instants in states for at in instants])))
+    for wall in run.stored.walls:
+        drawn = WallActor(wall, box, across, times.tolist())
+        if len(drawn.start):
+            of_wall = _packed(pack, drawn, [_of_wall(drawn, float(time)) for time in times], fields)
+            bodies.append(
+                {**of_wall, "colour": WALL_COLOUR, "hidden": across is None and float(wall.normal @ axes[2]) < SEEN_WALL}
+            )
     told = {
         "title": run.stored.title,
         "times": times.tolist(),
@@ -106,7 +117,12 @@ def _scene(run: Run, actors: list[Actor], times: np.ndarray, recorded: int) -> S
     return Scene(told, pack.close())
 
 
-def _packed(pack: Pack, actor: Actor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
+def _of_wall(wall: WallActor, time: float) -> _Instant:
+    places = wall.places(time)
+    return _Instant(places, np.ones(len(places), bool), np.zeros(len(places), bool), {})
+
+
+def _packed(pack: Pack, actor: Actor | WallActor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
     """What is told of a body; its arrays go into the pack, in the order in which viewer/src/data.js reads them."""
     low, high = bounding_box(np.concatenate([at.position[at.there] for at in instants]))
     cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
