@@ -136,7 +136,7 @@ def _drawing() -> Row:
 
 
 def _browser() -> Row:
-    """Whether a browser of this machine draws the view of a report, which is WebGL 2 by three.js."""
+    """Return True if a browser of this machine draws the view of a report, which is WebGL 2 by three.js."""
     what, command = "view that turns", next(filter(None, map(shutil.which, BROWSERS)), None)
     if command is None:
         return what, "no browser was found that could be tried", "open report.html in any browser, on any machine"

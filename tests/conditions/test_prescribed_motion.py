@@ -147,6 +147,13 @@ def test_motions_that_make_no_sense(change, words):
         driven(box((3, 3, 3), (5, 5, 5), RATE_SOLID), motion=SWING | change, counts=(8, 8, 8))
 
 
+@pytest.mark.parametrize("rigid", [False, True])
+def test_no_body_is_led_out_of_a_plane(rigid):
+    across = {"name": "across", "body": "block", "displacement": {"z": {"kind": "steady", "velocity": 1.0}}}
+    with pytest.raises(ValueError, match=r"motion.0.displacement.z: the grid is one cell thick along z, where nothing moves"):
+        driven(box((3, 3, 0), (5, 5, 0), RATE_SOLID, (2, 2, 1), rigid=rigid), motion=across, counts=(8, 8, 0))
+
+
 def test_parts_of_a_body_cannot_follow_two_motions():
     with pytest.raises(CaseError, match="already follow the motion swing"):
         driven(box((3, 3, 3), (5, 5, 5), RATE_SOLID), motion=[SWING, SWING | {"name": "other"}], counts=(8, 8, 8))

@@ -45,7 +45,9 @@ def grid_of(*walls, counts=(10, 10, 0), support=(), absorbing=(), **more):
     body = box([0.3 * a for a in size], [0.6 * a for a in size], SOLID, [2 if n else 1 for n in counts]) | more
     table = {"wall": list(walls), "support": support, "absorbing": absorbing, "thickness": 0.1 if 0 in counts else None}
     motion = more.pop("motion", ())
-    grid = with_room_behind_walls(case(body, counts=counts, cell=0.1, motion=motion, **table)).grid
+    larger = with_room_behind_walls(case(body, counts=counts, cell=0.1, motion=motion, **table))
+    assert with_room_behind_walls(larger) is larger, "a run that goes on has the same grid"
+    grid = larger.grid
     return [tuple(round(value / 0.1) for value in corner) for corner in (grid.lower, grid.extent_upper())]
 
 
@@ -70,6 +72,10 @@ def test_the_grid_has_room_behind_walls_on_its_faces(gap):
 def test_also_at_the_foot_of_a_trough_that_walls_make():
     trough = [{"point": (0.5, 0.02, 0), "normal": (side * 0.5, 0.866, 0)} for side in (-1, 1)]
     assert grid_of(*trough) == [(0, -1, 0), (10, 10, 1)]
+
+
+def test_also_before_a_wall_that_leaves_the_grid_by_less_than_a_cell():
+    assert grid_of(facing(1, "lower", tilt=0.1)) == [(0, -2, 0), (10, 10, 1)]  # from -0.05 m to 0.05 m
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What every body of points on the grid shares: its arrays, sorting, and the stages of a step but for straining."""
+"""Bodies of points on the grid: arrays, sorting, and the stages of a step except straining."""
 
 from collections.abc import Callable, Mapping
 from math import fsum
@@ -12,7 +12,6 @@ from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
 from pellucid.energy import FIRST_LOAD, AngularMomentum, Totals
 from pellucid.grid import full_cells
 from pellucid.grid import transfer as kernels
-from pellucid.grid.angular_momentum import sum_angular_momentum
 from pellucid.grid.nodal_fields import with_fields
 from pellucid.grid.particle_to_grid import ParticleToGrid, inertia_of
 from pellucid.grid.passes.each_point import each_point
@@ -41,6 +40,7 @@ from pellucid.grid.points import (
     InOrder,
     MappedPoints,
     PointArrays,
+    fault_at_held_face,
 )
 from pellucid.grid.shared_points import SpreadPoints, WholePoints
 from pellucid.grid.sorting import ShortRuns, kept_of, restore_slabs, slabs_of, sort_by_nodes
@@ -182,7 +182,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     @property
     def on_grid(self) -> ContactBody:
-        """Itself."""
+        """Return the body itself, whose points are on the grid."""
         return self
 
     def half_width(self) -> tuple[float, float, float]:
@@ -212,7 +212,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     # shared by several processes
 
     def _sharing(self) -> SpreadPoints | WholePoints:
-        """How processes share its points at first."""
+        """Return how processes share the points at first."""
         return WholePoints(self.slabs)
 
     def keep_whole(self) -> None:
@@ -234,7 +234,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._complete(*(name for name in self.arrays if name not in ("id", "mass")))
 
     def sums(self) -> np.ndarray:
-        """What the points of all slabs add up to, by the columns of `Slabs.sums`."""
+        """Return the sums over the points of all slabs, by the columns of `Slabs.sums`."""
         return ordered_sum(domain.complete(self.slabs.sums))
 
     def _put_behind(self, left: np.ndarray) -> None:
@@ -301,7 +301,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._lead(remap)
 
     def end_grid_to_particle(self, remap: bool) -> None:
-        """What else leads the points; totals."""
+        """Apply constraints that lead the points as a whole, and find the totals."""
         self._complete("velocity")
         if self.is_led(by_slabs=False):
             self._lead(remap)
@@ -320,7 +320,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._collect_momentum_sums(sums)
 
     def is_led(self, by_slabs: bool) -> bool:
-        """Whether a constraint leads the points, slab by slab or as a whole."""
+        """Return True if a constraint leads the points, slab by slab or as a whole."""
         return self.constraint is not None and getattr(self.constraint, "by_slabs", False) == by_slabs
 
     def _lead(self, remap: bool) -> None:
@@ -390,7 +390,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell, swing)
 
     def step_limit(self) -> StepLimit:
-        """What leads it, or signals in it: of these the one that bounds its totals now."""
+        """Return the tightest of the limits by signals, prescribed motion and springs."""
         prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
         swing = getattr(self.constraint, "swing", 0.0)
         led = [motion_in_cells(self.grid.lattice.cell, prescribed), swings(swing, "spring")]
@@ -400,7 +400,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         """Angular momentum of its points, with that of their affine velocity fields or, of a rigid body, about themselves."""
         sums = np.zeros((self.n_slabs, 4))
         affine = NO_FIELDS if self._affine is None or self.rigid is not None else self._affine
-        sum_angular_momentum(self.n_slabs, self.mapped, affine, about, sums)
+        kernels.sum_angular_momentum(self.n_slabs, self.mapped, affine, about, sums)
         total = ordered_sum(domain.complete(sums))
         return AngularMomentum(total[:3] + (0.0 if self.rigid is None else self.rigid.own_spin), float(total[3]))
 
@@ -416,7 +416,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
 
     def signal_limit(self) -> StepLimit:
-        """How signals in it bound the step, what leads it left out."""
+        """Return the limit by signals, without what leads the points."""
         return super().step_limit()
 
     def complete(self) -> None:
@@ -454,28 +454,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def fault(self, code: int, p: int) -> Fault:
         """Meaning and remedy of a fault at point p; of a lost one also the face that it passed, where a support holds that."""
-        if code == LOST and (held := self._held_face(self.arrays["position"][p])) is not None:
-            face, outward = held
-            if outward > 0.0:
-                text = f"it passed the face {face}, whose support moves out of the grid at {outward:.3g} m/s"
-                remedy = f"set the velocity of this support along {face[0]} to 0"
-                return Fault(text, f"{remedy}, or enlarge the grid and lead a solid with a [[motion]]")
-            text = f"it passed the face {face}, which a support holds along its normal: it moved too far in one step"
-            return Fault(text, "use a smaller time.step or time.courant, or more points_per_cell")
-        return super().fault(code, p)
-
-    def _held_face(self, place: np.ndarray) -> tuple[str, float] | None:
-        """Name of the face of the grid before a place beyond it [m], shape (3,), if a support holds its nodes there, and the
-        velocity of these out of the grid [m/s]."""
-        lattice, constrained = self.grid.lattice, self.grid.nodes.constrained
-        cells = (place - np.array(lattice.lower)) * lattice.inverse_cell
-        near = np.clip(np.rint(np.nan_to_num(cells)), 0, np.where(self.grid.thin, 0, lattice.counts)).astype(np.int64)
-        node = int(near @ np.array(lattice.strides))
-        for axis, (at, count) in enumerate(zip(cells, lattice.counts, strict=True)):
-            if not (0.0 <= at <= count or self.grid.thin[axis] or self.grid.periodic[axis]) and constrained[node, axis] > 0:
-                velocity = float(self.grid.nodes.velocity[node, axis])
-                return (f"{'xyz'[axis]}-lower", -velocity) if at < 0.0 else (f"{'xyz'[axis]}-upper", velocity)
-        return None
+        passed = self.grid.find_passed_face(self.arrays["position"][p]) if code == LOST else None
+        return super().fault(code, p) if passed is None else fault_at_held_face(*passed)
 
     # checkpoint
 

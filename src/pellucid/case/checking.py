@@ -44,7 +44,7 @@ def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, 
 
 
 def related(one: Path, other: Path) -> bool:
-    """Whether one path leads through the other."""
+    """Return True if one path leads through the other."""
     length = min(len(one), len(other))
     return one[:length] == other[:length]
 

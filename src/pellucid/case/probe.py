@@ -32,7 +32,7 @@ class Quantity(NamedTuple):
     function: Callable[[Fetch], np.ndarray]
     field: Field
     of_surface: bool = False
-    """Whether the function also asks for `TRIANGLES`, those of the body's surface, shape (t, 3), by numbers of its points."""
+    """True if the function also asks for `TRIANGLES`, those of the body's surface, shape (t, 3), by numbers of its points."""
 
 
 REDUCTIONS: Registry[ReductionFunction] = Registry("reduction")
@@ -239,13 +239,13 @@ class Probe(Part):
 
     @property
     def of_surface(self) -> bool:
-        """Whether its quantity is of the body's surface, and not of its points."""
+        """True if its quantity is of the body's surface, and not of its points."""
         quantity = QUANTITIES.entries.get(self.quantity)
         return quantity is not None and quantity.of_surface
 
     @property
     def runs_users_code(self) -> bool:
-        """Whether its quantity or its reduction is not of the package."""
+        """True if its quantity or its reduction is not of the package."""
         quantity = QUANTITIES.entries.get(self.quantity)
         return self.reduce not in OWN_REDUCTIONS or (quantity is not None and not is_own(file_of(quantity.function)))
 

@@ -63,11 +63,11 @@ class TimeCase(Part):
     flip_fraction: float = parameter("", 'share of FLIP in the transfer "blend", the rest is PIC', 0.99, ge=0, le=1)
 
     def reached(self, time: float) -> bool:
-        """Whether a run that is at `time` [s] is at its end, or beyond it."""
+        """Return True if a run that is at `time` [s] is at its end, or beyond it."""
         return time >= self.end * (1.0 - ROUNDING)
 
     def passed(self, time: float) -> bool:
-        """Whether it is beyond its end."""
+        """Return True if it is beyond its end."""
         return time * (1.0 - ROUNDING) > self.end
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

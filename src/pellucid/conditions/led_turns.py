@@ -23,7 +23,7 @@ class Rotations(Model):
     z: Turn | None = parameter("", "about z", None)
 
     def turns(self) -> dict[str, TurnModel]:
-        """Those that are prescribed, by the name of their axis."""
+        """Return the prescribed rotations by the name of their axis."""
         found = {axis: getattr(self, axis) for axis in AXES}
         return {axis: turn for axis, turn in found.items() if turn is not None}
 

@@ -36,7 +36,7 @@ class LoadedFaces:
         self._start = start.position.copy()
         self._shares: FaceShares | None = None
         self.is_left = False
-        """Whether no face was in a region from which they are chosen anew."""
+        """True if no face was in a region from which they are chosen anew."""
 
     def shares(self) -> FaceShares:
         """How what acts on them goes to the nodes: known when all conditions are."""

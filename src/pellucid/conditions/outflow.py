@@ -51,7 +51,7 @@ class Outflow(GivenFlow, Condition):
 
     @property
     def is_led(self) -> bool:
-        """Whether a given flow leads points out."""
+        """True if a given flow leads points out."""
         return len(self.sizes()) > 0
 
     def _allows_turning(self) -> bool:
@@ -62,21 +62,21 @@ class Outflow(GivenFlow, Condition):
         return face in self.where
 
     def load_channel(self) -> str | None:
-        """That of the pressure."""
+        """Return the channel of the work of the pressure."""
         return None if self.pressure is None else OUTFLOW_WORK.name
 
     def channels(self) -> Sequence[Channel]:
-        """What points take along, and what leads them."""
+        """Return the channels of the energy of points that leave and of the work that leads them."""
         return (OUTFLOW_ENERGY, *([OUTFLOW_WORK, IMPACT_HEAT] if self.is_led else []))
 
     def why_not_steady(self) -> Reason | None:
-        """What a flow leads out does not come to rest."""
+        """Return the reason that a given flow does not come to rest."""
         if not self.is_led:
             return None
         return Reason("points are led out through an [[outflow]] and nothing comes to rest", "leave [steady] out, or the flow")
 
     def reaction(self) -> str | None:
-        """Its own name."""
+        """Return the name of the outflow."""
         return self.name
 
     @classmethod
@@ -96,7 +96,7 @@ class Outflow(GivenFlow, Condition):
         return active
 
     def _acting(self, bodies: Sequence[str], assembly: Assembly, path: str) -> list[ActiveCondition]:
-        """What acts on bodies at the faces."""
+        """Return the pressure or the flow that acts on bodies at the faces."""
         if self.pressure is not None:
             from pellucid.conditions.open_faces.outlet_pressure import OutletPressure
 
@@ -126,7 +126,7 @@ class Outflow(GivenFlow, Condition):
         yield from self._body_problems((*path, "body"), parts)
 
     def _repeated(self, face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-        """That another outflow says already what happens at a face."""
+        """Report another outflow with a pressure or a flow at the same face."""
         for place, other in parts.placed(Outflow):
             acts = [one.is_led or one.pressure is not None for one in (self, other)]
             if place < path[:2] and face in other.where and all(acts):

@@ -109,7 +109,7 @@ class Motion(Condition):
         return result
 
     def reaction(self) -> str | None:
-        """Its own name."""
+        """Return the name of the motion."""
         return self.name
 
     def prescribed_axes(self, body: str) -> set[int]:
@@ -153,7 +153,7 @@ class Motion(Condition):
         return {"xyz".index(axis) for axis in {*self.held_turns, *self.rotation.axes()}}
 
     def turning_reaction(self, parts: Parts) -> str | None:
-        """Its own name where it leads a rigid body."""
+        """Return the name of the motion if it leads a rigid body."""
         body = parts.named(BodyModel, self.body)
         return self.name if body is not None and body.is_rigid else None
 

@@ -199,7 +199,7 @@ class Support(Condition):
 
     @property
     def _means_a_body(self) -> bool:
-        """Whether it names what only a body with a mesh of its own has."""
+        """True if it names what only a body with a mesh of its own has."""
         region = self.region()
         return region is not None and needs_mesh(region)
 
@@ -259,15 +259,15 @@ class Support(Condition):
         return constrain_all(known, assembly)
 
     def reaction(self) -> str | None:
-        """Its own name."""
+        """Return the name of the support."""
         return self.name
 
     def constrains_face(self, face: str) -> bool:
-        """Whether it constrains this face of the grid."""
+        """Return True if it constrains this face of the grid."""
         return face in self.faces() and self.body is None
 
     def face_velocity(self, face: str) -> Vector | None:
-        """Its velocity [m/s], if it constrains this face of the grid along its normal."""
+        """Return the velocity [m/s] if it constrains this face of the grid along its normal."""
         held = self.constrains_face(face) and (self.fix == "normal" or face[0] in self.fix)
         return self.velocity if held else None
 
@@ -284,7 +284,7 @@ class Support(Condition):
         return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
 
     def holds_all(self) -> bool:
-        """Whether it holds nodes in all directions."""
+        """Return True if it holds nodes in all directions."""
         return self.fix != "normal" and set(self.fix) == {"x", "y", "z"}
 
     def wall_friction(self) -> float:
@@ -292,7 +292,7 @@ class Support(Condition):
         return inf if self.stick else self.friction or 0.0
 
     def lets_go(self) -> bool:
-        """Whether as a wall it holds nothing that moves away."""
+        """Return True if as a wall it holds nothing that moves away."""
         return self.wall_friction() > 0.0 if self.opens is None else self.opens
 
     def label(self, number: int) -> str:

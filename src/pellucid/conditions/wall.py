@@ -48,7 +48,7 @@ class Wall(Sliding):
 
     @property
     def advances(self) -> bool:
-        """Whether it moves along its normal."""
+        """True if it moves along its normal."""
         return sum(a * b for a, b in zip(self.normal, self.velocity, strict=True)) != 0.0
 
     @field_validator("normal")

@@ -1,9 +1,8 @@
 """The balance of mass, momentum and energy: works of a step by their causes (`works`), and their sums (`budget`),
 judged by what is `at_stake`."""
 
-from pellucid.energy.angular_momentum import AngularBalance, AngularMomentum
 from pellucid.energy.at_stake import energy_at_stake
-from pellucid.energy.budget import FIRST_JUDGED, EnergyBudget, Totals
+from pellucid.energy.budget import FIRST_JUDGED, AngularBalance, AngularMomentum, EnergyBudget, Totals
 from pellucid.energy.works import (
     ABSORBED,
     ABSORBED_ENERGY,

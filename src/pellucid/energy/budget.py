@@ -1,9 +1,10 @@
-"""The balance of mass, momentum and energy of a run, from the totals of its bodies and the works of its steps."""
+"""The balance of mass, momentum and energy of a run, from the totals of its bodies and the works of its steps; that of the
+angular momentum of bodies on which nothing acts from outside."""
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from math import isfinite
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class Totals:
         self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
 
     def to_data(self) -> dict[str, object]:
-        """What a checkpoint keeps."""
+        """Return the numbers for a checkpoint."""
         return {**vars(self), "momentum": self.momentum.tolist(), "parts": dict(self.parts)}
 
     def restore(self, data: Mapping[str, object]) -> None:
@@ -241,7 +242,7 @@ class EnergyBudget:
 
     @property
     def is_isolated(self) -> bool:
-        """Whether no impulse from outside has acted on the bodies so far, apart from rounding."""
+        """True if no impulse from outside has acted on the bodies so far, apart from rounding."""
         return bool(np.all(self.exchanged <= ISOLATED * self.momentum_scale))
 
     def lost_entries(self) -> list[str]:
@@ -261,7 +262,7 @@ class EnergyBudget:
         }
 
     def state_numbers(self) -> dict[str, object]:
-        """What a checkpoint keeps."""
+        """Return the numbers for a checkpoint."""
         arrays = {name: vars(self)[name].tolist() for name in ARRAYS}
         return deepcopy({name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays)
 
@@ -296,3 +297,56 @@ class EnergyBudget:
     @staticmethod
     def _mass(bodies: Sequence[Balanced]) -> float:
         return float(sum(body.mass for body in bodies))
+
+
+class AngularMomentum(NamedTuple):
+    """Angular momentum about a place, and its size."""
+
+    vector: np.ndarray  # (3,) Σ m r × v, with that of the points about themselves [N m s]
+    size: float  # Σ m |r| |v| [N m s]
+
+
+class Turning(Protocol):
+    """Interface of a body for the balance."""
+
+    def angular_momentum(self, about: np.ndarray) -> AngularMomentum: ...
+    def stored_field(self, name: str) -> np.ndarray: ...
+
+
+class AngularBalance:
+    """Angular momentum of all bodies about their common centre at the start.
+
+    axes: about which they can turn. The error is relative to the largest Σ m |r| |v| that was seen.
+    """
+
+    def __init__(self, bodies: Sequence[Turning], axes: Sequence[int]) -> None:
+        mass, moment = 0.0, np.zeros(3)
+        for body in bodies:
+            m = body.stored_field("mass")
+            mass, moment = mass + float(np.sum(m)), moment + np.sum(m[:, None] * body.stored_field("position"), axis=0)
+        self._axes, self._about = list(axes), moment / mass if mass > 0.0 else moment
+        self._initial, self._scale = self._sum(bodies)
+
+    def error(self, bodies: Sequence[Turning]) -> float:
+        """Change of the angular momentum since the start, relative to the largest Σ m |r| |v|; 0 where nothing moves."""
+        now, size = self._sum(bodies)
+        scale = max(self._scale, size)
+        return float(np.abs(now - self._initial)[self._axes].max(initial=0.0) / scale) if scale > 0.0 else 0.0
+
+    def observe(self, bodies: Sequence[Turning]) -> float:
+        """Update the largest Σ m |r| |v| with the present state, and return the error."""
+        self._scale = max(self._scale, self._sum(bodies)[1])
+        return self.error(bodies)
+
+    def _sum(self, bodies: Sequence[Turning]) -> tuple[np.ndarray, float]:
+        of_bodies = [body.angular_momentum(self._about) for body in bodies]
+        return np.sum([one.vector for one in of_bodies], axis=0), sum(one.size for one in of_bodies)
+
+    def state_numbers(self) -> dict[str, object]:
+        """Numbers for a checkpoint."""
+        return {"about": self._about.tolist(), "initial": self._initial.tolist(), "scale": self._scale}
+
+    def restore(self, numbers: Mapping[str, Any]) -> None:
+        """Go on from a checkpoint."""
+        self._about, self._initial = np.array(numbers["about"]), np.array(numbers["initial"])
+        self._scale = float(numbers["scale"])

@@ -26,7 +26,7 @@ def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> n
 
 
 def layers_of(count: int, thin: bool, periodic: bool) -> int:
-    """How many layers of nodes are stored along an axis of so many cells."""
+    """Return the number of layers of nodes that are stored along an axis of so many cells."""
     return 1 if thin else count + BEYOND_PERIOD if periodic else max(count + PAD, LARGEST_STENCIL)
 
 
@@ -133,9 +133,24 @@ class Grid:
         """The first node of each row of slabs, and behind the last."""
 
     def real_nodes(self, nodes: np.ndarray) -> np.ndarray:
-        """Where nodes are stored that may be counted on beyond the last one of a periodic axis."""
+        """Return the storage places of nodes that may be counted on beyond the last one of a periodic axis."""
         folding = self.lattice.folding
         return nodes if isinstance(folding, Walled) else folding.real[nodes]
+
+    def find_passed_face(self, place: np.ndarray) -> tuple[str, float] | None:
+        """Return the name of the face that a place beyond the grid has passed, and the velocity of its nodes out of the grid.
+
+        None if no support holds the nodes of the face there along its normal. place: shape (3,) [m]; velocity [m/s].
+        """
+        cells = (place - np.array(self.lattice.lower)) * self.lattice.inverse_cell
+        near = np.clip(np.rint(np.nan_to_num(cells)), 0, np.where(self.thin, 0, self.lattice.counts)).astype(np.int64)
+        node = int(near @ np.array(self.lattice.strides))
+        for axis, (at, count) in enumerate(zip(cells, self.lattice.counts, strict=True)):
+            is_beyond = not (0.0 <= at <= count or self.thin[axis] or self.periodic[axis])
+            if is_beyond and self.nodes.constrained[node, axis] > 0:
+                velocity = float(self.nodes.velocity[node, axis])
+                return (f"{'xyz'[axis]}-lower", -velocity) if at < 0.0 else (f"{'xyz'[axis]}-upper", velocity)
+        return None
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
         """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).

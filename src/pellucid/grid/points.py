@@ -41,6 +41,16 @@ FAULTS = {
 }
 
 
+def fault_at_held_face(face: str, outward: float) -> Fault:
+    """Return the fault of a point that passed a face held by a support with this velocity out of the grid [m/s]."""
+    if outward > 0.0:
+        text = f"it passed the face {face}, whose support moves out of the grid at {outward:.3g} m/s"
+        remedy = f"set the velocity of this support along {face[0]} to 0"
+        return Fault(text, f"{remedy}, or enlarge the grid and lead a solid with a [[motion]]")
+    text = f"it passed the face {face}, which a support holds along its normal: it moved too far in one step"
+    return Fault(text, "use a smaller time.step or time.courant, or more points_per_cell")
+
+
 class PointArrays(NamedTuple):
     """State that all material points have; n points, sorted by their nodes now and then."""
 

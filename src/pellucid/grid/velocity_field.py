@@ -35,14 +35,14 @@ class VelocityField:
     """
 
     moves_points = True
-    """Whether the nodes move the points of the field."""
+    """True if the nodes move the points of the field."""
 
     def __init__(self, name: str, grid: Grid) -> None:
         self.name, self.grid = name, grid
         self._own = allocate(FieldNodes, 0)
         self._clear_nodes = Clearing(STEP, grid.rows, grid.nodes)
         self.pressed = False
-        """Whether contact gave its nodes impulses in this step."""
+        """True if contact gave its nodes impulses in this step."""
         self._second_nodes: list[np.ndarray] = []
 
     @property
@@ -108,7 +108,7 @@ class VelocityField:
 
     @property
     def may_be_let_go(self) -> bool:
-        """Whether walls that open may let its nodes go as these are advanced."""
+        """True if walls that open may let its nodes go as these are advanced."""
         return bool(self._walls.opens.any())
 
     def state_arrays(self) -> dict[str, np.ndarray]:

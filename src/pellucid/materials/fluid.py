@@ -166,7 +166,7 @@ class FluidMaterial(PointMaterial):
         )
 
     def implicit_viscosities(self) -> tuple[float, float] | None:
-        """Where it is to be so."""
+        """Return (μ, λ) if `implicit_viscosity` is set, else None."""
         return self.viscosities() if self.implicit_viscosity else None
 
     def with_implicit_viscosity(self) -> Self | None:

@@ -41,15 +41,15 @@ class Body(ConstrainedPoints, ABC):
     element_arrays: Mapping[str, np.ndarray] = {}
     """State of its elements, in the order of the mesh; most bodies have none."""
     relaxes = False
-    """Whether it is being brought to rest in equilibrium."""
+    """True if it is being brought to rest in equilibrium."""
     load_rate = 1.0
     """How fast the loads change over the coming step, in simulated time over that of the step: another in steady states."""
     may_leave = False
-    """Whether its points could leave through faces of the grid."""
+    """True if its points could leave through faces of the grid."""
 
     @cached_property
     def is_surface(self) -> bool:
-        """Whether it is a membrane, which has two sides."""
+        """True if it is a membrane, which has two sides."""
         return isinstance(self, Membrane)
 
     @property

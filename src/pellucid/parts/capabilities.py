@@ -172,7 +172,7 @@ class HasContactSurface(Protocol):
     """A body that others can touch by its surface."""
 
     has_surface: bool = True
-    """Whether it has one of its own; fluids have none."""
+    """True if it has one of its own; fluids have none."""
 
     def make_contact_surface(self, column: int) -> "ContactSurface | None":
         """Make the surface by which others touch it, whose forces do work in this column; None where it has none."""

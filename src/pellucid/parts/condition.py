@@ -70,7 +70,7 @@ class Condition(Part):
         return None
 
     def constrains_face(self, face: str) -> bool:
-        """Whether it constrains the nodes of a face of the grid, such as "x-lower", along any direction."""
+        """Return True if it constrains the nodes of a face of the grid, such as "x-lower", along any direction."""
         return False
 
     def face_velocity(self, face: str) -> tuple[float, float, float] | None:
@@ -78,7 +78,7 @@ class Condition(Part):
         return None
 
     def opens_face(self, face: str) -> bool:
-        """Whether material flows through a face of the grid by this condition."""
+        """Return True if material flows through a face of the grid by this condition."""
         return False
 
     def prescribed_axes(self, body: str) -> set[int]:
@@ -94,7 +94,7 @@ def conditions_in_case(parts: Parts) -> list[Condition]:
 
 
 def is_driven(body: str, parts: Parts) -> bool:
-    """Whether a body as a whole follows a prescribed motion along every axis that counts: it is rigid then."""
+    """Return True if a body as a whole follows a prescribed motion along every axis that counts: it is rigid then."""
     grid = parts.grid
     free = {axis for axis in range(3) if grid is None or not grid.thin()[axis]}
     return any(free <= condition.prescribed_axes(body) for condition in parts.of(Condition))

@@ -11,7 +11,7 @@ class PointConstraint(Protocol):
     """Prescribes the motion of points, such as a prescribed motion or rigidity: it changes what grid-to-particle gave them."""
 
     strains: bool
-    """Whether the points are strained by the grid; not where the body is rigid, and the constraint gives all positions."""
+    """True if the points are strained by the grid; not where the body is rigid, and the constraint gives all positions."""
     top_speed: float
     """Largest prescribed velocity along an axis [m/s]."""
 
@@ -80,7 +80,7 @@ class ConstrainedPoints:
 
     @property
     def takes_second_impulses(self) -> bool:
-        """Whether contact may give it impulses once more: not where the constraint, if there is one, acts once in a step."""
+        """True if contact may give it impulses once more: not where the constraint, if there is one, acts once in a step."""
         return self.constraint is None or self._repeated is not None
 
     def constrain_again(self) -> None:

@@ -61,7 +61,7 @@ def in_order(supports: "Sequence[NodalSupport]", rows: Collection[int], axis: in
 
 
 def is_across(support: "NodalSupport", axis: int) -> bool:
-    """Whether a support holds a face of the grid across an axis."""
+    """Return True if a support holds a face of the grid across an axis."""
     return support.face is not None and support.face[0] == axis
 
 
@@ -72,7 +72,7 @@ def _rank(support: "NodalSupport", axis: int) -> tuple[bool, float, float, tuple
 
 
 def _agree(region: "NodalSupport", face: "NodalSupport", axis: int, may_leave: bool) -> bool:
-    """Whether a region moves its nodes at a face of the grid as the face moves, or off it where it may."""
+    """Return True if a region moves its nodes at a face of the grid as the face moves, or off it where it may."""
     away = region.velocity[axis] - face.velocity[axis]
     inward = -1.0 if face.face is not None and face.face[1] == 1 else 1.0
     return away == 0.0 or (may_leave and away * inward > 0.0)

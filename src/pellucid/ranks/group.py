@@ -50,7 +50,7 @@ class Group:
 
     @property
     def is_first(self) -> bool:
-        """Whether this process is the first, which alone writes files and tells of the run."""
+        """True if this process is the first, which alone writes files and tells of the run."""
         return self.rank == 0
 
     def join(self) -> None:
@@ -72,7 +72,7 @@ class Group:
         self.here = self._comm.Split_type(MPI.COMM_TYPE_SHARED).size
 
     def any(self, flag: bool) -> bool:
-        """Whether it is so for any process."""
+        """Return True if it is so for any process."""
         return self.largest(float(flag)) > 0.0
 
     def largest(self, value: float) -> float:
@@ -83,14 +83,14 @@ class Group:
             return float(self._comm.allreduce(value, op=self._mpi.MAX))
 
     def told(self, value: Value, by: int = 0) -> Value:
-        """What one process has, in all of them."""
+        """Broadcast a value from one process."""
         if self.size == 1:
             return value
         with self._waiting():
             return self._comm.bcast(value, root=by)
 
     def each(self, value: Value) -> list[Value]:
-        """What each process has, in all of them."""
+        """Gather a value from every process."""
         if self.size == 1:
             return [value]
         with self._waiting():
@@ -135,7 +135,7 @@ class Group:
             return np.array(self._comm.alltoall(for_each.tolist()))
 
     def agrees(self, seconds: float) -> bool:
-        """Whether all processes come here within this time [s]."""
+        """Return True if all processes come here within this time [s]."""
         if self.size == 1:
             return True
         end, request = time.monotonic() + seconds, self._comm.Ibarrier()

@@ -16,7 +16,7 @@ from pellucid.set_up.overlap import DEPTH
 
 ROOM = 1.0  # in cells, of the grid behind a wall: deformable bodies press less deep into it
 FACING = 0.5  # of 1, the least cosine between the normal of a wall and that of a face that it lies before
-TINY = 1e-9  # of a cell, for rounding
+TINY, ROUNDING = 1e-9, 1e-6  # of a cell
 MOST_PLACES = 100  # along an edge of a face, at which the depth of walls before it is sampled
 REMEDY = "move one of the two, turn `normal` to the side where bodies are, or name in `bodies` those that touch it"
 
@@ -47,23 +47,26 @@ def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) ->
 
 
 def with_room_behind_walls(case: Case) -> Case:
-    """Return the case, or a copy with a grid that is one cell larger at faces on or close behind which a wall lies.
+    """Return the case, or a copy with a grid that is larger at faces on or close before which a wall lies.
 
     A wall pushes back what lies behind it, so points of bodies that deform pass it by a small part of a cell. A face that a
-    condition names stays where it is.
+    condition names stays where it is. The grid of the copy has room enough: the same function returns it unchanged.
     """
     grid = case.grid_or_none
     if grid is None or not case.wall:
         return case
-    lower, upper = list(grid.lower), list(grid.extent_upper())
     for axis, name in enumerate("xyz"):
-        for end, ends in (("lower", lower), ("upper", upper)):
-            if not case.thin[axis] and name not in grid.periodic and _lacks_room(case, grid, axis, end):
-                ends[axis] += grid.cell if end == "upper" else -grid.cell
-    if lower == list(grid.lower) and upper == list(grid.extent_upper()):
-        return case
-    larger = grid.model_copy(update={"lower": tuple(lower), "upper": tuple(upper)})
-    return case.model_copy(update={"grid_or_none": larger})
+        for end in ("lower", "upper") if not case.thin[axis] and name not in grid.periodic else ():
+            while _lacks_room(case, grid, axis, end):
+                grid = _extended(grid, axis, end)
+    return case if grid is case.grid else case.model_copy(update={"grid_or_none": grid})
+
+
+def _extended(grid: GridCase, axis: int, end: str) -> GridCase:
+    """Return a grid with a further layer of cells at a face."""
+    corners = {"lower": list(grid.lower), "upper": list(grid.extent_upper())}
+    corners[end][axis] += grid.cell if end == "upper" else -grid.cell
+    return grid.model_copy(update={key: tuple(corner) for key, corner in corners.items()})
 
 
 def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
@@ -89,7 +92,7 @@ def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: 
     if not facing or not len(places):
         return False
     height = np.min([plane.height(places) for plane in facing], axis=0)
-    return bool(abs(height.max()) < ROOM * grid.cell)
+    return bool(abs(height.max()) < (ROOM - ROUNDING) * grid.cell)
 
 
 def _places_of_face(grid: GridCase, axis: int, end: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What is refused and what is warned of before a run begins."""
+"""Errors and warnings before a run begins."""
 
 from collections.abc import Iterator, Mapping
 from collections.abc import Set as AbstractSet
@@ -7,20 +7,19 @@ from pellucid.case import Case
 from pellucid.findings import listed
 from pellucid.parts.standing import Standing
 from pellucid.set_up.behind_walls import refuse_behind_walls
-from pellucid.set_up.crossing_supports import crossing_supports
 from pellucid.set_up.floating import floating_bodies
 from pellucid.set_up.flows import flow_warnings
 from pellucid.set_up.gaps import narrow_gaps
 from pellucid.set_up.held_edges import held_edges
 from pellucid.set_up.indenters import coarse_indenters
-from pellucid.set_up.leading_out import leading_out
 from pellucid.set_up.left_free import free_turns, passed_walls
 from pellucid.set_up.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.set_up.slip import slipped_past
+from pellucid.set_up.supports import crossing_supports, leading_out
 
 
 def stand(case: Case) -> dict[str, Standing]:
-    """Where the bodies of a case stand that begin where it places them. Raises CaseError."""
+    """Return the points of the bodies that begin where the case places them. Raises CaseError."""
     names = {body.name for body in case.body}
     if case.start is not None:
         names -= set(case.start.body or names)

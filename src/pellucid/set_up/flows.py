@@ -62,7 +62,7 @@ def _without_way_out(case: Case) -> Iterator[str]:
         if gives_way or leaves or any(inflow.pressure is not None for _, inflow in own) or not _is_closed(case):
             continue
         times = np.linspace(0.0, case.time.end, INSTANTS)
-        entered = sum(_entered(inflow, body, case, times) for _, inflow in own)
+        entered = np.sum([_entered(inflow, body, case, times) for _, inflow in own], axis=0)
         room = max(_grid_volume(case) - sum(_volume(other, case) for other in case.body if not other.is_surface), 0.0)
         late = np.flatnonzero(entered > room + SQUEEZED * _volume(body, case))
         if len(late):

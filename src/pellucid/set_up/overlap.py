@@ -99,7 +99,7 @@ def _near(
 
 
 def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: AbstractSet[str]) -> Contains:
-    """What lies inside a body: inside its shape, or where it goes on, in a cube of the volume of one of its points."""
+    """Return the test for places in a body: in its shape, or if it goes on, in a cube of the volume of one of its points."""
     x, y, z = active = np.array([not thin for thin in grid.thin()])
     if model.name not in going_on or standing.volume is None:
         return lambda places: model.contains(places, (x, y, z), grid.periods())

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def may_touch_by_surfaces(case: "Case") -> bool:
-    """Whether surfaces may touch each other or walls."""
+    """Return True if surfaces may touch each other or walls."""
     return case.grid_or_none is not None and (len(case.wall) > 0 or (has_several_fields(case) and _fields_may(case)))
 
 
@@ -48,8 +48,10 @@ def contacts_of(
 
 
 def _fields_may(case: "Case") -> bool:
-    """Whether two velocity fields may: both of material points that do not flow, or one of bodies that do not deform, as they
-    are rigid or motions lead them."""
+    """Return True if surfaces of two velocity fields may touch.
+
+    Both are of material points that do not flow, or one is of bodies that do not deform, as rigid or led ones.
+    """
     led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
     members = list(models_by_field(case).values())
     soft = sum(all(model.deforms_in_contact for model in models) for models in members)

@@ -41,7 +41,6 @@ from pellucid.set_up.first_look import refuse, warnings_of
 from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_threads
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
-from pellucid.simulation.free_turns import free_turns
 from pellucid.simulation.light_nodes import small_masses
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
@@ -52,7 +51,7 @@ from pellucid.simulation.start import Standings, load_state
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
-from pellucid.simulation.watch import Watch
+from pellucid.simulation.watch import Watch, free_axes
 from pellucid.state import of_owner, with_owner
 from pellucid.system.interrupts import signals_caught
 from pellucid.system.processes import free_cores
@@ -176,7 +175,7 @@ class Simulation:
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds) + self.conditions.at_stake()
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._layout.channels, at_stake)
         self.surface_pairs.energy = ContactEnergy()
-        turns = free_turns(self.case)
+        turns = free_axes(self.case)
         self._turning = AngularBalance(self.bodies, turns) if turns else None
         self._balanced_step = self.n_steps
 
@@ -250,7 +249,7 @@ class Simulation:
         return SettlingClock(settle, self.clock, self.case.body)
 
     def _begin(self, dt: float) -> None:
-        """What acts over the coming step."""
+        """Apply the conditions over the coming step."""
         for body in self.bodies:
             body.begin(dt)
         self.clock.pace(dt)
@@ -318,13 +317,13 @@ class Simulation:
         recorder.begin(self)
 
     def step_limit(self) -> tuple[StepLimit, str]:
-        """What bounds the stable step of the state as it is, and the name of the body, none where it is no body."""
+        """Return the limit of the stable step of the present state, and the name of its body, empty if it is no body."""
         limit, name = self.clock.limit(self.bodies)
         of_condition = self.conditions.step_limit()
         return (of_condition, "") if of_condition.step <= limit.step < inf else (limit, name)
 
     def show(self, progress: Progress | None) -> None:
-        """How far it is, now and then."""
+        """Show the progress now and then."""
         now = wall_clock.monotonic()
         if progress is None or now - self._shown < PROGRESS_INTERVAL:
             return
@@ -368,7 +367,7 @@ class Simulation:
 
     @property
     def is_balanced(self) -> bool:
-        """Whether the balance has all works of the steps done; not of a step in which a body stopped the run."""
+        """True if the balance has all works of the steps done; not of a step in which a body stopped the run."""
         return self._balanced_step == self.n_steps
 
     def momentum(self) -> np.ndarray:
@@ -410,11 +409,11 @@ class Simulation:
 
     @property
     def condition_states(self) -> Mapping[str, float]:
-        """What the history shows of the states of conditions, by the names of its columns."""
+        """Return the states of conditions for the history, by the names of its columns."""
         return self.conditions.columns()
 
     def facts(self) -> dict[str, Any]:
-        """What the summary tells of the analysis."""
+        """Return the entries of the summary about the analysis."""
         momenta = {"inflow": self.budget.entered_momentum, "outflow": self.budget.left_momentum}
         passed = {
             name: {**counts, "momentum": momenta[name].tolist()}

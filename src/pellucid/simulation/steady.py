@@ -74,7 +74,7 @@ class SteadyClock(Clock):
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
-        """Where the time of the loads stands [s], and by how much it grows in this step."""
+        """Return the time of the loads [s], and its increment in this step."""
         start, end = self._loads_at(self._step), self._loads_at(self._step + 1)
         return start, end - start
 
@@ -110,7 +110,7 @@ class SteadyClock(Clock):
 
     @property
     def is_last_try(self) -> bool:
-        """Whether the coming step is the last one in which the state may become steady."""
+        """True if the coming step is the last one in which the state may become steady."""
         return self._step == max(self.steady.most_steps - 1, self.loading) and not self._quiet
 
     def _loads_at(self, step: int) -> float:
@@ -178,7 +178,7 @@ class SteadyClock(Clock):
         return float(left / every) if every > 0.0 else 0.0
 
     def progress(self) -> float:
-        """How far the loads are [s]."""
+        """Return the time of the loads [s]."""
         return self._loads_at(self._step)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
@@ -187,7 +187,7 @@ class SteadyClock(Clock):
         return {f"{what}-{n}": array for n, pair in kept for what, array in zip(("position", "force"), pair, strict=True)}
 
     def state_numbers(self) -> dict[str, Any]:
-        """What a checkpoint keeps."""
+        """Return the numbers for a checkpoint."""
         own = {name: getattr(self, name) for name in OWN}
         return {**super().state_numbers(), **own, "steps_taken": list(self.steps_taken)}
 

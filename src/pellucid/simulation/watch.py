@@ -1,4 +1,4 @@
-"""What is watched in a run and warned of once: balances of energy, the volume of fluids, elements that others touch."""
+"""Warnings in a run, each once: balances of energy and angular momentum, the volume of fluids, elements that others touch."""
 
 import warnings
 from collections.abc import Mapping, Sequence
@@ -6,6 +6,11 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from pellucid.conditions.active import ActiveConditions
+from pellucid.conditions.contact import Contact
+from pellucid.conditions.enclosed.model import Enclosed
+from pellucid.conditions.rigid.model import Rigid
+from pellucid.conditions.support import Support
+from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
@@ -18,7 +23,7 @@ from pellucid.simulation.clock import Clock
 from pellucid.simulation.fastest import fastest_point
 
 if TYPE_CHECKING:
-    from pellucid.case import EnergyCase
+    from pellucid.case import Case, EnergyCase
 
 INTERVAL = 100  # steps between checks of volumes, of states, and of the elements that touch other bodies
 UNEXPLAINED = 0.05
@@ -39,6 +44,8 @@ TURNING = {
     "apic": f'the transfer "apic" keeps it with grid.functions = "quadratic-bspline" alone: set these, or {CELLS}',
 }
 """Remedies against a drift of the angular momentum, by transfer."""
+BETWEEN_BODIES = (Contact, Enclosed, Rigid, Support, SurfaceTension)
+"""Conditions between bodies, and supports, whose impulses show whether they push: other conditions may turn bodies."""
 
 
 class Watch:
@@ -53,7 +60,7 @@ class Watch:
         self._advice = f"use {finer}, or raise energy.stop if the loss is meant"
         self._turning_advice = TURNING[transfer]
         self.warned: set[str] = set()
-        """What was warned of so far."""
+        """Warnings given so far."""
 
     def energy(self, budget: EnergyBudget, clock: Clock, bodies: Sequence[Body]) -> None:
         """Judge the error of the balance at the end of a step, not in the first ones of a run unless bodies take their own, but
@@ -149,3 +156,12 @@ class Watch:
         if what not in self.warned:
             self.warned.add(what)
             warnings.warn(text, stacklevel=4)
+
+
+def free_axes(case: "Case") -> Sequence[int]:
+    """Return the axes about which the angular momentum of a case is constant unless supports or gravity push a body."""
+    acting = [base for base, several in case.conditions().items() if several and not issubclass(base, BETWEEN_BODIES)]
+    if acting or case.steady is not None or any(body.has_own_step or not body.moves for body in case.body):
+        return []
+    bound = [thin or period > 0.0 for thin, period in zip(case.thin, case.periods, strict=True)]
+    return [axis for axis in range(3) if not any(bound[other] for other in range(3) if other != axis)]

@@ -114,7 +114,7 @@ class Curve(NamedTuple):
 
 
 def _is_smooth(run: Run) -> bool:
-    """Whether a run is a curve of equilibria, few and smooth; motions in time have many rows, jumps and noise."""
+    """Return True if a run is a curve of equilibria, few and smooth; motions in time have many rows, jumps and noise."""
     return run.stored.steady is not None
 
 

@@ -214,6 +214,9 @@ def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on():
     assert again.energies() == two.energies()
 
 
+TURNING = {"kind": "steady", "angular_velocity": 1}
+
+
 @pytest.mark.parametrize(
     ("load", "words"),
     [
@@ -223,6 +226,18 @@ def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on():
         ({"kind": "rigid-force", "torque": ["1 N", 0, 0]}, "wanted is"),
         ({"kind": "rigid-spring"}, "this spring is nothing"),
         ({"kind": "rigid-spring", "stiffness": (-1, 0, 0)}, "stiffness has -1, and cannot be negative; use 0 or more"),
+        (
+            {
+                "kind": "rigid-spring",
+                "stiffness": (1, 0, 0),
+                "anchor_rotation": {"x": {"kind": "steady", "angular_velocity": 1}},
+            },
+            "anchor_rotation: the grid is one cell thick along z, where bodies turn about z alone, not about x",
+        ),
+        (
+            {"kind": "rigid-spring", "stiffness": (1, 0, 0), "anchor": {"z": {"kind": "steady", "velocity": 1}}},
+            "anchor: the grid is one cell thick along z, where nothing moves",
+        ),
         ({"kind": "rigid-spring", "turning_damping": (0, 1, 0)}, "bodies turn about z alone, not about y"),
     ],
 )

@@ -172,7 +172,7 @@ class FluidFilm(
     # checkpoint
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Its nodes and masses, the length of its own steps."""
+        """Return nodes, masses and the length of the film's own steps."""
         kept = {f"{part}.{name}": array for part, of in self._stateful().items() for name, array in of.state_arrays().items()}
         return {**self.arrays, "elapsed": np.array([self._elapsed]), **kept}
 
@@ -191,7 +191,7 @@ class FluidFilm(
             of.restore({name.removeprefix(f"{part}."): array for name, array in arrays.items() if name.startswith(f"{part}.")})
 
     def _stateful(self) -> "dict[str, FilmGeometry | FilmSolver]":
-        """What depends on more than the nodes."""
+        """Return the parts whose state is more than the nodes."""
         return {"geometry": self.geometry, "solver": self.balance.solver}
 
     # results
@@ -213,7 +213,7 @@ class FluidFilm(
             raise self.no_field(name) from None
 
     def stored_field(self, name: str) -> np.ndarray:
-        """The same in the order of the geometry. Raises KeyError where there is no such field."""
+        """Return a field in the order of the geometry. Raises KeyError for an unknown field."""
         return self._fields.field(name)
 
     def pressed_areas(self) -> np.ndarray:
@@ -230,5 +230,5 @@ class FluidFilm(
         return np.zeros(self.n_points)
 
     def kinetic_energies(self) -> np.ndarray:
-        """Its inertia is left out."""
+        """Return zeros: the inertia of a film is left out."""
         return np.zeros(self.n_points)

@@ -26,7 +26,7 @@ def initial_velocity(uniform: Vector, body: str, fields: Sequence[InitialField],
 
 
 def added_velocities(body: str, fields: Sequence[InitialField], position: np.ndarray) -> Iterator[np.ndarray]:
-    """What each field of a body adds to the velocity [m/s], shape (n, 3), at positions [m], shape (n, 3). Raises CaseError."""
+    """Yield the velocity [m/s], shape (n, 3), that each field adds at positions [m], shape (n, 3). Raises CaseError."""
     for number, field in enumerate(fields):
         if field.quantity == "velocity":
             yield _added(field, position, position.shape, f"body.{body}.initial.{number}")
@@ -55,7 +55,7 @@ def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping
 
 
 def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], key: str) -> np.ndarray:
-    """What a field adds, if it is what it must be. Raises CaseError at its key."""
+    """Return the values that a field adds. Raises CaseError at its key for an array of another shape or without numbers."""
     what = f'the initial field of kind "{field.kind}"'
     with failing_as(lambda why: CaseError(Problem(f"{what} fails in `at`: {why}", key)), field.at):
         found = field.at(read_only(position))

@@ -33,14 +33,14 @@ class MaterialPointsCase(SeededBody):
     rigid: bool = parameter("", "whether a solid moves as a rigid body; its elasticity then does not count", False)
 
     def build(self, placement: Placement) -> Body:
-        """Its points on the grid."""
+        """Build material points on the grid."""
         from pellucid.bodies.material_points.body import MaterialPoints
 
         return MaterialPoints(self, *placement.on_grid(), placement.velocity_transfer, placement.gravity)
 
     @property
     def is_rigid(self) -> bool:
-        """Whether it moves as a rigid body."""
+        """True if it moves as a rigid body."""
         return self.rigid
 
     @property
@@ -114,7 +114,7 @@ class MaterialPointsCase(SeededBody):
         return found._replace(reason=f"{found.reason} where artificial viscosity acts") if compressed > wave else found
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """What does not fit the grid, other bodies, supports."""
+        """Report what does not fit the grid, other bodies or supports."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", *self.material.state_fields), path)
         grid = parts.grid

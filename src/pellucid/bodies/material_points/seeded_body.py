@@ -90,7 +90,7 @@ class SeededBody(DampedModel):
         return inside
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
-        """The same model with the regions of the bodies that it leaves out. Raises KeyError for an unknown name."""
+        """Return a copy that has the regions of the bodies that it leaves out. Raises KeyError for an unknown name."""
         if not self.outside:
             return self
         places = {body.name: body for body in bodies}
@@ -108,7 +108,7 @@ class SeededBody(DampedModel):
         return self._excluded
 
     def _left_out_in(self, grid: GridCase) -> list[Geometry]:
-        """The same with all images across the seams of a grid that meet the shape."""
+        """Return the regions that are left out, with all images across the seams of a grid that meet the shape."""
         found: list[Geometry] = []
         for other in self.left_out:
             for way in images(grid.periods(), other.bounds(), self.bounds()):
@@ -129,7 +129,7 @@ class SeededBody(DampedModel):
         return self.shape.geometry().bounds()
 
     def seeded(self, grid: GridCase, wanted: Wanted = everywhere) -> Seeds:
-        """Its points at the start, some at least, as far as they are wanted.
+        """Return the points at the start, as far as they are wanted; at least one.
 
         Raises CaseError where none lies in the shape, or where what is left of it is too thin.
         """
@@ -145,12 +145,12 @@ class SeededBody(DampedModel):
         return seeds
 
     def standing(self, grid: GridCase) -> Standing:
-        """Its points."""
+        """Return the points at the start, with their volumes."""
         seeds = self.seeded(grid)
         return Standing(seeds.position, volume=seeds.volume)
 
     def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
-        """Its surface."""
+        """Return points on the surface."""
         return self.boundary(grid, hard)[0]
 
     def boundary_spacing(self, grid: GridCase, hard: bool) -> float:
@@ -230,7 +230,7 @@ class SeededBody(DampedModel):
 
     @property
     def has_users_fields(self) -> bool:
-        """Whether any of its initial fields is of a user's kind: these are asked at its points alone, in their order."""
+        """True if any of its initial fields is of a user's kind: these are asked at its points alone, in their order."""
         return not all(is_own(file_of(type(field))) for field in self.initial)
 
     def add_initial_state(self, arrays: Mapping[str, np.ndarray]) -> None:

@@ -38,7 +38,7 @@ class TakesForces(Protocol):
     """What leads a rigid body."""
 
     moves_freely: bool
-    """Whether anything of its motion is free."""
+    """True if anything of its motion is free."""
 
     def state(self) -> RigidState:
         """As a step begins."""
@@ -53,7 +53,7 @@ class RigidSurface(GridSurface):
     takes: TakesForces
 
     def follow(self, dt: float) -> None:
-        """It is turned by what leads the body."""
+        """Do nothing: what leads the body turns its surface."""
 
     def begin(self) -> None:
         """Put the points on the surface; see how the body moves."""
@@ -61,7 +61,7 @@ class RigidSurface(GridSurface):
         self._state = self.takes.state()
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
-        """That of the body as a whole."""
+        """Return the mobility of the body as a whole."""
         return self._state.mobility_along(place, force)
 
     def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ class NodalMotion:
         n = len(arrays["mass"])
         self._arrays, self._grid, self._thin, self._full_gravity = arrays, grid, thin, np.array(gravity, float)
         self.gravity = self._full_gravity.copy()
-        """What acts of it now [m/s²], shape (3,)."""
+        """Gravity that acts now [m/s²], shape (3,)."""
         self.gravity_share = 1.0
         self._increment, self._columns = increment, FIRST_LOAD + n_loads
         self.internal, self.loads = np.zeros((n, 3)), np.zeros((n_loads, n, 3))
@@ -57,7 +57,7 @@ class NodalMotion:
         self.top_speed = 0.0
         """The largest speed that a condition prescribes [m/s]."""
         self.crossing = 0.0
-        """How fast the nodes cross the cells of the grid [1/s]; none passes one in a step."""
+        """Return the rate at which nodes cross cells of the grid [1/s]; none passes a cell in a step."""
         self._constrain()
 
     # supports and prescribed motions
@@ -79,7 +79,7 @@ class NodalMotion:
         return [support.nodes for support, axis in walls if support.axes[axis] and support.velocity[axis] == 0.0]
 
     def on_symmetry_planes(self) -> np.ndarray:
-        """Whether nodes lie on a face of the grid that a support holds along its normal alone, by axis, shape (n, 3)."""
+        """Return True if nodes lie on a face of the grid that a support holds along its normal alone, by axis, shape (n, 3)."""
         found = np.zeros(self._arrays["position"].shape, bool)
         for row, support in enumerate(self.supports):
             if row not in self._gone and support.wall is not None and sum(support.axes) == 1:

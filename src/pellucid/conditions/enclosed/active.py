@@ -39,12 +39,12 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """It bounds the first step too."""
+        """Find the swing rate, which bounds the first step too."""
         self._count_power(self._space.growth(self._now))
         self._bound()
 
     def at_stake(self) -> float:
-        """What covers the rounding of the energy in it and of the work on what is around, while nothing moves."""
+        """Return an energy that covers the rounding of the enclosed energy and of its work while nothing moves [J]."""
         return ROUNDING_SHARE * (abs(self.contents.energy) + abs(self._model.outside) * self._now.volume)
 
     def _check(self, now: Enclosure) -> None:
@@ -96,7 +96,7 @@ class ActiveEnclosed(ActiveCondition):
         self._bound()
 
     def _flow(self, time: float, works: dict[str, float]) -> None:
-        """What comes in and goes out in half a step from `time` [s] on."""
+        """Let gas or liquid in and out for half a step from `time` [s] on."""
         if self._passing > 0.0:
             self._flow_in(time, 0.5 * self._passing, works)
             self._flow_out(0.5 * self._passing, works)
@@ -173,7 +173,7 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = self._space.swing(0.5 * sqrt(stiffness * self._space.mobility(self._now)))
 
     def step_limit(self) -> StepLimit:
-        """Where the membrane swings faster on it than otherwise."""
+        """Return the step limit by the swing of the membrane on it."""
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._space.bodies[0].totals.rate
@@ -181,7 +181,7 @@ class ActiveEnclosed(ActiveCondition):
         return StepLimit(step, "spring", reason)
 
     def work(self) -> StepWork:
-        """What its energy, its flows and its surroundings take or give."""
+        """Return the works of its energy, its flows and its surroundings."""
         done = self._layout.no_work()
         for channel in self._model.channels():
             done.works[self._layout.column(channel)] = amount = self._works.get(channel.name, 0.0)

@@ -93,13 +93,13 @@ class Gas(Contents):
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """It brings its enthalpy."""
+        """Take in gas with its enthalpy."""
         brought = self.gamma * self._heat_capacity * warmth
         self.mass += mass
         return brought, self._renew(brought)
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """What stays expands along an adiabat while what goes takes its enthalpy along, E ~ m^γ."""
+        """Let out gas with its enthalpy; what stays expands along an adiabat, E ~ m^γ."""
         left = 1.0 - mass / self.mass
         taken = mass * self.gamma * self._heat_capacity * self.temperature if self.isothermal else self._lost(left)
         self.mass *= left
@@ -109,7 +109,7 @@ class Gas(Contents):
         return self.energy * (1.0 - left**self.gamma)
 
     def _renew(self, gained: float) -> float:
-        """Its energy after a change of mass; the heat that it takes up where it is isothermal."""
+        """Update the energy after a change of mass; return the heat that an isothermal gas takes up [J]."""
         new = self.energy + gained
         if self.isothermal:
             new = self.mass * self._heat_capacity * self._start
@@ -178,12 +178,12 @@ class Liquid(Contents):
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """It brings what it is compressed by."""
+        """Take in liquid with its compression energy."""
         self.mass += mass
         return self._renew(volume), 0.0
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """It takes along what the pressure falls by."""
+        """Let out liquid with the energy by which that of the rest falls."""
         self.mass -= mass
         return -self._renew(volume), 0.0
 

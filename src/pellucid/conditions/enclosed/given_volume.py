@@ -142,7 +142,7 @@ class ActiveVolume(ActiveCondition):
         return {f"{self._body}_pressure": self._pressure, f"{self._body}_volume": self._now.volume}
 
     def state_numbers(self) -> dict[str, Any]:
-        """What the history shows, and what was chosen at the start."""
+        """Return the pressure, and what was chosen at the start."""
         chosen = {"spring": self._spring, "damper": self._damper, "start": self._start}
         return {"pressure": self._pressure, **chosen}
 

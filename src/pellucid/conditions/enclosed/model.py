@@ -31,7 +31,7 @@ lids, what flows in and out, what keeps their temperature."""
 
 
 class Amount(Model):
-    """How much there is."""
+    """Amount of a gas or a liquid."""
 
     mass: float | None = parameter("kg", "how much there is at the start", None, ge=0)
     pressure: float | None = parameter("Pa", "instead of the mass, the absolute pressure at the start", None, ge=0)
@@ -106,7 +106,7 @@ class Enclosed(Condition):
     )
 
     _may_tear: bool = PrivateAttr(default=False)
-    """Whether damage can make holes in its membrane, in a case (`in_case`)."""
+    """True if damage can make holes in its membrane, in a case (`in_case`)."""
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
         """Return a copy that records whether the membrane can tear."""
@@ -129,7 +129,7 @@ class Enclosed(Condition):
             raise Refusal("the inflator of a liquid has temperatures", "leave them out: a liquid has none")
 
     def amount(self) -> GasCase | LiquidCase:
-        """What is in it."""
+        """Return the gas or the liquid."""
         found = self.gas or self.liquid
         if found is None:
             raise ValueError("it has neither gas nor liquid")
@@ -137,7 +137,7 @@ class Enclosed(Condition):
 
     @property
     def lets_out(self) -> bool:
-        """Whether anything can flow out."""
+        """True if anything can flow out."""
         return bool(self.vent) or self.leak > 0.0
 
     def load_channel(self) -> str:
@@ -146,7 +146,7 @@ class Enclosed(Condition):
         return "enclosed_work"
 
     def channels(self) -> Sequence[Channel]:
-        """Where its energy comes from and goes to."""
+        """Return the channels of energy that it takes and gives."""
         left_out = {
             "inflator_energy": self.inflator is None,
             "vent_energy": not (self.lets_out or self._may_tear),

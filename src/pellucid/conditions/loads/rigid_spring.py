@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from pellucid.conditions.led_turns import Rotations
+from pellucid.conditions.led_turns import Rotations, plane_turn_problems
 from pellucid.conditions.loads.rigid_load import NONE, RigidLoad, rigid_of, thin_problems
 from pellucid.conditions.rigid.kinematics import Push
 from pellucid.conditions.signals import Signal
@@ -55,9 +55,9 @@ class RigidSpring(RigidLoad):
         yield from super().problems(path, parts)
         yield from thin_problems(self.stiffness, self.turning_stiffness, ("stiffness", "turning_stiffness"), path, parts)
         yield from thin_problems(self.damping, self.turning_damping, ("damping", "turning_damping"), path, parts)
-        moved = tuple(float(getattr(self.anchor, axis) is not None) for axis in AXES)
-        turned = tuple(float(axis in self.anchor_rotation.axes()) for axis in AXES)
-        yield from thin_problems(moved, turned, ("anchor", "anchor_rotation"), path, parts)
+        x, y, z = (float(getattr(self.anchor, axis) is not None) for axis in AXES)
+        yield from thin_problems((x, y, z), NONE, ("anchor", "anchor_rotation"), path, parts)
+        yield from plane_turn_problems(self.anchor_rotation.axes(), (*path, "anchor_rotation"), parts)
         for number, signal in enumerate(self.signals()):
             key, axis = ("anchor", "anchor_rotation")[number // 3], AXES[number % 3]
             if signal is not None and (why := displacement_fault(signal, f"{key} {axis}")):
@@ -68,7 +68,7 @@ class RigidSpring(RigidLoad):
         return [getattr(of, axis) for of in (self.anchor, self.anchor_rotation) for axis in AXES]
 
     def anchors(self) -> list[Callable[[float], float]]:
-        """The same as functions of time [s], [m] and [rad]."""
+        """Return the displacements [m] and angles [rad] of the anchor as functions of time [s]."""
         return [
             (lambda t: 0.0) if signal is None else checked_displacement(signal, f"the anchor of body {self.body}")
             for signal in self.signals()
@@ -83,7 +83,7 @@ class RigidSpring(RigidLoad):
         return max(along, _fastest(self.turning_stiffness, self.turning_damping, least))
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """Its force and torque."""
+        """Build the force and torque of the spring."""
         return ActiveRigidSpring(self, assembly)
 
 
@@ -103,7 +103,7 @@ class ActiveRigidSpring(ActiveCondition):
         self._viscous = assembly.layout.column(DAMPING_HEAT)
 
     def begin(self, time: float, dt: float) -> None:
-        """What it does over the step, by where the body is as that begins."""
+        """Find the force and torque for the position at the start of the step."""
         rigid = rigid_of(self._body)
         moved, rates = rigid.moved(), rigid.rates()
         start = np.array([anchor(time) for anchor in self._anchors])

@@ -54,7 +54,7 @@ class OpenFace(NamedTuple):
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def depth(self, position: np.ndarray) -> np.ndarray:
-        """How far positions [m], shape (n, 3), are within the grid [m], shape (n,)."""
+        """Return the depth of positions [m], shape (n, 3), within the grid [m], shape (n,)."""
         return self.inward * (position[:, self.axis] - self.level)
 
 
@@ -93,7 +93,7 @@ def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Rea
 def columns(
     shape: Geometry, left_out: Sequence[Geometry], per_cell: int | tuple[int, int, int] | None, grid: GridCase, face: OpenFace
 ) -> Columns:
-    """Those where a shape, less what is left out, meets a face within the grid; none where it does not."""
+    """Return the columns where a shape, less what is left out, meets a face within the grid."""
     counts = points_along_axes(per_cell, grid.thin())
     lower, upper, endless = np.array(grid.lower), np.array(grid.extent_upper()), _endless(grid)
     spacing = float(SeedLattice.of(shape, grid, counts).spacing[face.axis])

@@ -41,7 +41,7 @@ class Inflow(GivenFlow, Condition):
         return face == self.where
 
     def load_channel(self) -> str | None:
-        """That of the pressure."""
+        """Return the channel of the work of the pressure."""
         return None if self.pressure is None else INFLOW_WORK.name
 
     def _allows_turning(self) -> bool:
@@ -56,11 +56,11 @@ class Inflow(GivenFlow, Condition):
         return entering(conditions, assembly)
 
     def reaction(self) -> str | None:
-        """Its own name."""
+        """Return the name of the inflow."""
         return self.name
 
     def why_not_steady(self) -> Reason | None:
-        """What flows does not come to rest."""
+        """Return the reason that a flow does not come to rest."""
         return Reason("points come in through an [[inflow]] and nothing comes to rest", "leave [steady] out, or the inflow")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""What a file of a mesh holds, whatever its format."""
+"""Contents of a mesh file, whatever its format."""
 
 import re
 from collections.abc import Mapping

@@ -36,7 +36,7 @@ class _Element(NamedTuple):
 
 
 def read_ply(data: bytes) -> Contents:
-    """What is in a PLY file. Raises Damaged."""
+    """Return what is in a PLY file. Raises Damaged."""
     header = data[: data.find(b"end_header")]
     if b"format ascii" in header and b"\n" not in header:  # lines end with a carriage return alone
         data = data.replace(b"\r", b"\n")

@@ -47,7 +47,7 @@ BY_BEGINNING: dict[str, tuple[tuple[Callable[[bytes], bool], Read], ...]] = {
 
 
 def read_file(path: str, what: str, readable: str) -> Contents:
-    """What is in a file. Raises Refusal where it cannot be read as `what`, with its article.
+    """Return what is in a file. Raises Refusal if it cannot be read as `what`, a noun with its article.
 
     readable: kinds of files that can be.
     """

@@ -35,7 +35,7 @@ LONGEST = 200
 
 
 def read_through_meshlane(path: str) -> Contents:
-    """What is in a file. Raises Damaged, and Refusal where meshlane is missing.
+    """Return what is in a file. Raises Damaged, and Refusal if meshlane is missing.
 
     What the readers print does not reach the terminal: it is told in the error, or as a note where the file can be read all
     the same.

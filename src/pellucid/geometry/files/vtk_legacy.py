@@ -174,7 +174,7 @@ class _Source:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing is left."""
+        """True if nothing is left."""
         return self._at >= len(self._data)
 
     def line(self) -> list[str]:

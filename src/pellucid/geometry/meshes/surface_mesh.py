@@ -24,7 +24,7 @@ class Mesh(NamedTuple):
     triangles: np.ndarray = NO_TRIANGLES
 
     def triangulated(self) -> Triangulation:
-        """The same vertices; every quadrilateral cut in two from its first to its third corner, then the triangles."""
+        """Return the vertices, and triangles: quadrilaterals cut from their first to their third corner, then the others."""
         return Triangulation(self.vertices, np.concatenate([cut_in_two(self.quads), self.triangles]))
 
     def centres(self) -> np.ndarray:
@@ -41,10 +41,10 @@ class Meshed(Countable):
 
     @abstractmethod
     def mesh(self) -> Mesh:
-        """Its quadrilaterals and triangles."""
+        """Return the quadrilaterals and triangles."""
 
     def triangulate(self) -> Triangulation:
-        """Its mesh with every quadrilateral cut in two: the vertices are the same."""
+        """Return the mesh with every quadrilateral cut in two: the vertices are the same."""
         return self.mesh().triangulated()
 
 

@@ -50,7 +50,7 @@ class Turn(NamedTuple):
     after: np.ndarray
 
     def forth(self, points: np.ndarray) -> np.ndarray:
-        """Where points [m], shape (n, 3), come to."""
+        """Return the places of points [m], shape (n, 3), after the rotation."""
         return self.after + _product(points - self.before, self.matrix)
 
     def along(self, vectors: np.ndarray) -> np.ndarray:
@@ -58,7 +58,7 @@ class Turn(NamedTuple):
         return _product(vectors, self.matrix)
 
     def back(self, points: np.ndarray) -> np.ndarray:
-        """Where points [m], shape (n, 3), come from."""
+        """Return the places of points [m], shape (n, 3), before the rotation."""
         return self.before + _product(points - self.after, self.matrix.T)
 
 

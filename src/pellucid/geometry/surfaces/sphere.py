@@ -33,7 +33,7 @@ class SphereSurface(Meshed):
 
     @property
     def closed(self) -> bool:
-        """Whether it is the whole sphere."""
+        """True if it is the whole sphere."""
         return self.part is None
 
     def expected_points(self) -> float:

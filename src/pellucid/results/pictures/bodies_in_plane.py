@@ -114,7 +114,7 @@ class PlaneStage:
         axes.scatter(x[known], y[known], size, values[known], linewidths=0, cmap=palette, vmin=limited.low, vmax=limited.high)
 
     def bar(self, figure: Figure) -> None:
-        """What the colours mean."""
+        """Draw the scale of colours."""
         explain(figure, self._bodies, self._look, self._colours, shrink=0.9)
 
     def _state(self, time: float) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -131,7 +131,7 @@ class SpaceStage:
             draw_arrows(axes, self._camera, fields["position"], *flow)
 
     def bar(self, figure: Figure) -> None:
-        """What the colours mean."""
+        """Draw the scale of colours."""
         explain(figure, list(self._bodies.values()), self._look, self._colours)
 
     def _fields(self, name: str, time: float) -> Fields:
@@ -160,7 +160,7 @@ def _fastest(fields: Fields) -> float:
 
 
 def is_open_in_front(run: Run) -> bool:
-    """Whether all solids lie at the front of the grid, as at a plane of symmetry: they are open there without a cut."""
+    """Return True if all solids lie at the front of the grid, as at a plane of symmetry: they are open there without a cut."""
     grid = run.stored.grid
     names = [body.name for body in run.stored.bodies if len(run.cells(body.name).tetrahedra)]
     fronts = np.array([run.fields(name, 0.0)["position"][:, 1].min() for name in names])

@@ -45,7 +45,7 @@ class Picture(NamedTuple):
 
 
 def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, Draw]:
-    """How the figures of a run are drawn, by name in the order of the report.
+    """Return functions that draw the figures of a run, by name in the order of the report.
 
     The probes are drawn together with those of the same name of the run `beside`. To `notices` comes what cannot be drawn
     because files of the run are damaged.
@@ -204,7 +204,7 @@ def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None
 
 
 def _time(run: Run) -> str:
-    """What the time of a history is."""
+    """Return the label of the time of a history."""
     return "time of the loads" if run.stored.steady else "time"
 
 

@@ -43,7 +43,7 @@ class Recorder:
     ) -> None:
         self.folder, self.case, self._start = folder, case, start_digest(start or {})
         self.resumes_record = numbers is not None and bool(numbers.get("begun", True))
-        """Whether the run goes on from a record; not where it is to settle first."""
+        """True if the run goes on from a record; not where it is to settle first."""
         self._begun = False  # not while bodies settle
         self._equilibrium = 0.0
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}

@@ -83,7 +83,7 @@ class Run:
 
     @property
     def finished(self) -> bool:
-        """Whether the run reached the end of its case."""
+        """True if the run reached the end of its case."""
         if not self.folder.ended or self.stopped:
             return False
         return self.stored.time.reached(self.summary["end_time"])

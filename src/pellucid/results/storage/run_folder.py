@@ -61,7 +61,7 @@ class RunFolder:
 
     @property
     def is_of_a_run(self) -> bool:
-        """Whether a run has begun here, by what is in its first files: others have files of these names too."""
+        """True if a run has begun here, by what is in its first files: others have files of these names too."""
         if lock.is_signed(self.mark):
             return True
         if not self.mark.is_file():
@@ -72,12 +72,12 @@ class RunFolder:
 
     @property
     def _has_nothing_yet(self) -> bool:
-        """Whether there is nothing in it but the mark of a run."""
+        """True if there is nothing in it but the mark of a run."""
         return set(self.path.iterdir()) <= {self.mark, draft_of(self.case)}
 
     @property
     def was_held_here(self) -> bool:
-        """Whether this process was the last that wrote into the folder as a run."""
+        """True if this process was the last that wrote into the folder as a run."""
         return lock.is_mine(self.mark)
 
     def _lacking(self) -> str:
@@ -177,7 +177,7 @@ class RunFolder:
 
     @property
     def ended(self) -> bool:
-        """Whether a run here reached its end, or the time given by `until`."""
+        """True if a run here reached its end, or the time given by `until`."""
         return self.summary.is_file()
 
     def read_summary(self) -> dict[str, Any]:
@@ -239,7 +239,7 @@ def _signed(text: str) -> str:
 
 
 def _is_signed(data: bytes) -> bool:
-    """Whether a case is still as a run wrote it."""
+    """Return True if a case is still as a run wrote it."""
     return data == _signed(data.partition(b"\n")[2].decode(errors="replace")).encode()
 
 

@@ -46,7 +46,7 @@ SHOWN = ("body", "probe", "picture", "film", "plot", "check", "extensions")
 
 
 class StoredCase(BaseModel):
-    """What results need of a case; only texts where users may have kinds of their own."""
+    """A case as results need it; only texts where users may have kinds of their own."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
@@ -67,7 +67,7 @@ class StoredCase(BaseModel):
     """Names of the probes whose values are means since the row before, see `pellucid.results.readings`."""
     walls: tuple[StoredWall, ...] = ()
     others: dict[str, int] = {}
-    """How many there are of each other kind of part, such as supports, by the keys of their tables."""
+    """Number of parts of each other kind, such as supports, by the keys of their tables."""
     picture: tuple[Picture, ...] = ()
     film: tuple[Film, ...] = ()
     plot: tuple[Plot, ...] = ()

@@ -71,7 +71,7 @@ def scene_of(run: Run, budget: int) -> Scene | None:
 
 
 def shares(sizes: list[int]) -> list[int]:
-    """How many of the points of bodies of these sizes are shown: small ones are whole, large ones share what is left."""
+    """Return the numbers of shown points of bodies of these sizes: small ones are whole, large ones share what is left."""
     left, found = MOST_POINTS, [0] * len(sizes)
     ascending = sorted(range(len(sizes)), key=sizes.__getitem__)
     for number, k in enumerate(ascending):
@@ -123,7 +123,7 @@ def _of_wall(wall: WallActor, time: float) -> _Instant:
 
 
 def _packed(pack: Pack, actor: Actor | WallActor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
-    """What is told of a body; its arrays go into the pack, in the order in which viewer/src/data.js reads them."""
+    """Return the description of a body; its arrays go into the pack, in the order in which viewer/src/data.js reads them."""
     low, high = bounding_box(np.concatenate([at.position[at.there] for at in instants]))
     cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
     cells |= {"lines": actor.cells.lines, "tetrahedra": actor.cells.tetrahedra}
@@ -195,7 +195,7 @@ def _word(name: str) -> str:
 
 
 def _surrounds_all(boxes: list[Box], k: int) -> bool:
-    """Whether the box of a body is about those of all others, at least two: it would hide them, and is hidden at first."""
+    """Return True if the box of a body surrounds at least two others and all of them: it would cover them."""
     others = boxes[:k] + boxes[k + 1 :]
     return len(others) > 1 and all((boxes[k][0] <= low).all() and (high <= boxes[k][1]).all() for low, high in others)
 
@@ -214,7 +214,7 @@ def _sides(actors: list[Actor]) -> np.ndarray:
 
 
 def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str]) -> list[str]:
-    """What of the run is not shown."""
+    """Return notes about what is not shown of the run."""
     notes = []
     for actor in actors:
         if len(actor.start) < actor.total:

@@ -1,4 +1,4 @@
-"""Supports that prescribe different velocities at the same nodes."""
+"""Supports that prescribe different velocities at the same nodes, or move faces of the grid out of it."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -10,6 +10,7 @@ from pellucid.case import Case
 from pellucid.case.sections import parts_of
 from pellucid.conditions.constrained_nodes import nodes_of, on_those
 from pellucid.conditions.support import Support
+from pellucid.findings import listed
 from pellucid.geometry.region import Region, Selectable
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import is_alone, selectable_of
@@ -37,8 +38,27 @@ def crossing_supports(case: Case) -> Iterator[str]:
     yield from texts
 
 
+def leading_out(case: Case) -> Iterator[str]:
+    """Return a warning for each face whose support would take the points of bodies on the grid past it."""
+    grid, parts = case.grid_or_none, parts_of(case)
+    led = [body.name for body in case.body if body.moves and not body.owns_nodes(is_alone(body, parts))]
+    if grid is None or not led:
+        return
+    for number, support in enumerate(case.support):
+        for face in support.faces():
+            axis, velocity = face[0], support.face_velocity(face)
+            outward = 0.0 if velocity is None else velocity["xyz".index(axis)] * (1.0 if face.endswith("upper") else -1.0)
+            if outward > 0.0 and not case.thin["xyz".index(axis)] and axis not in grid.periodic:
+                label = support.label(number)
+                yield (
+                    f"{label} moves the face {face} out of the grid at {outward:g} m/s: points of {listed(led)} that follow it "
+                    f"past the face stop the run; set its velocity along {axis} to 0, or enlarge the grid and lead a solid "
+                    "with a [[motion]]"
+                )
+
+
 def _differ(one: Support, other: Support, axis: int) -> bool:
-    """Whether two supports could prescribe different velocities along an axis at the same time, and one is overruled."""
+    """Return True if two supports prescribe different velocities along an axis at the same time, and one is overruled."""
     if one.until is not None or other.until is not None or not (one.axes()[axis] and other.axes()[axis]):
         return False
     if None not in (one.body, other.body) and one.body != other.body:
