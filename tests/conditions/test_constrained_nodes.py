@@ -166,10 +166,9 @@ def test_a_moving_wall_sends_a_wave_and_works():
 
 @pytest.mark.parametrize("axis", range(3))
 def test_thin_axes_stay_still_to_the_last_bit(axis):
-    counts = [4, 4, 4]
-    counts[axis] = 1
-    lower, upper = [1.0] * 3, [3.0] * 3
-    sim = simulation(box(lower, upper, velocity=(0.1, 0.1, 0.1), angular_velocity=(0.3, 0.2, 0.1)), counts=counts, end=10.0)
+    counts, velocity, turn = [4, 4, 4], [0.1, 0.1, 0.1], [0.0, 0.0, 0.0]
+    counts[axis], velocity[axis], turn[axis] = 1, 0.0, 0.3
+    sim = simulation(box([1.0] * 3, [3.0] * 3, velocity=velocity, angular_velocity=turn), counts=counts, end=10.0)
     before = sim.bodies[0].frame()["position"][:, axis]
     frame = advance(sim, 5).bodies[0].frame()
     assert np.array_equal(frame["position"][:, axis], before)
