@@ -1,8 +1,21 @@
-from math import sqrt
+import csv
+from math import pi, sqrt
+from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from pellucid.references.indentation import Layer, at_contact, force
+
+FOLDER = Path(__file__).parents[2] / "validation" / "sphere-on-layer"
+
+
+@pytest.fixture(scope="module")
+def influence() -> ModuleType:
+    module = ModuleType("influence")
+    module.__file__ = str(FOLDER / "influence.py")
+    exec((FOLDER / "influence.py").read_text(encoding="utf-8"), module.__dict__)
+    return module
 
 
 def hertz(young_modulus: float, poisson_ratio: float, radius: float, depth: float) -> float:
@@ -41,3 +54,38 @@ def test_finite_elements_agree(bonded: bool, over_hertz: float) -> None:
 def test_a_contact_much_wider_than_the_layer_is_refused() -> None:
     with pytest.raises(ValueError, match="twice the thickness"):
         at_contact(Layer(1.0, 0.3, 0.01, True), radius=1.0, contact=0.1)
+
+
+@pytest.mark.parametrize("bonded", [True, False])
+@pytest.mark.parametrize(("poisson_ratio", "thickness"), [(0.0, 1.0), (0.45, 2.0)])
+def test_pressures_on_rings_agree(influence: ModuleType, poisson_ratio: float, thickness: float, bonded: bool) -> None:
+    layer = Layer(1.0 - poisson_ratio**2, poisson_ratio, thickness, bonded)
+    found, contact = influence.press(influence.of_rings, 0.05, (thickness, poisson_ratio, bonded), influence.parabola)
+    assert found == pytest.approx(force(layer, radius=1.0, depth=0.05), rel=5e-4)
+    assert at_contact(layer, 1.0, contact)[0] == pytest.approx(0.05, rel=0.01)  # rings are half a per cent of the contact wide
+
+
+def test_rings_on_a_half_space_bear_a_sphere_as_sneddon_has_it(influence: ModuleType) -> None:
+    depth, exact = influence.of_sphere(0.3)
+    assert exact == pytest.approx(0.99 * 4.0 / 3.0 * depth**1.5, rel=2e-3)  # a parabola bears 1 % more
+    found, contact = influence.press(influence.of_rings, depth, (1e3, 0.3, True))
+    assert found == pytest.approx(exact, rel=1e-3)
+    assert contact == pytest.approx(0.3, rel=5e-3)
+
+
+def test_strips_bear_a_cylinder_as_hertz_has_it(influence: ModuleType) -> None:
+    # P = π E* a²/4R (K. L. Johnson, Contact Mechanics, 1985, eq. 4.43) for a half width far below the thickness
+    found, half_width = influence.press(influence.of_strips, 0.001, (2.0, 0.3, False), rings=480)
+    assert found == pytest.approx(0.25 * pi * half_width**2, rel=5e-3)
+
+
+@pytest.mark.parametrize(("table", "function"), [("spheres", "of_rings"), ("cylinders", "of_strips")])
+def test_tables_are_those_of_the_script(influence: ModuleType, table: str, function: str) -> None:
+    with (FOLDER / f"{table}.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 54
+    for row in rows[4::20]:
+        layer = float(row["thickness"]), float(row["poisson_ratio"]), row["base"] == "bonded"
+        found, contact = influence.press(getattr(influence, function), float(row["depth"]), layer)
+        assert found == pytest.approx(float(row["force"]), rel=1e-5)
+        assert contact == pytest.approx(float(row["contact"]), abs=1e-4)
