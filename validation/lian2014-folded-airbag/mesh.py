@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 TAPER = 3.0  # gaps
-PER_BEND = 6  # elements along a half circle of the middle line
+PER_BEND = 4  # elements along a half circle: the shortest, on its inner side, are 0.77 gaps long and longer than the thickness
 
 
 class Bag(NamedTuple):
