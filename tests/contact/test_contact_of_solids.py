@@ -121,16 +121,15 @@ def pressed(depth=0.1, rise=2.0, hold=3.0, **body):
     floor = {"name": "floor", "body": "tissue", "where": {"box": {"lower": (-1, -1, -1e-6), "upper": (9, 9, 1e-6)}}}
     touch = {"name": "touch", "between": ["tissue", "plate"]}
     settings = {"counts": (4, 4, 4), "support": [floor | {"fix": ["x", "y", "z"]}], "motion": [motion], "contact": [touch]}
-    return simulation(block, plate, end=rise + hold, energy=LOUD, **settings)
+    return simulation(block, plate, end=rise + hold, courant=0.1, energy=LOUD, **settings)
 
 
 @pytest.mark.parametrize("approximant", ["cell-based-maximum-entropy", "linear-simplex"])
 def test_a_lasting_load_is_borne_without_creep(approximant):
     """Under a plate that has stopped, the force is that of uniaxial strain with λ = 0, P = μ(1/s - s), and stays.
 
-    The block is two cells high, and contact pushes its sides too as far as they reach into the cells of its face: within a
-    tenth. Its face is where the plate is. Without answers to the impulses the force of maximum entropy falls to a half, and
-    goes on falling.
+    The block is two cells high, and contact gives way as a part of a layer of cells does, with the square of the step: within a
+    tenth. Its face is that much above the plate.
     """
     depth, height, area, modulus = 0.1, 2.0, 4.0, 1e4
     sim = pressed(depth, approximant={"kind": approximant})
@@ -146,40 +145,29 @@ def test_a_lasting_load_is_borne_without_creep(approximant):
     assert force[1] == pytest.approx(exact, rel=0.1)
     block = sim.bodies[0]
     face = block.places()[block.mesh.nodes[:, 2] > height - 1e-9, 2]
-    assert face == pytest.approx(np.full(len(face), height - depth), abs=0.005 * depth)
+    assert face == pytest.approx(np.full(len(face), height - depth), abs=0.1 * depth)
     assert abs(sim.conservation()["energy"]) < 0.005
 
 
-def test_the_gap_over_a_curved_face_is_of_second_order():
-    """A sphere of elements, of a radius of 16 cells, reaches 0.3 cells deep into a flat face.
-
-    The foremost points of both about a node are too near by r h/R, a quarter of a cell at 4 cells from the axis; the means are
-    off by a part of h²/R = 0.06.
-    """
+def test_nodes_of_a_sheet_overlap_by_their_own_depth():
+    """A sphere of elements, of a radius of 16 cells, reaches 0.3 cells into a flat face: each node overlaps by its depth."""
     radius, deep, middle = 16.0, 0.3, np.array([6.0, 6.0])
     rectangle = {"corner": (1, 1, 3.5), "first_edge": (10, 0, 0), "second_edge": (0, 10, 0), "points": (21, 21)}
     cap = falling_sheet() | {"surface": {"rectangle": rectangle}, "thickness": 1e-6, "velocity": (0, 0, 0)}
     block = tissue((1, 1, 1), (11, 11, 3), (10, 10, 2), approximant={"kind": "linear-simplex"})
     sim = simulation(block, cap, counts=(12, 12, 8), end=1.0, contact=[{"between": ["tissue", "sheet"]}])
+    sim.surface_pairs.act(0.1, 0.1, 0.0, 0.1)  # apart at the start
     x = sim.bodies[1].arrays["position"].copy()
     x[:, 2] = 3.0 - deep + radius - np.sqrt(radius**2 - np.sum((x[:, :2] - middle) ** 2, axis=1))
     place(sim.bodies[1], x)
-    sim.stages.clear_nodes()
-    for body in sim.bodies:
-        body.predict(0.1)
-    sim.stages.detect_contact(0.1)
-    index, position = sim.grid.where()
-    places = np.full((sim.grid.n_nodes, 3), np.nan)
-    places[index] = position
-    found = sim.contact_pairs._pairs[0].detection
-    at = places[found.node]
-    r = np.linalg.norm(at[:, :2] - middle, axis=1)
-    on_face = (np.abs(at[:, 2] - 3.0) < 1e-9) & (r <= 4.5)
-    slope = r[on_face] / radius
-    exact = (radius * (1.0 - np.sqrt(1.0 - slope**2)) - deep) * np.sqrt(1.0 - slope**2)
-    assert on_face.sum() > 40
-    assert found.gap[on_face] == pytest.approx(exact, abs=0.5 / radius)
-    assert found.room[on_face] == pytest.approx(np.maximum(found.gap[on_face], 0.0), abs=1e-12)
+    sim.surface_pairs.act(0.1, 0.1, 0.0, 0.1)
+    (overlap,) = sim.surface_pairs._pairs[0].overlaps()
+    r = np.linalg.norm(x[:, :2] - middle, axis=1)
+    inside = np.flatnonzero((x[:, 2] < 3.0) & (r < 4.0))
+    assert len(inside) > 20
+    assert set(inside) <= set(overlap.listed.tolist())
+    assert overlap.depth == pytest.approx(3.0 - x[overlap.listed, 2], abs=1e-6)
+    assert overlap.normal == pytest.approx(np.tile([0.0, 0.0, 1.0], (len(overlap.listed), 1)), abs=1e-12)
 
 
 def bounced(kind, along, courant):
@@ -221,10 +209,11 @@ def test_a_cube_bounces_alike_on_nodes_of_its_own_and_as_points():
     """On a rigid plate, by contact; finite elements give 0.779 (`validation/basics-elastic-block-drop`).
 
     Cells of an eighth and a sixteenth of its edge. Contact of the points gives way as one layer of cells, and so gives back
-    what else would vibrate within: an error of the order of the cell, 3.8 and 2.4 %.
+    what else would vibrate within: an error of the order of the cell, 3.8 and 2.4 %. That of the mesh gives way with the square
+    of the step.
     """
     meshless, points, finer = (
-        bounced("meshless-solid", 8, 0.5),
+        bounced("meshless-solid", 8, 0.25),
         bounced("material-points", 8, 0.2),
         bounced("material-points", 16, 0.2),
     )
@@ -238,7 +227,7 @@ def test_a_warning_where_faces_are_longer_than_the_cells():
     body = meeting(ball(), counts=(6, 6, 7)).bodies[0]
     everywhere = np.arange(body.grid.n_nodes)
     assert body.skin.contact_warning(everywhere) is None
-    coarse = simulation(tissue(cells=(2, 2, 1)), ball(), counts=(6, 6, 7), end=10.0, courant=0.05, energy=LOUD)
+    coarse = simulation(tissue(cells=(2, 2, 1)), ball(WATER), counts=(6, 6, 7), end=10.0, courant=0.05, energy=LOUD)
     text = coarse.bodies[0].skin.contact_warning(everywhere)
     assert "body tissue touches another, its outer face" in text
     assert "is 2.83 m long, 2.8 cells of 1 m" in text

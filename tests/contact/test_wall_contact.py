@@ -12,7 +12,7 @@ from pellucid.contact.wall import WallContact, WallPlane
 class Points(ContactSurface):
     """Three points: one that faces a floor, one on the side of a body across it, and one beneath that faces away."""
 
-    mass_per_area, rate = 50.0, 20.0
+    mass_per_area, rate, follows_steps = 50.0, 20.0, False
 
     def __init__(self, height=-0.01):
         self.place = np.array([[0.0, height, 0.0], [1.0, height, 0.0], [2.0, height, 0.0]])

@@ -33,11 +33,11 @@ def test_the_warning_is_lost_by_no_setting():
 
 
 @pytest.mark.parametrize(("bodies", "warns"), [((), True), (("ball",), False)])
-def test_a_membrane_falls_through_a_wall(bodies, warns):
+def test_a_membrane_of_points_falls_through_a_wall(bodies, warns):
     wall = {"point": (0, 0, -1.5), "normal": (0, 0, 1), "bodies": bodies}
     ball = box((0, 0, 0), (1, 1, 1), name="ball", field="ball") | {"shape": {"sphere": {"centre": (0, 0, 1), "radius": 0.4}}}
     grid = {"counts": (16, 16, 16), "cell": 0.25, "lower": (-2.0, -2.0, -2.0)}
-    found = list(passed_walls(case(sheet(kind="membrane-elements", field="sheet"), ball, wall=[wall], **grid)))
+    found = list(passed_walls(case(sheet(field="sheet"), ball, wall=[wall], **grid)))
     assert len(found) == warns
     for text in found:
         assert "wall 1 does not hold sheet" in text

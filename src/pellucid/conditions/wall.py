@@ -120,6 +120,7 @@ class Wall(Sliding):
         bodies = parts.of(BodyModel)
         can = [body for body in bodies if not (body.why_no_wall() or is_driven(body.name, parts))]
         if not self.bodies and bodies and parts.are_sound(BodyModel) and not can:
-            text = "no body can touch it: only material points and meshless solids can that follow no motion as a whole"
-            remedy = "leave this wall out; a membrane touches a held body in a velocity field of its own by a [[contact]]"
+            kinds = "material points, meshless solids and membranes of elements"
+            text = f"no body can touch it: {kinds} can, unless they follow a motion as a whole"
+            remedy = "leave this wall out; other kinds touch a held body in a velocity field of its own by a [[contact]]"
             yield Finding(path, text, remedy)

@@ -64,6 +64,11 @@ class ContactSurface(ABC):
     reach: np.ndarray
     slip: np.ndarray
 
+    @property
+    def is_sheet(self) -> bool:
+        """Whether it is a membrane that deforms."""
+        return self.two_sided and not self.is_hard
+
     def begin(self) -> None:  # noqa: B027
         """Before contact of a step is found: renew what follows from the state of the body."""
 
@@ -130,6 +135,10 @@ class ContactSurface(ABC):
     def turning(self, place: np.ndarray) -> np.ndarray:
         """Velocities at places [m] by the rotation of a rigid body [m/s], shape (m, 3) each; of others none."""
         return np.zeros_like(place)
+
+    def contact_warning(self, places: np.ndarray) -> str | None:
+        """Return a warning if it is too coarse where its points overlap with others, at places [m], shape (n, 3), or None."""
+        return None
 
     @abstractmethod
     def add_forces(self, force: np.ndarray) -> None:

@@ -5,7 +5,7 @@ See `pellucid.contact.surface_pairs` for what they are and why.
 
 from collections.abc import Mapping, Sequence
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,9 +13,12 @@ from pellucid.contact.contact_energy import Held, taken_by_friction
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
 
-STIFF, DAMPING = 1.0, 0.1
-"""How fast the layer of a body that touches swings, over its step: from two on it would go out of bounds. What the damper takes
-of what is critical for the masses of the layers."""
+DAMPING, ROOM, LEAST_ROOM = 0.1, 0.9, 0.3
+"""Damping ratio for the masses of the layers that touch. Part of what central differences allow that springs and dampers of
+contact may use besides the waves of the body, see `_stiff`."""
+SHEET_STIFF, SHEET_DAMPING = 0.5, 1.0
+"""ω Δt and damping ratio where a membrane that deforms touches: its nodes do not rebound. With a critical damper, which acts by
+the velocities of the step before, a step is stable up to ω Δt = 0.83."""
 SINK, IMPACT = 3e-4, 0.2
 """Cells: how far a rigid body sinks into another that does not deform either, lying with all of its side on it, and striking it
 so with the speeds of the start."""
@@ -45,23 +48,64 @@ class Overlap(NamedTuple):
     apart: bool = False  # whether each point stops by itself: a flat side on a plane
 
 
+class StartOverlap:
+    """Overlap of the start, which exerts no pressure: of each point the part of the depth from which it has not come out yet.
+
+    It only decreases, so that the energy of the rest of the depth is still one of the depth alone.
+    """
+
+    def __init__(self, n_points: int) -> None:
+        self._depth, self._begun = np.zeros(n_points), False
+
+    def reduce(self, listed: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Return the depths of the listed points without that part [m]; points that are not listed are outside."""
+        left = np.minimum(self._depth[listed], depth) if self._begun else depth
+        self._begun = True
+        self._depth.fill(0.0)
+        self._depth[listed] = left
+        return np.asarray(depth - left)
+
+    def state_numbers(self) -> list[object]:
+        """Return the state for a checkpoint."""
+        (at,) = np.nonzero(self._depth)
+        return [self._begun, at.tolist(), self._depth[at].tolist()]
+
+    def restore(self, numbers: Sequence[Any]) -> None:
+        """Go on from a checkpoint."""
+        self._begun, at, depth = numbers
+        self._depth.fill(0.0)
+        self._depth[np.array(at, np.int64)] = depth
+
+
 class OverlapLaw:
     """What the points in an overlap feel.
 
     sides: the surfaces that touch; one alone where the other body neither deforms nor gives way, as a wall. friction:
     coefficient μ, `STICKS` where they stick while they press. courant: of the case's `time`. swing: how fast bodies that do not
     deform are to swing on each other [1/s], see `swing_of`; 0 where nothing moves them, and their materials tell. cell: edge
-    of the cells [m].
+    of the cells [m]. step: fixed step of the case [s], 0 where `courant` sets it.
     """
 
     def __init__(
-        self, sides: Sequence[ContactSurface], friction: float, courant: float, swing: float = 0.0, cell: float = np.inf
+        self,
+        sides: Sequence[ContactSurface],
+        friction: float,
+        courant: float,
+        swing: float = 0.0,
+        cell: float = np.inf,
+        step: float = 0.0,
     ) -> None:
         self._friction = friction
         self._hard = all(side.is_hard for side in sides)
         self._mass = 1.0 / max(sum(1.0 / side.rigid_mass for side in sides), 1e-300)
         soft = [side for side in sides if self._hard or not side.is_hard]
-        rates = [side.rate * (STIFF / courant if side.follows_steps else 1.0) for side in soft]
+        with_sheet = any(side.is_sheet for side in soft)
+        damping = SHEET_DAMPING if with_sheet else DAMPING
+        rates = [side.rate for side in soft]
+        for i, side in enumerate(soft):
+            if side.follows_steps:
+                part = step * side.rate if step > 0.0 else courant
+                rates[i] *= (SHEET_STIFF if with_sheet else _stiff(part)) / part
         self.stiffness = 1.0 / sum(1.0 / (side.mass_per_area * rate**2) for side, rate in zip(soft, rates, strict=True))
         """κ [Pa/m]."""
         rigid = [side for side in sides if side.rigid_mass < np.inf]
@@ -69,7 +113,12 @@ class OverlapLaw:
         areas = {id(side): side.bearing_area() if by_edges else side.side() for side in rigid}
         if self._hard and rigid and swing > 0.0:
             self.stiffness = swing**2 * self._mass / max(areas.values())
-        self._damping = 2.0 * DAMPING * sqrt(self.stiffness / sum(1.0 / side.mass_per_area for side in soft))
+        lightness = sum(1.0 / side.mass_per_area for side in soft)
+        if with_sheet:  # a free rigid body that is lighter than the part of the sheet on it gives way too
+            of_rigid = sum(areas[id(side)] / side.rigid_mass for side in rigid)
+            self.stiffness *= lightness / (lightness + of_rigid)
+            lightness += of_rigid
+        self._damping = 2.0 * damping * sqrt(self.stiffness / lightness)
         self.stop = DeadStop(sides) if self._hard and rigid else None
         self._softness = 1.0 / (HARDENS * cell) ** 2 if self.stop else 0.0
         self._followed = courant / RESOLVED
@@ -210,6 +259,16 @@ class OverlapLaw:
         one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
         damped = last * damping * np.sum(along * along, axis=1)
         return drag, taken_by_friction(spring, before, carried, drag, last * along, damped, slides)
+
+
+def _stiff(courant: float) -> float:
+    """Return ω Δt for the largest stable frequency ω of the springs of a contact, for a step of this part of the stable one.
+
+    Waves of the body have at most 2 `courant`. Central differences, with dampers that act by the velocities of the step before,
+    are stable for (ω Δt)² + 4 ζ ω Δt ≤ 4 - (2 courant)² [Belytschko, Liu & Moran 2000, section 6.6].
+    """
+    room = max(ROOM * (4.0 - (2.0 * courant) ** 2), LEAST_ROOM)
+    return sqrt((2.0 * DAMPING) ** 2 + room) - 2.0 * DAMPING
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:

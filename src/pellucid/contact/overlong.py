@@ -11,6 +11,16 @@ Longer faces of solids have more points, but none but their corners bears a load
 """
 
 
+def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
+    """Return the 8 nodes of the grid about places [m], shape (n, 3), as numbers of shape (8, n)."""
+    lattice, thin = grid.lattice, grid.thin
+    cell = np.floor((place - lattice.lower) * lattice.inverse_cell).astype(np.int64)
+    cell = np.where(grid.periodic, cell % np.array(lattice.counts), cell)
+    first = np.where(thin, 0, cell) @ np.array(lattice.strides)
+    ends = [0 if flat else stride for flat, stride in zip(thin, lattice.strides, strict=True)]
+    return np.array([grid.real_nodes(first + int(np.dot(way, ends))) for way in np.ndindex(2, 2, 2)])
+
+
 def overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray, effect: str) -> str | None:
     """A warning about the longest element beside any of these nodes of the grid, shape (n,); None up to `LONGEST` cells.
 
@@ -23,13 +33,7 @@ def overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, node
     length = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=2).max(axis=1)
     touching = np.zeros(grid.n_nodes, bool)
     touching[nodes] = True
-    cell = np.floor((place - lattice.lower) * lattice.inverse_cell).astype(np.int64)
-    cell = np.where(grid.periodic, cell % np.array(lattice.counts), cell)
-    first = np.where(thin, 0, cell) @ np.array(lattice.strides)
-    ends = [0 if flat_axis else stride for flat_axis, stride in zip(thin, lattice.strides, strict=True)]
-    beside = np.zeros(len(place), bool)
-    for way in np.ndindex(2, 2, 2):
-        beside |= touching[grid.real_nodes(first + int(np.dot(way, ends)))]
+    beside = touching[nodes_about(grid, place)].any(axis=0)
     length[~beside[corners].any(axis=1)] = 0.0
     worst = int(np.argmax(length))
     if length[worst] <= LONGEST * lattice.cell:

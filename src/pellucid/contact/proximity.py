@@ -65,6 +65,7 @@ class Meeting(NamedTuple):
     deepest: float  # how deep a place may lie behind a plane that still counts [m]
     dimension: int  # of the surfaces: 2, in the plane 1, along a line 0
     thickness: float  # of a slice [m]
+    any_way: bool = False  # whether points of the one count whatever their normals: nodes of a sheet, which may fold
 
 
 class Neighbourhood(NamedTuple):
@@ -110,7 +111,7 @@ def _weight(other, meeting, q, x, n):
     if two_sided[1] and facing < 0.0:
         m, facing = (-m[0], -m[1], -m[2]), -facing
     if two_sided[0]:
-        facing = abs(facing)
+        facing = 1.0 if meeting.any_way else abs(facing)
     along, reach = d[0] * m[0] + d[1] * m[1] + d[2] * m[2], other.reach[q]
     apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - along * along
     if facing <= 0.0 or along < -deepest or along > reach or apart >= reach * reach:

@@ -14,7 +14,7 @@ of their periods, and hardly acts on bodies as a whole. Bodies of which none def
 under what presses them: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,12 +24,13 @@ from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.dead_stop import ASKEW, FACING, SETTLED
 from pellucid.contact.images import Described, Plane, Seam, describe
-from pellucid.contact.overlap import Overlap, OverlapLaw, mean_way, rests_on_flat_side, stop_apart
+from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap, mean_way, rests_on_flat_side, stop_apart
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import Touch
 
 RIM = 0.01  # of the reach of points: how far beyond the rim of a plane an edge may lie that rests on it
 ROUNDS = 3  # at most, in which forces of several contacts of flat sides on one body are found
+NOWHERE = np.zeros(0, np.int64)
 NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
 
 
@@ -59,6 +60,7 @@ class HalfPair:
         if by_edges and other.faces is not None and not one.two_sided:
             self._corners = np.unique(other.faces[other.faces >= 0])
         self._found = np.zeros((len(one.place), COLUMNS))
+        self.start = StartOverlap(len(one.place)) if one.is_sheet else None
 
     def find(self, one: Described, other: Described) -> bool:
         """Find the points of the one surface that overlap with the other; whether there are any."""
@@ -68,18 +70,24 @@ class HalfPair:
         bins = _bins(one, other, other.about * float(other.reach.max()))
         self.overlap: Overlap | None = None
         if bins is None:
+            if self.start is not None:
+                self.start.reduce(NOWHERE, np.zeros(0))
             return False
         points = Points(other.place, other.normal, other.size, other.reach)
         self._about = Neighbourhood(Asking(one.place[:m], one.normal[:m]), points, bins, self._meeting)
         proximity.find_beside(m // CHUNK + 1, self._about, self._found)
-        most = 0.0 if self.other.is_hard else NEAR * float(np.median(other.reach))
+        # over a body that deforms a sheet follows the third-order distance: feet lie deeper by a part of its thickness
+        from_feet = not (self.other.is_hard or self.one.is_sheet)
+        most = NEAR * float(np.median(other.reach)) if from_feet else 0.0
         at = np.flatnonzero(self._found[:, SHARE] * self._counts)
         depth = self.one.half_width + self.other.half_width - self._found[at, GAP]
         at, depth = at[depth > -most], depth[depth > -most]
         normal = self._found[at, NORMAL : NORMAL + 3]
-        if not self.other.is_hard and len(at):
+        if from_feet and len(at):
             normal, depth = self._over_soft(at, one, other)
-            at, normal, depth = at[depth > 0.0], normal[depth > 0.0], depth[depth > 0.0]
+        if self.start is not None:
+            depth = self.start.reduce(at, depth)
+        at, normal, depth = at[depth > 0.0], normal[depth > 0.0], depth[depth > 0.0]
         if not len(at):
             return False
         area = self._found[at, SHARE] * self._counts[at] * self.one.weights()[at]
@@ -154,10 +162,11 @@ class HalfPair:
 
 
 class SurfacePair(Touch):
-    """Two surfaces that touch.
+    """Two surfaces that touch. Each asks the other with its points; a sheet asks alone: of two halves one may not overlap, and
+    half of its damper does not stop its nodes.
 
-    friction, courant, swing, cell: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0; thickness:
-    of a slice [m]. seams: of a periodic grid.
+    friction, courant, swing, cell, step: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0;
+    thickness: of a slice [m]. seams: of a periodic grid.
     """
 
     def __init__(
@@ -171,13 +180,17 @@ class SurfacePair(Touch):
         name: str | None = None,
         cell: float = np.inf,
         seams: Sequence[Seam] = (),
+        step: float = 0.0,
     ) -> None:
-        super().__init__(surfaces, OverlapLaw(surfaces, friction, courant, swing, cell), name)
+        super().__init__(surfaces, OverlapLaw(surfaces, friction, courant, swing, cell, step), name)
         one, other = surfaces
-        fine = [1.0 / float(np.median(surface.reach)) ** 2 for surface in surfaces]
+        asking = [(one, other), (other, one)]
+        if one.is_sheet != other.is_sheet:
+            asking = [(first, second) for first, second in asking if first.is_sheet]
+        fine = [1.0 / float(np.median(first.reach)) ** 2 for first, _ in asking]
         self._halves = []
-        for first, second, share in ((one, other, fine[0]), (other, one, fine[1])):
-            meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness)
+        for (first, second), share in zip(asking, fine, strict=True):
+            meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness, first.is_sheet)
             self._halves.append(HalfPair(first, second, meeting, share / sum(fine), self.law.stop is not None, seams))
 
     def find(self, described: dict[int, Described]) -> bool:
@@ -187,6 +200,9 @@ class SurfacePair(Touch):
         for half in self._halves:
             found |= half.find(described[id(half.one)], described[id(half.other)])
         return found
+
+    def start_overlaps(self) -> list[StartOverlap]:
+        return [half.start for half in self._halves if half.start is not None]
 
     def way(self) -> np.ndarray:
         """The unit vector along which the overlap found pushes in the mean, (3,), either way."""
@@ -296,6 +312,12 @@ class SurfacePairs:
             if change <= SETTLED * max(float(np.abs(surface.pushed).max()) for surface in self.surfaces):
                 break
 
+    def touching(self) -> Iterator[tuple[ContactSurface, np.ndarray]]:
+        """Yield surfaces and the places of their points that overlap with others [m], shape (n, 3)."""
+        for pair in self._pairs:
+            for overlap in pair.overlaps():
+                yield overlap.one, overlap.one.place[overlap.listed]
+
     def impulses(self) -> dict[str, np.ndarray]:
         """On the first body of each pair with a name over this step [N s], (3,)."""
         total: dict[str, np.ndarray] = {}
@@ -307,7 +329,11 @@ class SurfacePairs:
     def state_numbers(self) -> dict[str, object]:
         """What a checkpoint keeps."""
         stops = [pair.law.stop.state_numbers() for pair in self._pairs if pair.law.stop]
-        return {"energy": self.energy.state_numbers(), "stops": stops}
+        starts = [start.state_numbers() for start in self._start_overlaps()]
+        return {"energy": self.energy.state_numbers(), "stops": stops, "starts": starts}
+
+    def _start_overlaps(self) -> list[StartOverlap]:
+        return [start for pair in self._pairs for start in pair.start_overlaps()]
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
         """Go on from a checkpoint."""
@@ -315,6 +341,8 @@ class SurfacePairs:
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):
             stop.restore(kept)
+        for start, kept in zip(self._start_overlaps(), numbers["starts"], strict=True):
+            start.restore(kept)
 
     def external_work(self) -> float:
         """What walls that move did over this step [J]."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import Overlap, OverlapLaw
+from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap
 
 
 class Touch(ABC):
@@ -31,6 +31,10 @@ class Touch(ABC):
     @abstractmethod
     def overlaps(self) -> list[Overlap]:
         """The overlaps found."""
+
+    def start_overlaps(self) -> list[StartOverlap]:
+        """Return the overlaps of the start that exert no pressure, of surfaces that have such."""
+        return []
 
     @property
     def stops_apart(self) -> bool:

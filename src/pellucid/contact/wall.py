@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import Overlap, OverlapLaw, rests_on_flat_side, stop_apart
+from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap, rests_on_flat_side, stop_apart
 from pellucid.contact.touch import Touch
 
 
@@ -31,7 +31,7 @@ class WallPlane:
 
 
 class WallContact(Touch):
-    """A surface that touches a plane. friction, courant, swing: see `OverlapLaw`."""
+    """A surface that touches a plane. friction, courant, swing, step: see `OverlapLaw`."""
 
     def __init__(
         self,
@@ -42,10 +42,12 @@ class WallContact(Touch):
         swing: float = 0.0,
         name: str | None = None,
         cell: float = np.inf,
+        step: float = 0.0,
     ) -> None:
-        super().__init__((surface,), OverlapLaw((surface,), friction, courant, swing, cell), name)
+        super().__init__((surface,), OverlapLaw((surface,), friction, courant, swing, cell, step), name)
         self.plane, self._work = plane, 0.0
         self._overlap: Overlap | None = None
+        self._start = StartOverlap(len(surface.place)) if surface.is_sheet else None
 
     def begin(self, time: float, passing: float) -> None:
         """Move the plane to where it is."""
@@ -64,6 +66,9 @@ class WallContact(Touch):
         # as beside another surface that is flat: sides of a body across the plane do not touch it
         counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
         at = np.flatnonzero((depth > 0.0) & (counts > 0.0) & (sizes > 0.0))
+        if self._start is not None:
+            depth[at] = self._start.reduce(at, depth[at])
+            at = at[depth[at] > 0.0]
         if not len(at):
             return False
         normal = np.broadcast_to(plane.normal, (len(at), 3))
@@ -78,6 +83,9 @@ class WallContact(Touch):
             apart=stop_apart(surface) and rests_on_flat_side(surface, at),
         )
         return True
+
+    def start_overlaps(self) -> list[StartOverlap]:
+        return [] if self._start is None else [self._start]
 
     def way(self) -> np.ndarray:
         """Its normal."""

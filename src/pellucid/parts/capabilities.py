@@ -177,6 +177,10 @@ class HasContactSurface(Protocol):
     def make_contact_surface(self, column: int) -> "ContactSurface | None":
         """Make the surface by which others touch it, whose forces do work in this column; None where it has none."""
 
+    def encloses(self, places: np.ndarray) -> bool:
+        """Return True if its surface is closed and all of these places [m], shape (n, 3), lie inside."""
+        return False
+
 
 @runtime_checkable
 class BoundByContact(Protocol):

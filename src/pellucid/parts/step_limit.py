@@ -88,6 +88,13 @@ def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
     return StepLimit(1.0 / rate, cause, f"it swings on {what} within {1.0 / rate:.3g} s")
 
 
+def springs_of_contact(rate: float) -> StepLimit:
+    """Return the limit by springs of contact that are as stiff as the first step of the body allows, at its rate then [1/s]."""
+    if rate <= 0.0:
+        return NO_LIMIT
+    return StepLimit(1.0 / rate, "contact", "the springs of its contact are as stiff as its step at the start allows")
+
+
 def fall_through_cells(step: float) -> StepLimit:
     """The time in which what falls from rest passes a cell [s]."""
     return StepLimit(step, "gravity", f"what falls from rest passes a cell in {step:.3g} s")

@@ -28,7 +28,7 @@ def coarse_indenters(case: Case) -> Iterator[str]:
             if one.field == other.field:
                 continue
             faces = other.faces_pressed()
-            if faces is None and not other.deforms_in_contact:
+            if other.is_surface or (faces is None and not other.deforms_in_contact):
                 continue
             box = _with_images(_within(one.bounds(), case.grid), planes, case.grid.cell)
             radius, spacing = _radius_and_spacing(box, _within(other.bounds(), case.grid), faces, case.grid)

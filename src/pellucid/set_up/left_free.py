@@ -34,8 +34,9 @@ def passed_walls(case: Case) -> Iterator[str]:
         if passing and not wall.bodies:
             holds = ", ".join(f'"{body.name}"' for body in wall.touching(case.body))
             name = f"wall {wall.name or number + 1}"
+            kinds = "material points, meshless solids and membranes of elements"
             yield (
-                f"{name} does not hold {listed(passing)}: material points and meshless solids touch walls, others pass through "
-                f"them; use a support on a face of the grid or a held body in place of the wall, or, where they are to pass, "
-                f"name in `bodies` what it holds: bodies = [{holds}]"
+                f"{name} does not hold {listed(passing)}: {kinds} touch walls, others pass through them; use a support on a "
+                f"face of the grid or a held body instead of the wall, or, where they are to pass, name in `bodies` what it "
+                f"holds: bodies = [{holds}]"
             )

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations, product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.symmetry import seams, symmetry_planes
@@ -17,9 +17,10 @@ from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
 from pellucid.energy import WorkLayout
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.parts.body import Body
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface
 from pellucid.simulation.assembly import Built, has_several_fields, models_by_field
-from pellucid.simulation.walls import Surfaces, wall_contacts
+from pellucid.simulation.walls import Surfaces, courant_of, wall_contacts
 
 if TYPE_CHECKING:
     from pellucid.case import Case
@@ -37,7 +38,7 @@ def contacts_of(
     gravity, column = case.largest_gravity, layout.surface_contact
     surfaces = {} if column is None else _surfaces_of(case, built, column)
     ends = seams(case.grid) if surfaces else []
-    pairs, touching = _pairs_of(fields, built, case.contact, surfaces, gravity, case.time.courant, ends)
+    pairs, touching = _pairs_of(fields, built, case, surfaces, gravity, ends)
     planes = symmetry_planes(case.support, case.grid) if touching else []
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
     surface_pairs = SurfacePairs([*touching, *walls], planes, ends if touching else [])
@@ -48,21 +49,21 @@ def contacts_of(
 
 
 def _fields_may(case: "Case") -> bool:
-    """Return True if surfaces of two velocity fields may touch.
-
-    Both are of material points that do not flow, or one is of bodies that do not deform, as rigid or led ones.
-    """
+    """Return True if bodies of two velocity fields may touch by surfaces: they have such, are rigid or follow a motion."""
     led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
-    members = list(models_by_field(case).values())
-    soft = sum(all(model.deforms_in_contact for model in models) for models in members)
-    return soft > 1 or (len(members) > 1 and any(all(model.name in led for model in models) for models in members))
+    members = models_by_field(case).values()
+    return sum(any(model.deforms_in_contact or model.name in led for model in models) for models in members) > 1
 
 
 def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
-    """Make the surfaces of bodies by which walls touch them, or bodies of other fields that all have one; column: of the work
-    of forces between surfaces."""
-    able = {body.name: body for body, _ in built.values() if isinstance(body, HasContactSurface) and body.has_surface}
-    fields = [names for members in models_by_field(case).values() if (names := {body.name for body in members}) <= able.keys()]
+    """Make the surfaces of bodies that walls may touch, or bodies of other fields; column: of the work of forces between
+    surfaces."""
+    able = {name: body for name, (body, _) in built.items() if _has_surface(body)}
+    fields = [
+        {model.name for model in members if model.name in able}
+        for members in models_by_field(case).values()
+        if _have_surfaces([built[model.name][0] for model in members])
+    ]
     names = {body.name for wall in case.wall for body in wall.touching(case.body)}.union(*(fields if len(fields) > 1 else []))
     surfaces = {name: body.make_contact_surface(column) for name, body in able.items() if name in names}
     ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.where]
@@ -76,20 +77,19 @@ def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
 def _pairs_of(
     fields: Sequence[VelocityField],
     built: Built,
-    contacts: Sequence[Contact],
+    case: "Case",
     surfaces: Surfaces,
     gravity: float,
-    courant: float,
     ends: Sequence[Seam],
 ) -> tuple[list[ContactPair], list[SurfacePair]]:
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
-    gravity: largest [m/s²]; courant: of the case; ends: seams of a periodic grid. Two fields touch by their surfaces where all
+    gravity: largest [m/s²]; ends: seams of a periodic grid. Two fields touch by their surfaces where all
     of their bodies have one that serves, and not all are membranes, whose sides tell nothing of each other; else on the nodes
-    of the grid.
+    of the grid, as fluids do.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
-    named = {tuple(built[name][1] for name in contact.between): contact for contact in contacts}
+    named = {tuple(built[name][1] for name in contact.between): contact for contact in case.contact}
     pairs, touching = [], []
     for one, other in combinations(fields, 2):
         if (other, one) in named:  # so that the first is the first named
@@ -98,15 +98,26 @@ def _pairs_of(
         found = [[surfaces.get(body.name) for body in members[field]] for field in (one, other)]
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
         if (
-            len(known) == len(found[0]) + len(found[1])
+            all(_have_surfaces(members[field]) for field in (one, other))
+            and len(known) == sum(_has_surface(body) for field in (one, other) for body in members[field])
             and all(surface.is_hard or surface.serves_deformed for surface in known)
             and not all(surface.two_sided for surface in known)
         ):
-            touching += _surface_pairs(one.grid, found, contact, gravity, courant, ends)
+            touching += _surface_pairs(one.grid, found, contact, gravity, case, ends)
         else:
             met = {field: [met for body in bodies if (met := body.contact_body)] for field, bodies in members.items()}
             pairs.append(_pair((one, other), met, contact))
     return pairs, touching
+
+
+def _has_surface(body: Body) -> TypeGuard[HasContactSurface]:
+    return isinstance(body, HasContactSurface) and body.has_surface
+
+
+def _have_surfaces(bodies: Sequence[Body]) -> bool:
+    """Whether others touch the bodies of a velocity field by surfaces alone: each has one, or lies within one that has."""
+    having = [body for body in bodies if _has_surface(body)]
+    return all(_has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
 
 
 def _surface_pairs(
@@ -114,7 +125,7 @@ def _surface_pairs(
     found: Sequence[Sequence[ContactSurface | None]],
     contact: Contact | None,
     gravity: float,
-    courant: float,
+    case: "Case",
     ends: Sequence[Seam],
 ) -> list[SurfacePair]:
     friction, name = 0.0, None
@@ -125,7 +136,8 @@ def _surface_pairs(
     for one, other in product(*found):
         if one is not None and other is not None:
             swing = swing_of(grid.lattice.cell, gravity, one.speed() + other.speed())
-            how = friction, dimension, grid.slice_thickness, courant, swing, name, grid.lattice.cell, ends
+            steps = courant_of(case), swing, name, grid.lattice.cell, ends, case.time.step or 0.0
+            how = friction, dimension, grid.slice_thickness, *steps
             pairs.append(SurfacePair((one, other), *how))
     return pairs
 

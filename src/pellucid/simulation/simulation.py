@@ -192,6 +192,7 @@ class Simulation:
         if self.contact_pairs:
             self._watch.contact(self.contact_pairs, self.clock)
         else:  # beside impulses of contact on nodes, which have no balance of their own
+            self._watch.surfaces(self.surface_pairs, self.clock)
             self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
 
     def __iter__(self) -> Iterator["Simulation"]:

@@ -46,10 +46,15 @@ def wall_contacts(
             if surface.rigid_mass < np.inf:
                 swing = swing_of(cell, gravity, surface.speed() + float(np.linalg.norm(plane.velocity)))
             friction = coefficient(wall.kind, wall.friction)
-            contact = WallContact(surface, plane, friction, case.time.courant, swing, wall.name, cell)
+            contact = WallContact(surface, plane, friction, courant_of(case), swing, wall.name, cell, case.time.step or 0.0)
             _refuse_pressed(contact, body, cell, f"wall.{number}.bodies")
             contacts.append(contact)
     return contacts
+
+
+def courant_of(case: "Case") -> float:
+    """Return the fraction of the largest stable step that the steps of a case take."""
+    return case.steady.courant if case.steady else case.time.courant
 
 
 def _refuse_pressed(contact: WallContact, body: Body, cell: float, path: str) -> None:

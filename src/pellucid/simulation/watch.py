@@ -14,6 +14,7 @@ from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import FIRST_JUDGED, AngularBalance, EnergyBudget
 from pellucid.errors import RunStopped
 from pellucid.grid.velocity_field import VelocityField
@@ -102,6 +103,14 @@ class Watch:
         for body, nodes in pairs.touching():
             text = body.contact_warning(nodes) if isinstance(body, WarnsOfContact) else None
             if text is not None:
+                return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+
+    def surfaces(self, pairs: SurfacePairs, clock: Clock) -> None:
+        """Look now and then at surfaces that touch others."""
+        if clock.n_steps % INTERVAL or "contact" in self.warned:
+            return
+        for surface, places in pairs.touching():
+            if (text := surface.contact_warning(places)) is not None:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def states(self, bodies: Sequence[Body], clock: Clock) -> None:

@@ -53,7 +53,7 @@ def test_only_those_that_touch_count():
     assert body.contact_warning(np.array([far])) is None
 
 
-def falling_on(stiffness, steps=300):
+def falling_on(stiffness, steps=600):
     """A run in which a block falls on a sheet of elements as long as a cell, held at its sides."""
     own = sheet(edges=((6, 0, 0), (0, 6, 0)), points=(7, 7), kind="membrane-elements", field="own")
     own["surface"]["rectangle"]["corner"] = (2.0, 2.0, 6.0)
@@ -65,7 +65,7 @@ def falling_on(stiffness, steps=300):
         for name, (low, high) in zip("ab", sides, strict=True)
     ]
     quiet = {"warn": 1e3, "stop": 1e4}
-    sim = simulation(own, block, counts=(10, 10, 8), motion=motion, step=0.01, end=10.0, energy=quiet)
+    sim = simulation(own, block, counts=(10, 10, 8), motion=motion, step=0.005, end=10.0, energy=quiet)
     advance(sim, steps)
     return sim
 
@@ -84,5 +84,5 @@ def test_a_run_tells_once_and_remembers_that_it_did():
 def test_a_run_with_short_elements_says_nothing():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        sim = falling_on(stiffness=4e4, steps=200)
+        sim = falling_on(stiffness=4e4, steps=400)
     assert sim.bodies[0].arrays["position"][:, 2].min() < 4.5, "it carries the block down, and its elements grow by a fifth"

@@ -79,6 +79,15 @@ class MembraneElementsCase(MembraneCase):
         """Whether springs keep its area or volume."""
         return self.area_stiffness + self.volume_stiffness > 0.0
 
+    def why_no_wall(self) -> Reason | None:
+        """Return None: its nodes touch walls."""
+        return None
+
+    @property
+    def deforms_in_contact(self) -> bool:
+        """Whether other bodies touch it by its surface though it deforms."""
+        return True
+
     def owns_nodes(self, alone: bool) -> bool:
         """Its nodes move by themselves where no other body shares their velocity field."""
         return alone

@@ -1,6 +1,6 @@
 """Membranes of finite elements in a velocity field with other bodies: the nodes of the grid move them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,21 +10,24 @@ from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
 from pellucid.bodies.membranes.bending import Resistance
 from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
 from pellucid.bodies.membranes.plate_bending import PlateBending
+from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
 from pellucid.bodies.power import power
 from pellucid.contact.contact_body import WarnsOfContact
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import FIRST_LOAD
+from pellucid.geometry.algorithms.enclosure import inside
 from pellucid.grid.model import GridCase
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.parts.capabilities import TakesPressure
-from pellucid.parts.step_limit import StepLimit, bending_in_cells, tightest
+from pellucid.parts.capabilities import BoundByContact, HasContactSurface, TakesPressure
+from pellucid.parts.step_limit import StepLimit, bending_in_cells, springs_of_contact, tightest
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 
-class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, WarnsOfContact):
+class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurface, BoundByContact, WarnsOfContact):
     """Elements that share a velocity field: their nodes are points of it, as those of membrane points are.
 
     Mass, momentum and nodal forces go to the nodes of the grid, velocities are gathered, and the elements are strained
@@ -32,6 +35,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, WarnsOfContact
     """
 
     sorting_cost = 3.0  # few of its passes go by vectors
+    sheet: PointsOfNodes | None = None
+    """Its contact surface."""
 
     def __init__(
         self,
@@ -52,6 +57,11 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, WarnsOfContact
             "volume": surface.mesh.at_nodes(surface.arrays["volume"]),  # for contact of its field with others
         }
         functions = membrane_functions(grid_case, isinstance(surface.bending, PlateBending))
+        self._closed = case.surface.closed
+        self.node_velocity = arrays["velocity"].copy()
+        """Velocity of the nodes in the last step, in the order of the mesh [m/s], shape (n, 3). It is that of the grid which
+        strains the elements: forces on the nodes of the grid do work along it."""
+        self._contact_rate = 0.0
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     @property
@@ -70,11 +80,50 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, WarnsOfContact
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from such arrays."""
         super().restore(arrays)
+        self.node_velocity[...] = arrays["node_velocity"]
+        if self.sheet is not None:
+            self.sheet.restore(arrays)
         self.surface.go_on(self.points.position)
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        surface = self.sheet.state_arrays() if self.sheet is not None else {}
+        return {**super().state_arrays(), **surface, "node_velocity": self.node_velocity}
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its elements have outgrown the cells."""
         return self.surface.overlong(self.name, self.places(), self.grid, nodes)
+
+    # contact
+
+    def make_contact_surface(self, column: int) -> PointsOfNodes | None:
+        """Return its nodes."""
+        if self.constraint is not None:
+            return None
+
+        def take(force: np.ndarray) -> None:
+            load = self.velocity_field.load_row(column - FIRST_LOAD)
+            scatter_vectors(self.n_slabs, self.mapped, force[self.arrays["id"]], load)
+
+        def vector_areas() -> np.ndarray:
+            return self.vector_areas()[self.order()]
+
+        triangles, areas = self.surface.cells.surface(), self.surface_areas()
+        how = vector_areas, areas, take, self.contact_warning
+        surface = PointsOfNodes(self.grid, triangles, self.places, lambda: self.node_velocity, *how)
+        surface.half_width = 0.5 * self.surface.thickness
+        surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
+        self.sheet = surface
+        return surface
+
+    def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
+        """Make no step longer than at the start where it touches others by its nodes."""
+        if self.sheet is not None and any(other is self.sheet for other in touching):
+            self._contact_rate = self.sheet.rate
+        else:
+            self.sheet = None
+
+    def encloses(self, places: np.ndarray) -> bool:
+        return self._closed and bool(inside(places, self.places(), self.surface.cells.surface()).all())
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals to those on the nodes of the grid."""
@@ -115,15 +164,23 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, WarnsOfContact
         self._complete("position")
         moved = self.points.position - before
         velocity = moved / dt if dt > 0.0 else moved  # without a step nothing moved
+        if dt > 0.0:
+            self.node_velocity[self.arrays["id"]] = velocity
         rate = self.surface.strain(self.points.position, velocity, dt, self.totals)
         self.totals.half_power = 0.5 * power(self._internal_forces(), velocity)
         self.arrays["volume"][:] = self.surface.mesh.at_nodes(self.element_arrays["volume"])[self.arrays["id"]]
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
-        self._bound_rate(max(rate, fastest * self.grid.lattice.inverse_cell, 1.0 / self._bending_limit().step))
+        bends = 1.0 / self._bending_limit().step
+        self._bound_rate(max(rate, fastest * self.grid.lattice.inverse_cell, bends, self._contact_rate))
 
     def signal_limit(self) -> StepLimit:
         """Waves in its elements, how its nodes cross cells, and bending waves on the grid, which moves the nodes."""
-        return tightest([self.surface.step_limit(self.grid, self.fastest()), self._bending_limit()])
+        limits = (
+            self.surface.step_limit(self.grid, self.fastest()),
+            self._bending_limit(),
+            springs_of_contact(self._contact_rate),
+        )
+        return tightest(limits)
 
     def _bending_limit(self) -> StepLimit:
         rigidity = 0.0 if self.surface.bending is None else self.surface.bending.rigidity

@@ -10,13 +10,13 @@ from pellucid.bodies.membrane_elements.membrane import ElementMembrane
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
 from pellucid.bodies.membranes.bending import support_bending
 from pellucid.bodies.own_nodes.body import ExplicitNodes
-from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
+from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces, PointsOfNodes
 from pellucid.bodies.own_nodes.kernels import CHUNK
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
 from pellucid.parts.capabilities import HasContactSurface, TakesPressure
 from pellucid.parts.placement import Placement
-from pellucid.parts.step_limit import StepLimit, bending_in_mesh, told
+from pellucid.parts.step_limit import StepLimit, bending_in_mesh, springs_of_contact, told
 
 if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
@@ -67,12 +67,13 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         rate = self.surface.strain(self.arrays["position"], self.arrays["velocity"], dt, self.totals)
         self._find_forces()
         self._count_power()
-        self.totals.rate = max(hypot(rate, self._bending_rate), self.motion.crossing)
+        self.totals.rate = max(hypot(rate, self._bending_rate), self.motion.crossing, self.contact_rate)
 
     def step_limit(self) -> StepLimit:
         """Waves in its elements, and how its nodes cross cells."""
         limits = [self.surface.step_limit(self.grid, max(self.fastest(), self.motion.top_speed))]
-        return told(self.totals.rate, [*limits, *([bending_in_mesh(self._bending_rate)] if self._bending_rate > 0.0 else [])])
+        bends = [bending_in_mesh(self._bending_rate)] if self._bending_rate > 0.0 else []
+        return told(self.totals.rate, [*limits, *bends, springs_of_contact(self.contact_rate)])
 
     def _find_forces(self) -> None:
         self.motion.internal.fill(0.0)
@@ -87,18 +88,22 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
 
     # contact
 
-    def make_contact_surface(self, column: int) -> PointsOfFaces | None:
-        """Points of its elements, where prescribed motions lead all of it. Of a membrane that moves by itself contact asks the
-        nodes of the grid: its impacts do not rebound, and folds have no side."""
-        if self.grid is None or not self.follows:
+    def make_contact_surface(self, column: int) -> PointsOfFaces | PointsOfNodes | None:
+        """Return its nodes; points of its elements where prescribed motions lead all nodes."""
+        if self.grid is None:
             return None
         position, velocity, loads = self.arrays["position"], self.arrays["velocity"], self.motion.loads[column - FIRST_LOAD]
 
         def take(force: np.ndarray) -> None:
             loads[...] += force
 
-        triangles = self.surface.cells.surface()
-        surface = PointsOfFaces(self.grid, triangles, lambda: position, lambda: velocity, take, self.follows)
+        grid, triangles, places = self.grid, self.surface.cells.surface(), (lambda: position, lambda: velocity)
+        surface: PointsOfFaces | PointsOfNodes
+        if self.follows:
+            surface = PointsOfFaces(grid, triangles, *places, take, hard=True)
+        else:
+            how = self.vector_areas, self.surface_areas(), take, self.contact_warning
+            surface = PointsOfNodes(grid, triangles, *places, *how)
         surface.two_sided, surface.half_width = True, 0.5 * self.surface.thickness
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
         self.contact_surface = surface

@@ -28,7 +28,7 @@ from pellucid.parts.body import in_metres
 from pellucid.parts.capabilities import HasContactSurface, HasMesh
 from pellucid.parts.placement import Placement
 from pellucid.parts.relaxable import SLOWER_LOADS, Springs
-from pellucid.parts.step_limit import StepLimit, motion_in_cells, told, waves_in_mesh
+from pellucid.parts.step_limit import StepLimit, motion_in_cells, springs_of_contact, told, waves_in_mesh
 from pellucid.state import with_owner
 
 if TYPE_CHECKING:
@@ -174,14 +174,14 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
 
     def _bound_step(self) -> None:
         wear = self._volume_inertia.rate if self._volume_inertia else 0.0
-        self.totals.rate = max(0.5 * OVERESTIMATE * self._fastest.frequency, self.motion.crossing, wear)
+        self.totals.rate = max(0.5 * OVERESTIMATE * self._fastest.frequency, self.motion.crossing, wear, self.contact_rate)
 
     def step_limit(self) -> StepLimit:
         """Waves in its mesh, and how its nodes cross cells."""
         modes = waves_in_mesh(0.5 * OVERESTIMATE * self._fastest.frequency, self._case.wave_speeds()[0], "wave")
         crossing = self.motion.crossing
         moves = [motion_in_cells(self.grid.lattice.cell, crossing * self.grid.lattice.cell)] if self.grid else []
-        return told(self.totals.rate, [modes, *moves])
+        return told(self.totals.rate, [modes, *moves, springs_of_contact(self.contact_rate)])
 
     def renew_totals(self) -> None:
         """Find the totals of the state as it is, and its largest frequency from the start."""

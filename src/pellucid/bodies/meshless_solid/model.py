@@ -117,6 +117,11 @@ class MeshlessSolidCase(DampedModel):
 
         return MeshlessSolid(self, placement)
 
+    @property
+    def deforms_in_contact(self) -> bool:
+        """Whether other bodies touch it by its surface though it deforms."""
+        return True
+
     def why_no_wall(self) -> Reason | None:
         """It touches walls by points on its outer faces."""
         return None

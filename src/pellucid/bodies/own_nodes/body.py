@@ -7,16 +7,18 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from pellucid.approximants import grid_functions
-from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
+from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces, PointsOfNodes
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.own_nodes.kernels import Drag
 from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.bodies.own_nodes.overruled import Overruled, overruled, warning
 from pellucid.contact.contact_body import ContactBody, TakesSecondImpulses
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import StepWork, Totals
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.jit.bundle import Bundle
 from pellucid.parts.capabilities import (
+    BoundByContact,
     NodalSupport,
     ReleasesSupports,
     TakesDrag,
@@ -35,6 +37,7 @@ FREE = (False, False, False)
 
 class ExplicitNodes(
     NodalBody,
+    BoundByContact,
     TakesExternalForces,
     TakesGravity,
     TakesDrag,
@@ -50,8 +53,10 @@ class ExplicitNodes(
     A kind of body finds the internal forces, `motion.internal`, and its stresses and energies.
     """
 
-    contact_surface: PointsOfFaces | None = None
-    """By which others touch it, where that is not told by the nodes of the grid."""
+    contact_surface: PointsOfFaces | PointsOfNodes | None = None
+    """Surface by which others touch it, where that is not on the nodes of the grid."""
+    contact_rate = 0.0
+    """Reciprocal of the longest step for which the springs of contact are stable [1/s]."""
 
     def __init__(
         self,
@@ -211,6 +216,15 @@ class ExplicitNodes(
         return float(np.linalg.norm(left)), float(np.linalg.norm(force))
 
     # contact
+
+    def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
+        """Leave its surface where that touches nothing; else no step becomes longer than at the start, for which springs of
+        contact are as stiff as steps allow."""
+        surface = self.contact_surface
+        if surface is None or not any(other is surface for other in touching):
+            self.contact_surface, self.contact_rate = None, 0.0
+        elif not surface.is_hard:
+            self.contact_rate = surface.rate
 
     @property
     def on_grid(self) -> ContactBody | None:

@@ -1,7 +1,12 @@
-"""The surfaces of bodies with their own nodes, by which others touch them: points within the triangles between these.
+"""Contact surfaces of bodies with their own nodes.
 
-A triangle is divided into n² equal ones, as small as asked, and has a point in the middle of each. Points follow its corners
-and hand forces on to these by their shares in it, so that they lie on the surface and others do not pass between the nodes.
+Solids, and membranes whose motion is prescribed, have points within the triangles between their nodes (`PointsOfFaces`). A
+triangle is divided into n² equal ones, as small as needed, with a point in the middle of each. Points follow the corners and
+pass forces on to them by their shares, so that they lie on the surface and other bodies do not pass between the nodes.
+
+Membranes that deform have points at their nodes (`PointsOfNodes`), because their mass is lumped there: a damper that is
+critical for the mass of a node stops it within a step. Points in the middle of triangles would leave patterns of nodes free
+that move no such point, and nodes would rebound.
 """
 
 from collections.abc import Callable
@@ -10,10 +15,12 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.overlong import nodes_about
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.lattice import Grid
 
 SPACINGS = 2.5  # between points, over which the weights of one reach
+ITERATIONS, ABOVE = 60, 1.02  # of a power iteration, and the factor by which its result may be too low
 LONGEST = 1.0  # cells: longest edge of the equal triangles
 
 
@@ -23,6 +30,8 @@ class PointsOfFaces(ContactSurface):
     triangles: corners, shape (t, 3); places, velocities: give those of the corners [m], [m/s], shape (n, 3); take: gives the
     body forces on the corners [N], shape (n, 3). hard: whether all nodes follow prescribed motions.
     """
+
+    serves_deformed = True
 
     def __init__(
         self,
@@ -49,6 +58,11 @@ class PointsOfFaces(ContactSurface):
         self.reach = SPACINGS * (edges / parts)[owner]
         self.place, self.velocity, self.area, self.slip = (np.zeros((m, 3)) for _ in range(4))
         self.begin()
+        self._weights = self.sizes()
+
+    def weights(self) -> np.ndarray:
+        """The areas at the start [m²] where the body deforms."""
+        return self.sizes() if self.is_hard else self._weights
 
     def begin(self) -> None:
         """Follow the corners; across thin axes nothing varies."""
@@ -62,10 +76,88 @@ class PointsOfFaces(ContactSurface):
         """To the corners."""
         self._take(self._to_corners @ force)
 
-    def per_area(self, amount: np.ndarray) -> float:
-        """What the corners have, shape (n,), over the area that they share: the median of those that have any."""
-        area = self._to_corners @ self.sizes()
-        return float(np.median(amount[area > 0.0] / area[area > 0.0]))
+    def mass_per_area_of(self, values: sparse.csr_array, mass: np.ndarray) -> float:
+        """Return the mass per area of the surface that is fastest to respond to springs on all points [kg/m²].
+
+        It is 1/λ for the largest eigenvalue λ of M⁻¹ Sᵀ N A Nᵀ S, with the shares S of the nodes in the points, the normals N
+        and areas A of these.
+
+        Parameters
+        ----------
+        values
+            Shares of the nodes in the corners, shape (corners, nodes).
+        mass
+            Masses M of the nodes [kg].
+        """
+        shares, normal = sparse.csr_array(self._shares @ values), self.normals()
+        vector, largest = shares.T @ normal, 0.0
+        for _ in range(ITERATIONS):
+            vector /= np.linalg.norm(vector)
+            along = np.einsum("ij,ij->i", self.area, shares @ vector)
+            vector = (shares.T @ (along[:, None] * normal)) / mass[:, None]
+            largest = float(np.linalg.norm(vector))
+        return 1.0 / (ABOVE * largest)
+
+
+class PointsOfNodes(ContactSurface):
+    """The nodes of a membrane as contact points.
+
+    Parameters
+    ----------
+    grid
+        Grid of the case; its thin axes have no contact.
+    triangles
+        Corners of the triangles of the membrane, shape (t, 3).
+    places, velocities, vector_areas
+        Functions that return the places [m], velocities [m/s] and shares of the vector area [m²] of the nodes, shape (n, 3).
+    weights
+        Shares of the area of the nodes at the start [m²], shape (n,).
+    take
+        Function that adds forces on the nodes [N], shape (n, 3).
+    warning
+        `contact_warning` of the body.
+    """
+
+    serves_deformed = True
+    two_sided = True
+
+    def __init__(
+        self,
+        grid: Grid,
+        triangles: np.ndarray,
+        places: Callable[[], np.ndarray],
+        velocities: Callable[[], np.ndarray],
+        vector_areas: Callable[[], np.ndarray],
+        weights: np.ndarray,
+        take: Callable[[np.ndarray], None],
+        warning: Callable[[np.ndarray], str | None],
+    ) -> None:
+        self._grid, self._warning = grid, warning
+        self._places, self._velocities, self._vector_areas, self._take = places, velocities, vector_areas, take
+        self._thin, self._weights, n = np.array(grid.thin), weights, len(weights)
+        self._middle = np.array(grid.lattice.lower) + 0.5 * grid.slice_thickness
+        corners = np.where(self._thin, 0.0, places())[triangles]
+        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        self.reach = np.full(n, SPACINGS * float(np.median(longest)))
+        self.place, self.velocity, self.area, self.slip = (np.zeros((n, 3)) for _ in range(4))
+        self.begin()
+
+    def weights(self) -> np.ndarray:
+        """Shares of the area at the start [m²]."""
+        return self._weights
+
+    def begin(self) -> None:
+        """Follow the nodes; nothing varies along thin axes."""
+        self.place[...], self.velocity[...], self.area[...] = self._places(), self._velocities(), self._vector_areas()
+        self.place[:, self._thin] = self._middle[self._thin]
+        self.area[:, self._thin] = 0.0
+
+    def contact_warning(self, places: np.ndarray) -> str | None:
+        return self._warning(nodes_about(self._grid, places).ravel())
+
+    def add_forces(self, force: np.ndarray) -> None:
+        """Add forces to those on the nodes."""
+        self._take(force)
 
 
 def _middles(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -82,7 +82,7 @@ class Skin(HasFaces, WarnsOfContact):
             return np.asarray(self._values @ self._velocity)
 
         surface = PointsOfFaces(grid, self._triangles, lambda: self._x, velocities, take, hard)
-        surface.mass_per_area = surface.per_area(self._point_mass[:, 0])
+        surface.mass_per_area = surface.mass_per_area_of(self._values, self._mass[:, 0])
         return surface
 
     def _follow(self) -> None:
