@@ -5,7 +5,7 @@ import pytest
 from small_cases import RATE_SOLID, box, simulation
 
 from pellucid.contact import proximity
-from pellucid.contact.proximity import COLUMNS, GAP, SHARE, Asking, Meeting, Neighbourhood, Points
+from pellucid.contact.proximity import COLUMNS, GAP, SHARE, Asking, Candidates, FoundFeet, Meeting, Neighbourhood, Points
 
 STIFF = RATE_SOLID | {"young_modulus": 4e6}
 SIZE = {"counts": (40, 20, 1), "cell": 0.05, "functions": "gimp", "thickness": 1.0, "gravity": (0, -9.81, 0)}
@@ -56,13 +56,13 @@ def test_a_lone_point_tells_no_slope():
     """Its place is the foot of all that lie beside it."""
     lone = Points(np.array([[0.3, 0.0, 0.5]]), np.array([[0.0, 1.0, 0.0]]), np.array([2.0]), np.array([1.0]))
     places, normals = np.array([[0.1, -0.02, 0.5], [0.55, -0.01, 0.5]]), np.tile([0.0, -1.0, 0.0], (2, 1))
-    order = np.zeros(1, np.int64)
-    bins = proximity.Bins(np.array([-1.0, -1.0, -1.0]), 4.0, (1, 1, 1), np.array([0, 1]), order)
+    both = Candidates(np.arange(2), np.array([0, 1, 2]), np.zeros(2, np.int64))
     meeting, found = Meeting((False, False), 1.0, 1, 1.0), np.zeros((2, COLUMNS))
-    about = Neighbourhood(Asking(places, normals), lone, bins, meeting)
-    proximity.find_beside(1, about, found)
+    about = Neighbourhood(Asking(places, normals), lone, both, meeting)
+    proximity.find_beside(1, about, 0.0, found)
     assert found[:, GAP] == pytest.approx([-0.02, -0.01])
     assert (found[:, SHARE] > 0.0).all()
-    feet = np.zeros((2, 3))
-    proximity.exchange(about, found, np.arange(2), feet, lone.place, False)
-    assert feet == pytest.approx(np.tile(lone.place, (2, 1)), abs=1e-9)
+    of_points = np.zeros(2, np.int64), np.zeros((2, 3)), np.zeros(3, np.int64), np.zeros(2, np.int64), np.zeros(2)
+    feet = FoundFeet(*of_points)
+    assert proximity.find_feet(about, found, np.ones(2), 0.0, feet) == (2, 2)
+    assert feet.place == pytest.approx(np.tile(lone.place, (2, 1)), abs=1e-9)

@@ -2,16 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 
-WHOLLY = sqrt(2.0)
-"""Reaches within which all points with weight lie. Boxes of one reach leave some out, by where they lie: where there are images
-too, bodies that are moved together by a cell would not meet as before."""
 ACROSS = 2.0  # of the largest reach of a point, from a seam: a place beside it meets no point that is further beyond
 
 
@@ -43,7 +39,7 @@ class Described(NamedTuple):
     flip: np.ndarray  # (n - m, 3) -1 along the axes across which it is mirrored, 1 along others
     lower: np.ndarray  # (3,) of a box about the places [m],
     upper: np.ndarray  # (3,)
-    about: float = 1.0  # how far about a place others look for its points, in reaches of these
+    wraps: bool = False  # whether points come back at the other end of a periodic grid
 
     def fold(self, force: np.ndarray) -> np.ndarray:
         """Forces on the points of the surface, shape (m, 3), with those on their images, of forces on all (n, 3)."""
@@ -71,9 +67,8 @@ def describe(surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[S
         found.add(np.flatnonzero(np.abs(found.place[:, axis] - at) < found.reach), across, 2.0 * at * np.eye(3)[axis])
     place = found.place
     ends = place.min(axis=0, initial=np.inf), place.max(axis=0, initial=-np.inf)
-    about = WHOLLY if seams else 1.0
     of_images = found.point[m:], found.flip[m:]
-    return Described(place, found.normal, found.size, found.reach, found.velocity, *of_images, *ends, about)
+    return Described(place, found.normal, found.size, found.reach, found.velocity, *of_images, *ends, len(seams) > 0)
 
 
 @dataclass

@@ -25,11 +25,14 @@ from pellucid.jit.local import zeros
 from pellucid.jit.loops import parallel_loop
 
 CHUNK = 256  # points that a thread takes at a time
+CLEAR = 0.5  # of the reach: distance from the plane of the nearest point, beyond which a place lies above the surface
 CORNER = 0.5  # cosine between the normals of two sides, below which they meet at a corner
 ALONE = 1e-4  # of the square of the reach: spread of the points in it along a surface, below which they tell no slope
-GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
-"""Columns of what is found of a point: distance [m], how much it counts, sum of the weights, normal of the other surface; and
-by how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot."""
+GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, GAIN, COLUMNS = 0, 1, 2, 3, 6, 9, 10, 11
+"""Columns of what is found of a point: distance [m], how much it counts, sum of the weights, normal of the other surface; by
+how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot; and the
+gain of `_weight`."""
+LEAST_FACING = 1e-6
 
 
 class Asking(NamedTuple):
@@ -48,14 +51,12 @@ class Points(NamedTuple):
     reach: np.ndarray  # (m,) how far along the surface the weights of a point reach [m]
 
 
-class Bins(NamedTuple):
-    """Points by the boxes of a lattice."""
+class Candidates(NamedTuple):
+    """Points of the one surface that lie beside the other, and points of the other within sight of each, in ascending order."""
 
-    lower: np.ndarray  # (3,) [m]
-    size: float  # edge of a box [m]
-    counts: tuple[int, int, int]
-    first: np.ndarray  # (boxes + 1,) of each box in `order`
-    order: np.ndarray
+    asks: np.ndarray  # (n,) points of the one
+    first: np.ndarray  # (n + 1,) of each in `near`
+    near: np.ndarray  # points of the other
 
 
 class Meeting(NamedTuple):
@@ -65,7 +66,17 @@ class Meeting(NamedTuple):
     deepest: float  # how deep a place may lie behind a plane that still counts [m]
     dimension: int  # of the surfaces: 2, in the plane 1, along a line 0
     thickness: float  # of a slice [m]
-    any_way: bool = False  # whether points of the one count whatever their normals: nodes of a sheet, which may fold
+    any_way: bool = False  # whether points of the one count whatever their normals: nodes of a sheet, which may stand on edge
+
+
+class FoundFeet(NamedTuple):
+    """Feet that `find_feet` finds, at most as many as there is room for."""
+
+    row: np.ndarray  # (n,) of `found`
+    place: np.ndarray  # (n, 3) [m]
+    first: np.ndarray  # (n + 1,)
+    point: np.ndarray  # (k,)
+    share: np.ndarray  # (k,)
 
 
 class Neighbourhood(NamedTuple):
@@ -73,37 +84,16 @@ class Neighbourhood(NamedTuple):
 
     one: Asking
     other: Points
-    bins: Bins  # of the other's points
+    candidates: Candidates
     meeting: Meeting
 
 
-@kernel()
-def count_boxes(place, lower, size, counts, box, first, order):
-    """Sort points by box; those beyond all boxes are left out. box: scratch, shape (m,)."""
-    for q in range(len(place)):
-        box[q] = 0
-        for d in range(3):
-            i = int(np.floor((place[q, d] - lower[d]) / size))
-            if i < 0 or i >= counts[d] or box[q] < 0:
-                box[q] = -1
-            else:
-                box[q] = box[q] * counts[d] + i
-        if box[q] >= 0:
-            first[box[q] + 1] += 1
-    for b in range(1, len(first)):
-        first[b] += first[b - 1]
-    for q in range(len(place)):
-        if box[q] >= 0:
-            order[first[box[q]]] = q
-            first[box[q]] += 1
-    for b in range(len(first) - 1, 0, -1):
-        first[b] = first[b - 1]
-    first[0] = 0
-
-
 @pointwise
-def _weight(other, meeting, q, x, n):
-    """The weight of point q of the other surface at a place x with normal n, its normal towards x, and x from it."""
+def _weight(other, meeting, q, x, n, gain):
+    """The weight of point q of the other surface at a place x with normal n, its normal towards x, and x from it.
+
+    gain: of the cosine between normals for nodes of a sheet, so that the one that faces it most counts wholly.
+    """
     two_sided, deepest, dimension, thickness = meeting.two_sided, meeting.deepest, meeting.dimension, meeting.thickness
     d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
     m = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2])
@@ -111,7 +101,7 @@ def _weight(other, meeting, q, x, n):
     if two_sided[1] and facing < 0.0:
         m, facing = (-m[0], -m[1], -m[2]), -facing
     if two_sided[0]:
-        facing = 1.0 if meeting.any_way else abs(facing)
+        facing = min(1.0, abs(facing) * gain) if gain > 0.0 else 1.0
     along, reach = d[0] * m[0] + d[1] * m[1] + d[2] * m[2], other.reach[q]
     apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - along * along
     if facing <= 0.0 or along < -deepest or along > reach or apart >= reach * reach:
@@ -132,61 +122,65 @@ def _beyond(other, q, x):
 
 
 @pointwise
-def _first_box(bins, x, d):
-    return max(0, min(bins.counts[d] - 1, int(np.floor((x[d] - bins.lower[d]) / bins.size)) - 1))
-
-
-@pointwise
-def _last_box(bins, x, d):
-    return max(-1, min(bins.counts[d] - 1, int(np.floor((x[d] - bins.lower[d]) / bins.size)) + 1))
-
-
-@pointwise
 def _asking(one, p):
     """The place and the normal of a point."""
     return (one.place[p, 0], one.place[p, 1], one.place[p, 2]), (one.normal[p, 0], one.normal[p, 1], one.normal[p, 2])
 
 
 @kernel(inner=True)
-def _sum_moments(about, p, s):
-    """The moments s of the weights about point p of the one surface, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d; the
-    point of the other that is nearest, and how far outside of its plane p lies."""
-    other, bins = about.other, about.bins
-    x, n = _asking(about.one, p)
+def _gain(about, e, x, n):
+    """The reciprocal of the largest cosine between the normal of a node of a sheet and those of points with weight; 0 if none
+    differs from zero: then all count."""
+    other, meeting, largest = about.other, about.meeting, 0.0
+    for r in range(about.candidates.first[e], about.candidates.first[e + 1]):
+        q = uintp(about.candidates.near[r])
+        w, m, _ = _weight(other, meeting, q, x, n, 0.0)
+        if w > 0.0:
+            largest = max(largest, abs(n[0] * m[0] + n[1] * m[1] + n[2] * m[2]))
+    return 1.0 / largest if largest > LEAST_FACING else 0.0
+
+
+@kernel(inner=True)
+def _sum_moments(about, e, clear, s):
+    """The moments s of the weights about candidate e of the one surface, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d; the
+    point of the other that is nearest, and how far outside of its plane the candidate lies."""
+    other, candidates = about.other, about.candidates
+    x, n = _asking(about.one, uintp(candidates.asks[e]))
     for a in range(17):
         s[a] = 0.0
     nearest, outside, closest = inf, 0.0, uintp(0)
-    for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
-        for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
-            for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
-                b = (i * bins.counts[1] + j) * bins.counts[2] + k
-                for r in range(bins.first[b], bins.first[b + 1]):
-                    q = uintp(bins.order[r])
-                    distance, beyond = _beyond(other, q, x)
-                    if distance < nearest and other.area[q] > 0.0:
-                        nearest, outside, closest = distance, beyond, q
-                    w, m, d = _weight(other, about.meeting, q, x, n)
-                    if w > 0.0:
-                        s[0] += w
-                        s[1] += w * (d[0] * m[0] + d[1] * m[1] + d[2] * m[2])
-                        for a in range(3):
-                            s[2 + a] += w * m[a]
-                            s[5 + a] += w * d[a]
-                            for c in range(3):
-                                s[8 + 3 * a + c] += w * d[a] * d[c]
-    return closest, outside
+    for r in range(candidates.first[e], candidates.first[e + 1]):
+        q = uintp(candidates.near[r])
+        distance, beyond = _beyond(other, q, x)
+        if distance < nearest and other.area[q] > 0.0:
+            nearest, outside, closest = distance, beyond, q
+    if abs(outside) > clear + CLEAR * other.reach[closest] and (about.meeting.two_sided[1] or outside > 0.0):
+        return closest, outside, 1.0  # it lies too far above to overlap
+    gain = _gain(about, e, x, n) if about.meeting.any_way else 1.0
+    for r in range(candidates.first[e], candidates.first[e + 1]):
+        q = uintp(candidates.near[r])
+        w, m, d = _weight(other, about.meeting, q, x, n, gain)
+        if w > 0.0:
+            s[0] += w
+            s[1] += w * (d[0] * m[0] + d[1] * m[1] + d[2] * m[2])
+            for a in range(3):
+                s[2 + a] += w * m[a]
+                s[5 + a] += w * d[a]
+                for c in range(3):
+                    s[8 + 3 * a + c] += w * d[a] * d[c]
+    return closest, outside, gain
 
 
 @parallel_loop()
-def find_beside(chunk, about, found):
-    """What lies beside the points of one surface, into `found`, shape (m, COLUMNS), where they count.
+def find_beside(chunk, about, clear, found):
+    """Find what lies beside the candidates of one surface, into `found`, shape (n, COLUMNS), where they count.
 
-    about: a `Neighbourhood`.
+    about: a `Neighbourhood`; clear: largest distance that is an overlap [m].
     """
     other, meeting, s = about.other, about.meeting, zeros(17)
-    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(about.one.place))):
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(about.candidates.asks))):
         found[p, SHARE] = 0.0
-        closest, outside = _sum_moments(about, p, s)
+        closest, outside, found[p, GAIN] = _sum_moments(about, p, clear, s)
         if s[0] <= NONE:
             continue
         size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
@@ -254,27 +248,30 @@ def _corrected(w, found, p, d):
 
 
 @kernel()
-def exchange(about, found, listed, at_feet, of_points, spreads):
-    """Between the feet of n listed points on the other surface, shape (n, 3), and the points of that about them, shape (q, 3).
+def find_feet(about, found, counts, most, feet):
+    """Find the feet on the other surface of candidates that count and overlap, or are at most so far above it [m].
 
-    spreads: whether these are forces at the feet [N], which go to the points, or velocities or places of the points, whose
-    means come to the feet.
+    counts: by how much points of the one count, shape (m,). feet: arrays to fill, `row` of `found` and `place`, shape (n, 3),
+    of each, and its shares in points of the other as in `pellucid.contact.feet`. Returns the numbers of feet and shares.
     """
-    other, bins = about.other, about.bins
-    for e in range(len(listed)):
-        p = uintp(listed[e])
-        x, n = _asking(about.one, p)
-        for i in range(_first_box(bins, x, 0), _last_box(bins, x, 0) + 1):
-            for j in range(_first_box(bins, x, 1), _last_box(bins, x, 1) + 1):
-                for k in range(_first_box(bins, x, 2), _last_box(bins, x, 2) + 1):
-                    b = (i * bins.counts[1] + j) * bins.counts[2] + k
-                    for r in range(bins.first[b], bins.first[b + 1]):
-                        q = uintp(bins.order[r])
-                        w, _, d = _weight(other, about.meeting, q, x, n)
-                        if w > 0.0:
-                            w = _corrected(w, found, p, d)
-                            for a in range(3):
-                                if spreads:
-                                    of_points[q, a] += w * at_feet[e, a]
-                                else:
-                                    at_feet[e, a] += w * of_points[q, a]
+    other, candidates, n, k = about.other, about.candidates, 0, 0
+    for e in range(len(candidates.asks)):
+        p = uintp(candidates.asks[e])
+        if not found[e, SHARE] * counts[p] > 0.0 or found[e, GAP] >= most:
+            continue
+        x, normal = _asking(about.one, p)
+        feet.row[n], feet.first[n] = e, k
+        for d in range(3):
+            feet.place[n, d] = 0.0
+        for r in range(candidates.first[e], candidates.first[e + 1]):
+            q = uintp(candidates.near[r])
+            w, _, d = _weight(other, about.meeting, q, x, normal, found[e, GAIN])
+            if w > 0.0:
+                w = _corrected(w, found, e, d)
+                feet.point[k], feet.share[k] = q, w
+                k += 1
+                for a in range(3):
+                    feet.place[n, a] += w * other.place[q, a]
+        n += 1
+    feet.first[n] = k
+    return n, k

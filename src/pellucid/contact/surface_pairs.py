@@ -23,9 +23,11 @@ from pellucid.contact import proximity
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.dead_stop import ASKEW, FACING, SETTLED
+from pellucid.contact.feet import Feet
+from pellucid.contact.following import Following
 from pellucid.contact.images import Described, Plane, Seam, describe
 from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap, mean_way, rests_on_flat_side, stop_apart
-from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, Bins, Meeting, Neighbourhood, Points
+from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, FoundFeet, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import Touch
 
 RIM = 0.01  # of the reach of points: how far beyond the rim of a plane an edge may lie that rests on it
@@ -38,7 +40,7 @@ class HalfPair:
     """The points of one surface against the other, with this share of the stiffness.
 
     by_edges: whether edges count, as they do where neither body deforms; they bear with all of the stiffness. seams: of a
-    periodic grid.
+    periodic grid. After `find`, `overlap` has the points that overlap, and `feet` their feet on the other surface.
     """
 
     def __init__(
@@ -51,6 +53,8 @@ class HalfPair:
         seams: Sequence[Seam] = (),
     ) -> None:
         self.one, self.other, self._meeting, self.share = one, other, meeting, share
+        self.overlap: Overlap | None = None
+        self.feet = Feet(np.zeros(1, np.int64), NOWHERE, np.zeros(0))
         self._seams = seams
         self._n_faces = len(one.place) - one.n_edge_points
         self._counts = np.ones(len(one.place))
@@ -59,42 +63,63 @@ class HalfPair:
         self._corners = None
         if by_edges and other.faces is not None and not one.two_sided:
             self._corners = np.unique(other.faces[other.faces >= 0])
-        self._found = np.zeros((len(one.place), COLUMNS))
+        self._following = Following(other, one.half_width + other.half_width)
+        # over a body that deforms a sheet follows the third-order distance: feet lie deeper by a part of its thickness
+        self._from_feet = not (other.is_hard or one.is_sheet)
+        self._near = NEAR * float(np.median(other.reach)) if self._from_feet else 0.0
         self.start = StartOverlap(len(one.place)) if one.is_sheet else None
+        self._make_room()
+
+    def _make_room(self) -> None:
+        n, k = len(self._following.candidates.asks), self._following.most_near
+        self._found = np.zeros((n, COLUMNS))
+        self._feet = FoundFeet(
+            np.zeros(n, np.int64), np.zeros((n, 3)), np.zeros(n + 1, np.int64), np.zeros(k, np.int64), np.zeros(k)
+        )
 
     def find(self, one: Described, other: Described) -> bool:
         """Find the points of the one surface that overlap with the other; whether there are any."""
         if self._corners is not None:
             return self._find_within_planes(self._corners)
-        m = len(self.one.place)
-        bins = _bins(one, other, other.about * float(other.reach.max()))
-        self.overlap: Overlap | None = None
-        if bins is None:
-            if self.start is not None:
-                self.start.reduce(NOWHERE, np.zeros(0))
-            return False
-        points = Points(other.place, other.normal, other.size, other.reach)
-        self._about = Neighbourhood(Asking(one.place[:m], one.normal[:m]), points, bins, self._meeting)
-        proximity.find_beside(m // CHUNK + 1, self._about, self._found)
-        # over a body that deforms a sheet follows the third-order distance: feet lie deeper by a part of its thickness
-        from_feet = not (self.other.is_hard or self.one.is_sheet)
-        most = NEAR * float(np.median(other.reach)) if from_feet else 0.0
-        at = np.flatnonzero(self._found[:, SHARE] * self._counts)
-        depth = self.one.half_width + self.other.half_width - self._found[at, GAP]
-        at, depth = at[depth > -most], depth[depth > -most]
-        normal = self._found[at, NORMAL : NORMAL + 3]
-        if from_feet and len(at):
-            normal, depth = self._over_soft(at, one, other)
+        self.overlap, before = None, self._following.candidates
+        may = self._following.find(len(self.one.place), one, other, (self.one.stands, self.other.stands))
+        if self._following.candidates is not before:
+            self._make_room()
+        depth, listed, normal, rows = np.zeros(0), NOWHERE, np.zeros((0, 3)), NOWHERE
+        if may:
+            depth, listed, normal, rows = self._find_depths(one, other)
         if self.start is not None:
-            depth = self.start.reduce(at, depth)
-        at, normal, depth = at[depth > 0.0], normal[depth > 0.0], depth[depth > 0.0]
-        if not len(at):
+            depth = self.start.reduce(listed, depth)
+        kept = depth > 0.0
+        if not kept.any():
             return False
-        area = self._found[at, SHARE] * self._counts[at] * self.one.weights()[at]
-        relative = one.velocity[at] - self._at_feet(at, other.velocity)
-        apart = self._apart and rests_on_flat_side(self.one, at)
-        self.overlap = Overlap(self.one, at, depth, normal, area, relative, self.share, apart)
+        if not kept.all():
+            depth, listed, normal, rows, self.feet = depth[kept], listed[kept], normal[kept], rows[kept], self.feet.only(kept)
+        area = self._found[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
+        relative = one.velocity[listed] - self.feet.gather(other.velocity)
+        apart = self._apart and rests_on_flat_side(self.one, listed)
+        self.overlap = Overlap(self.one, listed, depth, normal, area, relative, self.share, apart)
         return True
+
+    def _find_depths(self, one: Described, other: Described) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Find depths [m] of points, which points, normals of the other surface, and their rows; and their feet."""
+        candidates, widths = self._following.candidates, self.one.half_width + self.other.half_width
+        points = Points(other.place, other.normal, other.size, other.reach)
+        about = Neighbourhood(Asking(one.place, one.normal), points, candidates, self._meeting)
+        proximity.find_beside(len(candidates.asks) // CHUNK + 1, about, widths + self._near, self._found)
+        n, k = proximity.find_feet(about, self._found, self._counts, widths + self._near, self._feet)
+        rows = self._feet.row[:n]
+        self.feet = Feet(self._feet.first[: n + 1], self._feet.point[:k], self._feet.share[:k])
+        listed, normal = candidates.asks[rows], self._found[rows, NORMAL : NORMAL + 3]
+        if not self._from_feet:
+            return widths - self._found[rows, GAP], listed, normal, rows
+        # from the feet, which the forces move: with another distance a surface that bends and swings wins energy
+        if self.one.is_hard:
+            # areas of a surface that deforms lean as cells are crossed, by a hundredth and more, and brake what slides
+            own = one.normal[listed]
+            normal = np.where(np.einsum("ij,ij->i", own, normal)[:, None] > 0.0, own, -own)
+        away = np.einsum("ij,ij->i", normal, one.place[listed] - self._feet.place[:n])
+        return widths - away, listed, normal, rows
 
     def _find_within_planes(self, corners: np.ndarray) -> bool:
         """Find the same against planes through corners, at places with the velocity of the other body, which is rigid."""
@@ -135,30 +160,13 @@ class HalfPair:
         self.overlap = Overlap(one, at, depth, normal, area, relative, self.share, self._apart and rests_on_flat_side(one, at))
         return True
 
-    def _over_soft(self, at: np.ndarray, one: Described, other: Described) -> tuple[np.ndarray, np.ndarray]:
-        """Normals, shape (n, 3), and depths [m] of points over a surface that deforms: from their feet, which the forces move.
-        With another distance a surface that bends and swings wins energy."""
-        normal = self._found[at, NORMAL : NORMAL + 3]
-        if self.one.is_hard:
-            # areas of a surface that deforms lean as cells are crossed, by a hundredth and more, and brake what slides
-            own = one.normal[at]
-            normal = np.where(np.einsum("ij,ij->i", own, normal)[:, None] > 0.0, own, -own)
-        away = np.einsum("ij,ij->i", normal, one.place[at] - self._at_feet(at, other.place))
-        return normal, self.one.half_width + self.other.half_width - away
-
-    def _at_feet(self, at: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Places or velocities of the other surface, shape (q, 3), at the feet of listed points, shape (n, 3)."""
-        found = np.zeros((len(at), 3))
-        proximity.exchange(self._about, self._found, at, found, values, False)
-        return found
-
     def apply(self, at: np.ndarray, force: np.ndarray, forces: tuple[np.ndarray, np.ndarray]) -> None:
         """Forces on listed points [N], shape (n, 3), and against the other surface, into those of both."""
         forces[0][at] += force
         if self._corners is not None:
             forces[1][self._corners] -= np.einsum("nc,nd->cd", self._shares, force)
             return
-        proximity.exchange(self._about, self._found, at, -force, forces[1], True)
+        self.feet.spread(-force, forces[1])
 
 
 class SurfacePair(Touch):
@@ -227,22 +235,6 @@ def _deepest(surface: ContactSurface) -> float:
     thick = extent[extent > 1e-3 * extent.max()].min(initial=np.inf)
     reach = float(np.median(surface.reach))
     return reach if surface.two_sided else min(reach, 0.4 * float(thick))
-
-
-def _bins(one: Described, other: Described, reach: float) -> Bins | None:
-    """The points of the other surface that may lie beside points of the one, by boxes; None where there are none."""
-    lower, upper = np.maximum(one.lower - reach, other.lower), np.minimum(one.upper + reach, other.upper)
-    if (lower > upper).any():
-        return None
-    size = reach
-    counts = np.floor((upper - lower) / size).astype(np.int64) + 1
-    while np.prod(counts) > 8 * len(other.place) + 1000:
-        size *= 2.0
-        counts = np.floor((upper - lower) / size).astype(np.int64) + 1
-    first, order = np.zeros(int(np.prod(counts)) + 1, np.int64), np.zeros(len(other.place), np.int64)
-    shape = int(counts[0]), int(counts[1]), int(counts[2])
-    proximity.count_boxes(other.place, lower, size, shape, np.empty(len(other.place), np.int64), first, order)
-    return Bins(lower, size, shape, first, order)
 
 
 class SurfacePairs:

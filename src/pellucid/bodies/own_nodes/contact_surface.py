@@ -55,7 +55,10 @@ class PointsOfFaces(ContactSurface):
         columns, rows = triangles[owner].ravel(), np.repeat(np.arange(m), 3)
         self._shares = sparse.csr_array((shares.ravel(), (rows, columns)), shape=(m, len(places())))
         self._to_corners = sparse.csr_array(self._shares.T)
-        self.reach = SPACINGS * (edges / parts)[owner]
+        spacing = edges / parts
+        if not self._thin.any():
+            spacing = np.sqrt(np.linalg.norm(vector_areas(places(), triangles), axis=1)) / parts
+        self.reach = SPACINGS * spacing[owner]
         self.place, self.velocity, self.area, self.slip = (np.zeros((m, 3)) for _ in range(4))
         self.begin()
         self._weights = self.sizes()

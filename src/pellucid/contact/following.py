@@ -1,0 +1,174 @@
+"""Which points of two surfaces may touch: found through boxes, and followed while the surfaces move little.
+
+A search finds for each point of the one surface the points of the other within its sight and a margin. The result serves until
+the surfaces may have come nearer by the margin. Points in a list are in ascending order, so that sums over them, of which those
+out of sight are no part, do not depend on when a search was made.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Described
+from pellucid.contact.proximity import CLEAR, Candidates
+from pellucid.jit import kernel
+from pellucid.jit.local import indices
+
+SIGHT = sqrt(2.0)  # reaches within which all points with weight lie
+MARGIN = 0.25  # of the reach
+MOST_BOXES = 8  # per point of the other surface, and a thousand
+
+
+class Boxes(NamedTuple):
+    """Points by the boxes of a lattice."""
+
+    lower: np.ndarray  # (3,) [m]
+    size: float  # edge of a box [m]
+    counts: tuple[int, int, int]
+    first: np.ndarray  # (boxes + 1,) of each box in `order`
+    order: np.ndarray
+
+
+class Following:
+    """The candidates of one surface against another. width: distance of the surfaces within which they overlap [m]."""
+
+    def __init__(self, other: ContactSurface, width: float) -> None:
+        reach = float(other.reach.max())
+        self._margin, self._sight = MARGIN * reach, (SIGHT + MARGIN) * reach
+        self._beside = width + CLEAR * reach + self._margin
+        self._two_sided = other.two_sided
+        self._places: list[np.ndarray] = []
+        self._moved = [0.0, 0.0]
+        self.candidates = Candidates(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64))
+        self.most_near = 0
+        """Number of points in all lists."""
+
+    def find(self, n_points: int, one: Described, other: Described, stands: tuple[bool, bool]) -> bool:
+        """Renew the candidates among the first points of the one surface where needed; whether there are any.
+
+        stands: whether each surface is where it was in the step before.
+        """
+        described = one.place[:n_points], other.place
+        if not self._places or len(other.point) or one.wraps or len(described[1]) != len(self._places[1]):
+            self._search(*described, other.normal)
+        else:
+            for side in range(2):
+                if not stands[side]:
+                    self._moved[side] = sqrt(_largest_square(described[side], self._places[side]))
+            if sum(self._moved) > self._margin:
+                self._search(*described, other.normal)
+        return len(self.candidates.asks) > 0
+
+    def _search(self, one: np.ndarray, other: np.ndarray, normal: np.ndarray) -> None:
+        self._places, self._moved = [one.copy(), other.copy()], [0.0, 0.0]
+        nothing = np.zeros(0, np.int64)
+        self.candidates, self.most_near = Candidates(nothing, np.zeros(1, np.int64), nothing), 0
+        if not len(one) or not len(other):
+            return
+        sight = self._sight
+        lower = np.maximum(one.min(axis=0) - sight, other.min(axis=0))
+        upper = np.minimum(one.max(axis=0) + sight, other.max(axis=0))
+        if (lower > upper).any():
+            return
+        asks = np.flatnonzero(((one >= lower - sight) & (one <= upper + sight)).all(axis=1))
+        size = sight
+        counts = np.floor((upper - lower) / size).astype(np.int64) + 1
+        while np.prod(counts) > MOST_BOXES * len(other) + 1000:
+            size *= 2.0
+            counts = np.floor((upper - lower) / size).astype(np.int64) + 1
+        first, order = np.zeros(int(np.prod(counts)) + 1, np.int64), np.zeros(len(other), np.int64)
+        shape = int(counts[0]), int(counts[1]), int(counts[2])
+        _count_boxes(other, lower, size, shape, np.empty(len(other), np.int64), first, order)
+        boxes = Boxes(lower, size, shape, first, order)
+        ends = np.zeros(len(asks) + 1, np.int64)
+        _list_near(one, other, asks, boxes, sight, ends, nothing)
+        near = np.zeros(int(ends[-1]), np.int64)
+        _list_near(one, other, asks, boxes, sight, ends, near)
+        owner = np.repeat(np.arange(len(asks)), np.diff(ends))
+        order = np.lexsort((near, owner))
+        near = near[order]
+        having = np.zeros(len(asks), bool)
+        _may_overlap(one, other, normal, Candidates(asks, ends, near), self._beside, self._two_sided, having)
+        counts = np.diff(ends)[having]
+        near = near[having[owner]]
+        self.candidates = Candidates(asks[having], np.concatenate([[0], np.cumsum(counts)]), near)
+        self.most_near = len(near)
+
+
+@kernel()
+def _largest_square(place, before):
+    """The square of the largest way that a point went [m²]."""
+    most = 0.0
+    for p in range(len(place)):
+        square = 0.0
+        for d in range(3):
+            square += (place[p, d] - before[p, d]) ** 2
+        most = max(most, square)
+    return most
+
+
+@kernel()
+def _count_boxes(place, lower, size, counts, box, first, order):
+    """Sort points by box; those beyond all boxes are left out. box: scratch, shape (m,)."""
+    for q in range(len(place)):
+        box[q] = 0
+        for d in range(3):
+            i = int(np.floor((place[q, d] - lower[d]) / size))
+            if i < 0 or i >= counts[d] or box[q] < 0:
+                box[q] = -1
+            else:
+                box[q] = box[q] * counts[d] + i
+        if box[q] >= 0:
+            first[box[q] + 1] += 1
+    for b in range(1, len(first)):
+        first[b] += first[b - 1]
+    for q in range(len(place)):
+        if box[q] >= 0:
+            order[first[box[q]]] = q
+            first[box[q]] += 1
+    for b in range(len(first) - 1, 0, -1):
+        first[b] = first[b - 1]
+    first[0] = 0
+
+
+@kernel()
+def _may_overlap(one, other, normal, candidates, beside, two_sided, having):
+    """Mark points that lie less than so far above the plane of the nearest point, or beneath it."""
+    for e in range(len(candidates.asks)):
+        p, nearest, outside = candidates.asks[e], np.inf, np.inf
+        for r in range(candidates.first[e], candidates.first[e + 1]):
+            q, square, beyond = candidates.near[r], 0.0, 0.0
+            for d in range(3):
+                away = one[p, d] - other[q, d]
+                square += away * away
+                beyond += away * normal[q, d]
+            if square < nearest:
+                nearest, outside = square, beyond
+        having[e] = outside <= beside and (not two_sided or outside >= -beside)
+
+
+@kernel()
+def _list_near(one, other, asks, boxes, sight, ends, near):
+    """Count the points of the other surface within sight of each point that asks, as `ends` of their lists; where `near` has
+    room for all, list them."""
+    k, low, high = 0, indices(3), indices(3)
+    for e in range(len(asks)):
+        p = asks[e]
+        for d in range(3):
+            i = int(np.floor((one[p, d] - boxes.lower[d]) / boxes.size))
+            low[d], high[d] = max(0, i - 1), min(boxes.counts[d] - 1, i + 1)
+        for i in range(low[0], high[0] + 1):
+            for j in range(low[1], high[1] + 1):
+                for m in range(low[2], high[2] + 1):
+                    b = (i * boxes.counts[1] + j) * boxes.counts[2] + m
+                    for r in range(boxes.first[b], boxes.first[b + 1]):
+                        q, square = boxes.order[r], 0.0
+                        for d in range(3):
+                            square += (one[p, d] - other[q, d]) ** 2
+                        if square <= sight * sight:
+                            if len(near):
+                                near[k] = q
+                            k += 1
+        ends[e + 1] = k
