@@ -12,6 +12,8 @@ import numpy as np
 from pellucid.contact.contact_energy import Held, taken_by_friction
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
+from pellucid.contact.feet import Feet
+from pellucid.contact.images import Described
 
 DAMPING, ROOM, LEAST_ROOM = 0.1, 0.9, 0.3
 """Damping ratio for the masses of the layers that touch. Part of what central differences allow that springs and dampers of
@@ -46,6 +48,56 @@ class Overlap(NamedTuple):
     relative: np.ndarray  # (n, 3) velocity against the other body [m/s]
     share: float = 1.0  # of the stiffness
     apart: bool = False  # whether each point stops by itself: a flat side on a plane
+
+
+class GivenBefore:
+    """Forces of dampers and friction that a contact gave in the last step, on points and against their feet.
+
+    It tells their power along the velocities at the end of that step, which the energy that they took counts.
+    """
+
+    def __init__(self) -> None:
+        self._listed, self._force = np.zeros(0, np.int64), np.zeros((0, 3))
+        self._feet: Feet | None = None
+        self._images = np.zeros(0, np.int64), np.zeros((0, 3))
+
+    def keep(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, other: Described | None = None) -> None:
+        """Keep forces [N] on listed points, shape (n, 3); feet: on the points and images of another surface."""
+        self._listed, self._force, self._feet = listed, force, feet
+        if other is not None:
+            self._images = other.point, other.flip
+
+    def forget(self) -> None:
+        """Keep nothing."""
+        self.keep(self._listed[:0], self._force[:0])
+
+    def power(self, velocity: np.ndarray, of_other: np.ndarray) -> float:
+        """Return the power [W] along velocities of the points less those at the feet [m/s].
+
+        of_other: of the points of the other surface, shape (q, 3), or where there are no feet, of a wall, shape (3,).
+        """
+        if not len(self._listed):
+            return 0.0
+        along = of_other
+        if self._feet is not None:
+            point, flip = self._images
+            all_points = np.concatenate([of_other, flip * of_other[point]]) if len(point) else of_other
+            along = self._feet.gather(all_points)
+        return float(np.sum(self._force * (velocity[self._listed] - along)))
+
+    def state_numbers(self) -> list[object]:
+        """Return the state for a checkpoint."""
+        feet = None if self._feet is None else [part.tolist() for part in self._feet]
+        return [self._listed.tolist(), self._force.tolist(), feet, [part.tolist() for part in self._images]]
+
+    def restore(self, numbers: Sequence[Any]) -> None:
+        """Go on from a checkpoint."""
+        listed, force, feet, (point, flip) = numbers
+        self._listed, self._force = np.array(listed, np.int64), np.reshape(np.array(force, float), (-1, 3))
+        self._feet = None
+        if feet is not None:
+            self._feet = Feet(np.array(feet[0], np.int64), np.array(feet[1], np.int64), np.array(feet[2], float))
+        self._images = np.array(point, np.int64), np.reshape(np.array(flip, float), (-1, 3))
 
 
 class StartOverlap:
@@ -127,13 +179,18 @@ class OverlapLaw:
             side.least_rate = max(side.least_rate, self._followed * swings)
         self.held = Held()
         """Energy of the overlaps that were asked for last."""
+        self.counts_both_ends = self.stop is None and all(side.drag is None for side in sides)
+        """Whether the energy that dampers and friction take counts their forces at both ends of a step."""
+        self.given: list[np.ndarray] = []
+        """Forces of dampers and friction on the points of each overlap, shape (n, 3) [N]."""
 
     def forces(
-        self, overlaps: Sequence[Overlap], dt: float, last: float, touched: Mapping[int, np.ndarray]
+        self, overlaps: Sequence[Overlap], dt: float, last: float, touched: Mapping[int, np.ndarray], before: float = 0.0
     ) -> list[np.ndarray]:
         """Forces on the points of each overlap over a step dt [s], shape (n, 3) [N]; last: length of the step before [s].
 
-        touched: of the points of each surface, by its identity, shape (m,): those that friction holds are marked.
+        touched: of the points of each surface, by its identity, shape (m,): those that friction holds are marked. before: power
+        of the forces `given` in the step before along the velocities of now [W].
         """
         springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
         hardened = [self._softness * overlap.depth**2 for overlap in overlaps]
@@ -143,7 +200,7 @@ class OverlapLaw:
             return self._forces_apart(self.stop, overlaps, pressures, springs, hardened, tangents, dt, last, touched)
         extras = self.stop.force_on_all(overlaps, pressures, tangents, dt) if self.stop else [0.0] * len(overlaps)
         stored = taken = pending = power = 0.0
-        found, given = [], []
+        found, given, self.given = [], [], []
         for overlap, pressure, spring, h, extra in zip(overlaps, pressures, springs, hardened, extras, strict=True):
             n = overlap.normal
             approach = -np.einsum("ij,ij->i", overlap.relative, n)
@@ -164,7 +221,13 @@ class OverlapLaw:
             # before the first step nothing was done, and the first does half of its own
             pending += 0.5 * (last or dt) * float(np.sum(force * overlap.relative))
             found.append(force)
-        taken += last * power if self.stop is None else self.stop.taken(given, power, last)
+            self.given.append(force - pressure[:, None] * n)
+        if self.counts_both_ends:
+            # a damper that stops a node in a step takes half of its energy by its force before, along what is left of the speed
+            now = sum(float(np.sum(part * o.relative)) for part, o in zip(self.given, overlaps, strict=True))
+            taken = -0.5 * last * (before + now)
+        else:
+            taken += last * power if self.stop is None else self.stop.taken(given, power, last)
         self.held = Held(stored, taken, pending)
         return found
 
@@ -229,9 +292,10 @@ class OverlapLaw:
         self.held = Held(stored, taken, pending)
         return found
 
-    def separate(self, last: float) -> None:
-        """Nothing overlaps any more; last: length of the step before [s]."""
-        self.held = Held(taken=0.0 if self.stop is None else self.stop.end(last))
+    def separate(self, last: float, before: float = 0.0) -> None:
+        """Nothing overlaps any more; last: length of the step before [s]; before: see `forces`."""
+        self.given = []
+        self.held = Held(taken=-0.5 * last * before if self.stop is None else self.stop.end(last))
 
     def _tangents(self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], dt: float) -> list[np.ndarray]:
         """Return the stiffness of each point against more depth, and the one at the end of a step dt [s], as it counts in the

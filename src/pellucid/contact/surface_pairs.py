@@ -26,7 +26,7 @@ from pellucid.contact.dead_stop import ASKEW, FACING, SETTLED
 from pellucid.contact.feet import Feet
 from pellucid.contact.following import Following
 from pellucid.contact.images import Described, Plane, Seam, describe
-from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap, mean_way, rests_on_flat_side, stop_apart
+from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap, mean_way, rests_on_flat_side, stop_apart
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, FoundFeet, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import Touch
 
@@ -54,7 +54,9 @@ class HalfPair:
     ) -> None:
         self.one, self.other, self._meeting, self.share = one, other, meeting, share
         self.overlap: Overlap | None = None
+        self.given = GivenBefore()
         self.feet = Feet(np.zeros(1, np.int64), NOWHERE, np.zeros(0))
+        self.images: Described | None = None
         self._seams = seams
         self._n_faces = len(one.place) - one.n_edge_points
         self._counts = np.ones(len(one.place))
@@ -81,7 +83,7 @@ class HalfPair:
         """Find the points of the one surface that overlap with the other; whether there are any."""
         if self._corners is not None:
             return self._find_within_planes(self._corners)
-        self.overlap, before = None, self._following.candidates
+        self.overlap, self.images, before = None, other, self._following.candidates
         may = self._following.find(len(self.one.place), one, other, (self.one.stands, self.other.stands))
         if self._following.candidates is not before:
             self._make_room()
@@ -203,11 +205,16 @@ class SurfacePair(Touch):
 
     def find(self, described: dict[int, Described]) -> bool:
         """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
-        self.impulse = np.zeros(3)
+        self.impulse, self.before = np.zeros(3), 0.0
         found = False
         for half in self._halves:
+            self.before += half.given.power(half.one.velocity, half.other.velocity)
+            half.given.forget()
             found |= half.find(described[id(half.one)], described[id(half.other)])
         return found
+
+    def given_before(self) -> list[GivenBefore]:
+        return [half.given for half in self._halves]
 
     def start_overlaps(self) -> list[StartOverlap]:
         return [half.start for half in self._halves if half.start is not None]
@@ -223,7 +230,10 @@ class SurfacePair(Touch):
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
         touching = [(half, half.overlap) for half in self._halves if half.overlap is not None]
-        found = self.law.forces([overlap for _, overlap in touching], dt, last, touched)
+        found = self.law.forces([overlap for _, overlap in touching], dt, last, touched, self.before)
+        if self.law.counts_both_ends:
+            for (half, overlap), given in zip(touching, self.law.given, strict=True):
+                half.given.keep(overlap.listed, given, half.feet, half.images)
         for (half, overlap), force in zip(touching, found, strict=True):
             half.apply(overlap.listed, force, (forces[id(half.one)], forces[id(half.other)]))
             self.impulse += (1.0 if half.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)
@@ -274,7 +284,7 @@ class SurfacePairs:
         self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
-                pair.law.separate(last)
+                pair.law.separate(last, pair.before)
                 continue
             for surface in pair.surfaces:
                 forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))
@@ -322,7 +332,11 @@ class SurfacePairs:
         """What a checkpoint keeps."""
         stops = [pair.law.stop.state_numbers() for pair in self._pairs if pair.law.stop]
         starts = [start.state_numbers() for start in self._start_overlaps()]
-        return {"energy": self.energy.state_numbers(), "stops": stops, "starts": starts}
+        given = [given.state_numbers() for given in self._given_before()]
+        return {"energy": self.energy.state_numbers(), "stops": stops, "starts": starts, "given": given}
+
+    def _given_before(self) -> list[GivenBefore]:
+        return [given for pair in self._pairs for given in pair.given_before()]
 
     def _start_overlaps(self) -> list[StartOverlap]:
         return [start for pair in self._pairs for start in pair.start_overlaps()]
@@ -335,6 +349,8 @@ class SurfacePairs:
             stop.restore(kept)
         for start, kept in zip(self._start_overlaps(), numbers["starts"], strict=True):
             start.restore(kept)
+        for given, kept in zip(self._given_before(), numbers["given"], strict=True):
+            given.restore(kept)
 
     def external_work(self) -> float:
         """What walls that move did over this step [J]."""

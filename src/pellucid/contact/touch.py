@@ -7,7 +7,7 @@ import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap
+from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap
 
 
 class Touch(ABC):
@@ -16,6 +16,8 @@ class Touch(ABC):
     def __init__(self, surfaces: Sequence[ContactSurface], law: OverlapLaw, name: str | None) -> None:
         self.surfaces, self.law, self.name = surfaces, law, name
         self.impulse = np.zeros(3)
+        self.before = 0.0
+        """Power of the dampers and friction of the last step along the velocities of now [W]."""
 
     def begin(self, time: float, passing: float) -> None:  # noqa: B027
         """Before the overlaps of a step that begins at `time` [s], over which the time of the loads grows by `passing` [s]."""
@@ -35,6 +37,10 @@ class Touch(ABC):
     def start_overlaps(self) -> list[StartOverlap]:
         """Return the overlaps of the start that exert no pressure, of surfaces that have such."""
         return []
+
+    @abstractmethod
+    def given_before(self) -> list[GivenBefore]:
+        """Return the forces of dampers and friction in the last step."""
 
     @property
     def stops_apart(self) -> bool:

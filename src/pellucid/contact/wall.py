@@ -4,7 +4,7 @@ import numpy as np
 
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import Overlap, OverlapLaw, StartOverlap, rests_on_flat_side, stop_apart
+from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap, rests_on_flat_side, stop_apart
 from pellucid.contact.touch import Touch
 
 
@@ -47,6 +47,7 @@ class WallContact(Touch):
         super().__init__((surface,), OverlapLaw((surface,), friction, courant, swing, cell, step), name)
         self.plane, self._work = plane, 0.0
         self._overlap: Overlap | None = None
+        self._given = GivenBefore()
         self._start = StartOverlap(len(surface.place)) if surface.is_sheet else None
 
     def begin(self, time: float, passing: float) -> None:
@@ -57,6 +58,8 @@ class WallContact(Touch):
         """Find which points of the surface lie behind the plane and face it; whether any do."""
         self._work, self.impulse, self._overlap = 0.0, np.zeros(3), None
         surface, plane = self.surfaces[0], self.plane
+        self.before = self._given.power(surface.velocity, plane.velocity)
+        self._given.forget()
         m = len(surface.place)  # behind these are images, which planes of symmetry make
         sizes, facing = surface.weights(), np.ones(m)
         if not surface.two_sided:
@@ -87,6 +90,9 @@ class WallContact(Touch):
     def start_overlaps(self) -> list[StartOverlap]:
         return [] if self._start is None else [self._start]
 
+    def given_before(self) -> list[GivenBefore]:
+        return [self._given]
+
     def way(self) -> np.ndarray:
         """Its normal."""
         return self.plane.normal
@@ -99,7 +105,9 @@ class WallContact(Touch):
         """Add the forces of the overlap over a step dt [s] to those of the surface; last: length of the step before."""
         if self._overlap is None:
             return
-        (force,) = self.law.forces([self._overlap], dt, last, touched)
+        (force,) = self.law.forces([self._overlap], dt, last, touched, self.before)
+        if self.law.counts_both_ends:
+            self._given.keep(self._overlap.listed, self.law.given[0])
         forces[id(self.surfaces[0])][self._overlap.listed] += force
         self.impulse = dt * force.sum(axis=0)
         self._work = float(np.sum(self.impulse * self.plane.velocity))
