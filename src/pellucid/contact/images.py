@@ -44,6 +44,8 @@ class Described(NamedTuple):
     def fold(self, force: np.ndarray) -> np.ndarray:
         """Forces on the points of the surface, shape (m, 3), with those on their images, of forces on all (n, 3)."""
         m = len(self.place) - len(self.point)
+        if not len(self.point):
+            return force
         total = force[:m].copy()
         np.add.at(total, self.point, self.flip * force[m:])
         return total

@@ -48,6 +48,7 @@ class Overlap(NamedTuple):
     relative: np.ndarray  # (n, 3) velocity against the other body [m/s]
     share: float = 1.0  # of the stiffness
     apart: bool = False  # whether each point stops by itself: a flat side on a plane
+    new: np.ndarray | None = None  # (n,) whether each did not overlap in the step before; of sheets alone
 
 
 class GivenBefore:
@@ -67,9 +68,11 @@ class GivenBefore:
         if other is not None:
             self._images = other.point, other.flip
 
-    def forget(self) -> None:
-        """Keep nothing."""
+    def forget(self) -> np.ndarray:
+        """Keep nothing; which points had such forces."""
+        listed = self._listed
         self.keep(self._listed[:0], self._force[:0])
+        return listed
 
     def power(self, velocity: np.ndarray, of_other: np.ndarray) -> float:
         """Return the power [W] along velocities of the points less those at the feet [m/s].
@@ -226,6 +229,8 @@ class OverlapLaw:
             # a damper that stops a node in a step takes half of its energy by its force before, along what is left of the speed
             now = sum(float(np.sum(part * o.relative)) for part, o in zip(self.given, overlaps, strict=True))
             taken = -0.5 * last * (before + now)
+            for overlap, spring in zip(overlaps, springs, strict=True):
+                taken += _lost_on_entry(overlap, spring, last)
         else:
             taken += last * power if self.stop is None else self.stop.taken(given, power, last)
         self.held = Held(stored, taken, pending)
@@ -333,6 +338,18 @@ def _stiff(courant: float) -> float:
     """
     room = max(ROOM * (4.0 - (2.0 * courant) ** 2), LEAST_ROOM)
     return sqrt((2.0 * DAMPING) ** 2 + room) - 2.0 * DAMPING
+
+
+def _lost_on_entry(overlap: Overlap, spring: np.ndarray, last: float) -> float:
+    """Return the energy that points of a sheet lose as they come into an overlap within the last step [J].
+
+    A point that comes in by a depth d of its way s in a step gives ½ k d s to the springs, as leapfrog steps count, which hold
+    ½ k d² then. With critical dampers it does not come out again.
+    """
+    if overlap.new is None:
+        return 0.0
+    way = -last * np.einsum("ij,ij->i", overlap.relative, overlap.normal)
+    return 0.5 * float(np.sum(np.where(overlap.new, spring * overlap.depth * np.maximum(way - overlap.depth, 0.0), 0.0)))
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:

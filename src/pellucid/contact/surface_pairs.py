@@ -54,7 +54,7 @@ class HalfPair:
     ) -> None:
         self.one, self.other, self._meeting, self.share = one, other, meeting, share
         self.overlap: Overlap | None = None
-        self.given = GivenBefore()
+        self.given, self.pushed = GivenBefore(), NOWHERE
         self.feet = Feet(np.zeros(1, np.int64), NOWHERE, np.zeros(0))
         self.images: Described | None = None
         self._seams = seams
@@ -100,7 +100,8 @@ class HalfPair:
         area = self._found[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
         relative = one.velocity[listed] - self.feet.gather(other.velocity)
         apart = self._apart and rests_on_flat_side(self.one, listed)
-        self.overlap = Overlap(self.one, listed, depth, normal, area, relative, self.share, apart)
+        new = ~np.isin(listed, self.pushed) if self.one.is_sheet else None
+        self.overlap = Overlap(self.one, listed, depth, normal, area, relative, self.share, apart, new)
         return True
 
     def _find_depths(self, one: Described, other: Described) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -209,7 +210,7 @@ class SurfacePair(Touch):
         found = False
         for half in self._halves:
             self.before += half.given.power(half.one.velocity, half.other.velocity)
-            half.given.forget()
+            half.pushed = half.given.forget()
             found |= half.find(described[id(half.one)], described[id(half.other)])
         return found
 
@@ -256,6 +257,8 @@ class SurfacePairs:
         self.surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
         self.energy = ContactEnergy()
         self._described: dict[int, Described] = {}  # as they were, for those that stand
+        self._forces: dict[int, np.ndarray] = {}
+        self._holding = {id(surface) for surface in self.surfaces}  # those of which friction may hold points
 
     def __len__(self) -> int:
         return len(self._pairs)
@@ -287,13 +290,26 @@ class SurfacePairs:
                 pair.law.separate(last, pair.before)
                 continue
             for surface in pair.surfaces:
-                forces.setdefault(id(surface), np.zeros_like(described[id(surface)].place))
+                if id(surface) not in forces:
+                    forces[id(surface)] = self._cleared(surface, len(described[id(surface)].place))
             pair.push(dt, last, forces, touched)
         self.energy.begin_step(pair.law.held for pair in self._pairs)
         for surface in self.surfaces:
-            surface.slip[~touched[id(surface)]] = 0.0
+            holds = bool(touched[id(surface)].any())
+            if holds or id(surface) in self._holding:
+                surface.slip[~touched[id(surface)]] = 0.0
+                (self._holding.add if holds else self._holding.discard)(id(surface))
             if id(surface) in forces:
                 surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
+
+    def _cleared(self, surface: ContactSurface, n: int) -> np.ndarray:
+        """Return an array of n forces, which are zero, kept from step to step."""
+        kept = self._forces.get(id(surface))
+        if kept is None or len(kept) != n:
+            kept = self._forces[id(surface)] = np.zeros((n, 3))
+        else:
+            kept.fill(0.0)
+        return kept
 
     def _settle(self, touching: Sequence[Touch], dt: float, last: float) -> None:
         """Find the forces of flat sides in rounds where bodies are in several such contacts, as in a stack."""

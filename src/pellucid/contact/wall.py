@@ -59,7 +59,7 @@ class WallContact(Touch):
         self._work, self.impulse, self._overlap = 0.0, np.zeros(3), None
         surface, plane = self.surfaces[0], self.plane
         self.before = self._given.power(surface.velocity, plane.velocity)
-        self._given.forget()
+        listed = self._given.forget()
         m = len(surface.place)  # behind these are images, which planes of symmetry make
         sizes, facing = surface.weights(), np.ones(m)
         if not surface.two_sided:
@@ -84,6 +84,7 @@ class WallContact(Touch):
             counts[at] * sizes[at],
             relative,
             apart=stop_apart(surface) and rests_on_flat_side(surface, at),
+            new=~np.isin(at, listed) if surface.is_sheet else None,
         )
         return True
 

@@ -71,6 +71,17 @@ def _add_forces(surface, listed, force, target):
         add_affine(about, surface.lattice, target, (force[e, 0], force[e, 1], force[e, 2]), offset)
 
 
+@kernel()
+def _list_pushed(force, listed):
+    """List the points on which forces act [N], shape (m, 3); how many."""
+    n = 0
+    for p in range(len(force)):
+        if force[p, 0] != 0.0 or force[p, 1] != 0.0 or force[p, 2] != 0.0:
+            listed[n] = p
+            n += 1
+    return n
+
+
 class GridSurface(ContactSurface):
     """Points at places [m] with vector areas [m²], shape (m, 3), of a body on the grid.
 
@@ -98,6 +109,7 @@ class GridSurface(ContactSurface):
         self.place, self.area = place.copy(), area.copy()
         self.velocity, self.slip = velocity.copy(), np.zeros_like(place)
         self._rests = False
+        self._listed = np.zeros(len(place), np.int64)
         self.reach = np.full(len(place), WIDTHS * spacing)
         self._weights, self._edge_normal = self.sizes(), np.zeros((0, 3))
         self.edge_tangent = np.zeros((0, 3))
@@ -191,7 +203,7 @@ class GridSurface(ContactSurface):
 
     def add_forces(self, force: np.ndarray) -> None:
         """To the nodes about the points to which these belong."""
-        listed = np.flatnonzero(force.any(axis=1))
+        listed = self._listed[: _list_pushed(force, self._listed)]
         _add_forces(self._moved, listed, force[listed], self._load())
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
