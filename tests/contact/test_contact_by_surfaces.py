@@ -5,6 +5,7 @@ import pytest
 from small_cases import RATE_SOLID, advance, box, simulation
 
 from pellucid.contact.overlap import SHEET_STIFF, StartOverlap
+from pellucid.running.forecast.steps import of_simulation
 
 G = 9.81
 SKIN = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e7, "poisson_ratio": 0.3}
@@ -163,3 +164,16 @@ def test_water_around_a_bag_touches_on_the_nodes():
     sim = bag("around")
     assert not len(sim.surface_pairs)
     assert len(sim.contact_pairs)
+
+
+@pytest.mark.parametrize("density", [500.0, 3.0])
+def test_the_step_that_contact_asks_for_is_foretold(density):
+    """A rigid ball that is light beside the sheet on which it falls swings faster than waves cross the sheet."""
+    rectangle = {"corner": (0, -0.1, 0), "first_edge": (0.6, 0, 0), "second_edge": (0, 0.6, 0), "points": (19, 19)}
+    sheet = blown_up(surface={"rectangle": rectangle}, tension=0.0, thickness=0.001, field="sheet", name="sheet")
+    sphere = {"sphere": {"centre": (0.3, 0.2, 0.11), "radius": 0.1}}
+    rigid = box((0, 0, 0), (1, 1, 1), RATE_SOLID | {"density": density}, name="rigid", field="rigid", rigid=True)
+    sim = simulation(sheet, rigid | {"shape": sphere}, end=0.01, **SIZE)
+    foretold, first = of_simulation(sim), sim.clock.next_step(sim.bodies)
+    assert foretold.step == pytest.approx(first, rel=1e-6)
+    assert ("(contact)" in foretold.why) == (density < 100.0)

@@ -81,19 +81,17 @@ class Following:
         first, order = np.zeros(int(np.prod(counts)) + 1, np.int64), np.zeros(len(other), np.int64)
         shape = int(counts[0]), int(counts[1]), int(counts[2])
         _count_boxes(other, lower, size, shape, np.empty(len(other), np.int64), first, order)
-        boxes = Boxes(lower, size, shape, first, order)
-        ends = np.zeros(len(asks) + 1, np.int64)
-        _list_near(one, other, asks, boxes, sight, ends, nothing)
+        boxes, n = Boxes(lower, size, shape, first, order), len(other)
+        ends, how = np.zeros(len(asks) + 1, np.int64), (self._sight, self._beside, self._two_sided)
+        _list_near(one, other, normal, asks, boxes, *how, ends, nothing)
         near = np.zeros(int(ends[-1]), np.int64)
-        _list_near(one, other, asks, boxes, sight, ends, near)
-        owner = np.repeat(np.arange(len(asks)), np.diff(ends))
-        order = np.lexsort((near, owner))
-        near = near[order]
-        having = np.zeros(len(asks), bool)
-        _may_overlap(one, other, normal, Candidates(asks, ends, near), self._beside, self._two_sided, having)
-        counts = np.diff(ends)[having]
-        near = near[having[owner]]
-        self.candidates = Candidates(asks[having], np.concatenate([[0], np.cumsum(counts)]), near)
+        _list_near(one, other, normal, asks, boxes, *how, ends, near)
+        counts = np.diff(ends)
+        near += n * np.repeat(np.arange(len(asks)), counts)
+        near.sort()
+        near %= n
+        having = counts > 0
+        self.candidates = Candidates(asks[having], np.concatenate([[0], ends[1:][having]]), near)
         self.most_near = len(near)
 
 
@@ -134,28 +132,18 @@ def _count_boxes(place, lower, size, counts, box, first, order):
 
 
 @kernel()
-def _may_overlap(one, other, normal, candidates, beside, two_sided, having):
-    """Mark points that lie less than so far above the plane of the nearest point, or beneath it."""
-    for e in range(len(candidates.asks)):
-        p, nearest, outside = candidates.asks[e], np.inf, np.inf
-        for r in range(candidates.first[e], candidates.first[e + 1]):
-            q, square, beyond = candidates.near[r], 0.0, 0.0
-            for d in range(3):
-                away = one[p, d] - other[q, d]
-                square += away * away
-                beyond += away * normal[q, d]
-            if square < nearest:
-                nearest, outside = square, beyond
-        having[e] = outside <= beside and (not two_sided or outside >= -beside)
-
-
-@kernel()
-def _list_near(one, other, asks, boxes, sight, ends, near):
+def _list_near(one, other, normal, asks, boxes, sight, beside, two_sided, ends, near):
     """Count the points of the other surface within sight of each point that asks, as `ends` of their lists; where `near` has
-    room for all, list them."""
+    room for all, list them.
+
+    Points that lie further than `beside` above the plane of the nearest point have none.
+    """
     k, low, high = 0, indices(3), indices(3)
     for e in range(len(asks)):
-        p = asks[e]
+        p, begun = asks[e], k
+        if len(near) and ends[e + 1] == ends[e]:
+            continue
+        nearest, outside = np.inf, np.inf
         for d in range(3):
             i = int(np.floor((one[p, d] - boxes.lower[d]) / boxes.size))
             low[d], high[d] = max(0, i - 1), min(boxes.counts[d] - 1, i + 1)
@@ -164,11 +152,17 @@ def _list_near(one, other, asks, boxes, sight, ends, near):
                 for m in range(low[2], high[2] + 1):
                     b = (i * boxes.counts[1] + j) * boxes.counts[2] + m
                     for r in range(boxes.first[b], boxes.first[b + 1]):
-                        q, square = boxes.order[r], 0.0
+                        q, square, beyond = boxes.order[r], 0.0, 0.0
                         for d in range(3):
-                            square += (one[p, d] - other[q, d]) ** 2
+                            away = one[p, d] - other[q, d]
+                            square += away * away
+                            beyond += away * normal[q, d]
+                        if square < nearest:
+                            nearest, outside = square, beyond
                         if square <= sight * sight:
                             if len(near):
                                 near[k] = q
                             k += 1
+        if outside > beside or (two_sided and outside < -beside):
+            k = begun
         ends[e + 1] = k

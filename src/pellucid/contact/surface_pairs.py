@@ -65,7 +65,7 @@ class HalfPair:
         self._corners = None
         if by_edges and other.faces is not None and not one.two_sided:
             self._corners = np.unique(other.faces[other.faces >= 0])
-        self._following = Following(other, one.half_width + other.half_width)
+        self._following = Following(other, float(np.max(one.half_width + other.half_width)))
         # over a body that deforms a sheet follows the third-order distance: feet lie deeper by a part of its thickness
         self._from_feet = not (other.is_hard or one.is_sheet)
         self._near = NEAR * float(np.median(other.reach)) if self._from_feet else 0.0
