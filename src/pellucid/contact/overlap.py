@@ -32,6 +32,8 @@ HARDENS = 0.05
 less and less: by what lies on them, by loads."""
 STIFFER = 4.0
 """Times at most that friction between such bodies is stiffer than their overlap: it then swings twice as fast as they do."""
+OUT = 10
+"""Steps after which a point that does not overlap has come out of an overlap of the start."""
 TINY = 1e-300
 ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
@@ -106,30 +108,37 @@ class GivenBefore:
 class StartOverlap:
     """Overlap of the start, which exerts no pressure: of each point the part of the depth from which it has not come out yet.
 
-    It only decreases, so that the energy of the rest of the depth is still one of the depth alone.
+    It only decreases, so that the energy of the rest of the depth is still one of the depth alone. A point is out once it has
+    not overlapped for `OUT` steps: beside a curved surface it may not be found for a step, and would be thrown off by all its
+    depth in the next.
     """
 
     def __init__(self, n_points: int) -> None:
         self._depth, self._begun = np.zeros(n_points), False
+        self._steps_out = np.zeros(n_points, np.int64)
 
     def reduce(self, listed: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Return the depths of the listed points without that part [m]; points that are not listed are outside."""
+        """Return the depths of the listed points without that part [m]; points that are not listed do not overlap."""
+        if self._begun and not self._depth.any():
+            return depth
         left = np.minimum(self._depth[listed], depth) if self._begun else depth
         self._begun = True
-        self._depth.fill(0.0)
+        self._steps_out += 1
+        self._steps_out[listed] = 0
+        self._depth[self._steps_out >= OUT] = 0.0
         self._depth[listed] = left
         return np.asarray(depth - left)
 
     def state_numbers(self) -> list[object]:
         """Return the state for a checkpoint."""
         (at,) = np.nonzero(self._depth)
-        return [self._begun, at.tolist(), self._depth[at].tolist()]
+        return [self._begun, at.tolist(), self._depth[at].tolist(), self._steps_out[at].tolist()]
 
     def restore(self, numbers: Sequence[Any]) -> None:
         """Go on from a checkpoint."""
-        self._begun, at, depth = numbers
+        self._begun, at, depth, steps_out = numbers
         self._depth.fill(0.0)
-        self._depth[np.array(at, np.int64)] = depth
+        self._depth[np.array(at, np.int64)], self._steps_out[np.array(at, np.int64)] = depth, steps_out
 
 
 class OverlapLaw:

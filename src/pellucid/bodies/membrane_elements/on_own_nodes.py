@@ -102,8 +102,8 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         if self.follows:
             surface = PointsOfFaces(grid, triangles, *places, take, hard=True)
         else:
-            how = self.vector_areas, self.surface_areas(), take, self.contact_warning
-            surface = PointsOfNodes(grid, triangles, *places, *how)
+            areas, warning = self.surface_areas(), self.contact_warning
+            surface = PointsOfNodes(grid, triangles, *places, self.vector_areas, areas, take, warning)
         surface.two_sided, surface.half_width = True, 0.5 * self.surface.thickness
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
         self.contact_surface = surface
