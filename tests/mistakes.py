@@ -395,7 +395,10 @@ MISTAKES |= {
     for what, between, more, marker, words in [
         ("of an unknown body", '["drop", "blok"]', "", "", ["contact.0.between", "did you mean `block`?"]),
         ("within one field", '["drop", "block"]', "", "", ["contact.0.between", "move together", "another `field`"]),
-        ("with itself", '["drop", "drop"]', "", "[[contact]]", ["contact.0", "with itself is not supported"]),
+        ("of a body named twice", '["drop", "drop"]', "", "[[contact]]", ["contact.0", 'write `between = ["drop"]`']),
+        ("of a fluid with itself", '["drop"]', "", "", ["contact.0.between", "cannot touch itself", "membrane-elements"]),
+        ("with itself and a name", '["drop"]', 'name = "fold"', "[[contact]]", ["contact.fold", "sum up to zero"]),
+        ("of three bodies", '["drop", "block", "wall"]', "", "between", ["contact.0.between", "at most 2"]),
         ("with friction of no kind", '["drop", "block"]', "friction = 0.3", "[[contact]]", ["friction", "coulomb"]),
     ]
 }

@@ -10,29 +10,66 @@ from pellucid.parts.part import Parts
 
 
 class Contact(Sliding):
-    """How two bodies of different velocity fields touch. Fields that no contact names touch without friction."""
+    """How two bodies of different velocity fields touch, or one body touches itself. Fields that no contact names touch without
+    friction; bodies that no contact names alone pass through themselves."""
 
-    between: tuple[str, str] = parameter("", "names of two bodies; the contact is that of their whole velocity fields")
+    between: tuple[str, ...] = parameter(
+        "",
+        "names of two bodies, for contact of their whole velocity fields, or of one body, which then touches itself",
+        min_length=1,
+        max_length=2,
+    )
 
     @check
-    def _two_bodies(self) -> None:
-        if self.between[0] == self.between[1]:
-            raise ValueError(f"contact of {self.between[0]} with itself is not supported; name two bodies of different fields")
+    def _names_differ(self) -> None:
+        if len(self.between) == 2 and self.between[0] == self.between[1]:
+            name = self.between[0]
+            raise ValueError(f'`between` names {name} twice; write `between = ["{name}"]` for contact of {name} with itself')
+
+    @check
+    def _force_has_a_direction(self) -> None:
+        if self.is_of_one_body and self.name is not None:
+            raise ValueError(
+                f"contact of {self.between[0]} with itself has no force for a probe, since its forces sum up to zero; "
+                f"remove `name`"
+            )
+
+    @property
+    def is_of_one_body(self) -> bool:
+        """Whether it is contact of a body with itself."""
+        return len(self.between) == 1
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Bodies that are not there or move together, and contacts that are there twice, by velocity fields or by name."""
-        yield from parts.no_grid((*path, "between"), "contact is found on the nodes of a grid")
+        """Report unknown bodies, bodies that move together or cannot touch themselves, and contacts or names given twice."""
+        yield from parts.no_grid((*path, "between"), "contact needs the cells and faces of a grid")
         for name in self.between:
             yield from parts.unknown(BodyModel, (*path, "between"), name)
         fields = self._fields(parts)
-        if fields is not None and len(fields) == 1:
+        if self.is_of_one_body:
+            yield from self._problems_of_one(path, parts)
+        elif fields is not None and len(fields) == 1:
             text = f"both bodies belong to the velocity field `{min(fields)}` and move together: they never touch"
             yield Finding((*path, "between"), text, "give one of them another `field`")
-        others = [place for place, other in parts.placed(Contact) if place < path and other._fields(parts) == fields]
+        alike = [(place, other) for place, other in parts.placed(Contact) if other.is_of_one_body == self.is_of_one_body]
+        others = [place for place, other in alike if place < path and other._fields(parts) == fields]
         if fields is not None and others:
-            text = f"contact.{others[0][1]} (counted from 0) is between the same velocity fields"
+            what = "of the same body with itself" if self.is_of_one_body else "between the same velocity fields"
+            text = f"contact.{others[0][1]} (counted from 0) is {what}"
             yield Finding((*path, "between"), text, "keep one of the two")
         yield from super().problems(path, parts)
+
+    def _problems_of_one(self, path: Path, parts: Parts) -> Iterator[Finding]:
+        """Report a body that cannot touch itself."""
+        body = parts.named(BodyModel, self.between[0])
+        if body is None:
+            return
+        alone = sum(other.field == body.field for other in parts.of(BodyModel)) == 1
+        reason = body.why_no_self_contact(alone)
+        if reason is not None:
+            yield Finding((*path, "between"), *reason)
+        elif not all(parts.active_axes):
+            text = "contact of a body with itself needs three dimensions, and the grid is one cell thick along an axis"
+            yield Finding((*path, "between"), text, "compute the case in three dimensions, or name two bodies")
 
     def _fields(self, parts: Parts) -> set[str] | None:
         """The velocity fields of its two bodies, where both are known."""

@@ -1,12 +1,22 @@
 """The surface of a body by which others touch it: points with places, areas and velocities, on which contact gives forces."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a point counts wholly, and down to when at all
+
+
+class MovingTriangles(NamedTuple):
+    """Triangles between n vertices that move, for contact of surfaces of triangles."""
+
+    triangles: np.ndarray  # (T, 3) vertices, counterclockwise as seen from outside
+    places: Callable[[], np.ndarray]  # of the vertices [m], (n, 3)
+    velocities: Callable[[], np.ndarray]  # [m/s], (n, 3)
+    add_forces: Callable[[np.ndarray], None]  # adds forces on the vertices over a step [N], (n, 3)
 
 
 class ContactSurface(ABC):
@@ -58,6 +68,8 @@ class ContactSurface(ABC):
     drag: np.ndarray | None = None
     """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
     limit it [kg/s], shape (m,)."""
+    triangles: MovingTriangles | None = None
+    """Its triangles; None of a surface that is known by points alone."""
     place: np.ndarray
     area: np.ndarray
     velocity: np.ndarray

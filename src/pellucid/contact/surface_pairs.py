@@ -29,6 +29,7 @@ from pellucid.contact.images import Described, Plane, Seam, describe
 from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap, mean_way, rests_on_flat_side, stop_apart
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, FoundFeet, Meeting, Neighbourhood, Points
 from pellucid.contact.touch import Touch
+from pellucid.state import of_owner, with_owner
 
 RIM = 0.01  # of the reach of points: how far beyond the rim of a plane an edge may lie that rests on it
 ROUNDS = 3  # at most, in which forces of several contacts of flat sides on one body are found
@@ -180,6 +181,8 @@ class SurfacePair(Touch):
     thickness: of a slice [m]. seams: of a periodic grid.
     """
 
+    law: OverlapLaw
+
     def __init__(
         self,
         surfaces: tuple[ContactSurface, ContactSurface],
@@ -277,6 +280,8 @@ class SurfacePairs:
                 described[id(surface)] = describe(surface, self._planes, self._seams)
             touched[id(surface)] = np.zeros(len(surface.place), bool)
             surface.swings, surface.pushed_along, surface.pushed = 0.0, [], np.zeros(6)
+        for pair in self._pairs:
+            pair.follow(last)
         touching = [pair.find(described) for pair in self._pairs]
         for pair, touches in zip(self._pairs, touching, strict=True):
             rigid = [surface for surface in pair.surfaces if touches and surface.rigid_mass < np.inf]
@@ -343,6 +348,18 @@ class SurfacePairs:
             if pair.name is not None:
                 total[pair.name] = total.get(pair.name, np.zeros(3)) + pair.impulse
         return total
+
+    def state_arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays of a checkpoint: which sides of each other surfaces of triangles touch."""
+        arrays: dict[str, np.ndarray] = {}
+        for i, pair in enumerate(self._pairs):
+            arrays |= with_owner(str(i), pair.state_arrays())
+        return arrays
+
+    def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from the arrays of a checkpoint."""
+        for i, pair in enumerate(self._pairs):
+            pair.restore_arrays(of_owner(str(i), arrays))
 
     def state_numbers(self) -> dict[str, object]:
         """What a checkpoint keeps."""

@@ -1,26 +1,50 @@
 """What touches by its surface: the base of pairs of surfaces, and of surfaces and walls."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 
+from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap
+from pellucid.contact.overlap import GivenBefore, Overlap, StartOverlap
+
+
+class ContactLaw(Protocol):
+    """What a contact stores of its energy, and how it stops rigid bodies."""
+
+    held: Held
+    """Energy of the overlaps as the last step began."""
+
+    @property
+    def stop(self) -> DeadStop | None:
+        """Return the stop of rigid bodies; None of bodies that deform."""
+
+    def separate(self, last: float, before: float = 0.0) -> None:
+        """Nothing overlaps any more; last: length of the step before [s]; before: see `OverlapLaw`."""
+
+    def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
+        """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
 
 
 class Touch(ABC):
     """A body that touches another, or a wall. impulse: on the first surface over this step [N s]."""
 
-    def __init__(self, surfaces: Sequence[ContactSurface], law: OverlapLaw, name: str | None) -> None:
-        self.surfaces, self.law, self.name = surfaces, law, name
+    def __init__(self, surfaces: Sequence[ContactSurface], law: ContactLaw, name: str | None) -> None:
+        self.surfaces, self.name = surfaces, name
+        self.law: ContactLaw = law
         self.impulse = np.zeros(3)
         self.before = 0.0
         """Power of the dampers and friction of the last step along the velocities of now [W]."""
 
     def begin(self, time: float, passing: float) -> None:  # noqa: B027
         """Before the overlaps of a step that begins at `time` [s], over which the time of the loads grows by `passing` [s]."""
+
+    def follow(self, last: float) -> None:  # noqa: B027
+        """Follow the motion of the surfaces over the step before, of a length `last` [s]."""
 
     @abstractmethod
     def find(self, described: dict[int, Described]) -> bool:
@@ -38,9 +62,9 @@ class Touch(ABC):
         """Return the overlaps of the start that exert no pressure, of surfaces that have such."""
         return []
 
-    @abstractmethod
     def given_before(self) -> list[GivenBefore]:
-        """Return the forces of dampers and friction in the last step."""
+        """Return the forces of dampers and friction in the last step, where they are kept by points."""
+        return []
 
     @property
     def stops_apart(self) -> bool:
@@ -50,6 +74,15 @@ class Touch(ABC):
     @abstractmethod
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
+
+    def state_arrays(self) -> Mapping[str, np.ndarray]:
+        """Return the arrays that a checkpoint stores."""
+        return {}
+
+    def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from the arrays of a checkpoint."""
+        for name, array in self.state_arrays().items():
+            array[...] = arrays[name]
 
     def external_work(self) -> float:
         """What is done from outside over this step, by a wall that moves [J]."""

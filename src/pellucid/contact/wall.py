@@ -33,6 +33,8 @@ class WallPlane:
 class WallContact(Touch):
     """A surface that touches a plane. friction, courant, swing, step: see `OverlapLaw`."""
 
+    law: OverlapLaw
+
     def __init__(
         self,
         surface: ContactSurface,

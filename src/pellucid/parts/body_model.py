@@ -200,6 +200,12 @@ class BodyModel(Part):
         """Why it cannot touch walls that are planes without a body, if so."""
         return Reason(f'body {self.name}, of kind "{self.kind}", cannot touch a wall', "leave it out of `bodies`")
 
+    def why_no_self_contact(self, alone: bool) -> Reason | None:
+        """Return why contact of the body with itself cannot be computed; None if it can. alone: whether no other body is in its
+        velocity field."""
+        text = f'body {self.name}, of kind "{self.kind}", cannot touch itself: its parts share the velocities of the grid'
+        return Reason(text, "use kind membrane-elements or meshless-solid, or name two bodies")
+
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
         """Why its nodes, or where `whole` all of them, cannot follow a prescribed motion along their normal, if so."""
         return Reason(f"body {self.name} is no fluid film", "give the displacement along x, y or z")

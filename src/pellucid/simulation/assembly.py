@@ -61,7 +61,8 @@ def has_several_fields(case: "Case") -> bool:
 
 def work_layout(case: "Case", touching: bool) -> WorkLayout:
     """The columns of all works in a run; touching: whether surfaces may touch."""
-    columns = [*([CONTACT_WORK] if has_several_fields(case) else []), *([DAMPING_HEAT] if case.steady else [])]
+    touches = has_several_fields(case) or any(contact.is_of_one_body for contact in case.contact)
+    columns = [*([CONTACT_WORK] if touches else []), *([DAMPING_HEAT] if case.steady else [])]
     columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
     return layout_of(case, [*columns, *(channel for body in case.body for channel in body.channels())], touching=touching)
 

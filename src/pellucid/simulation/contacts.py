@@ -8,12 +8,14 @@ from pellucid.conditions.contact import Contact
 from pellucid.conditions.symmetry import seams, symmetry_planes
 from pellucid.contact.contact_body import ContactBody
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.images import Seam
+from pellucid.contact.images import Plane, Seam
 from pellucid.contact.impulses import SLIP, STICK, Friction
 from pellucid.contact.overlap import coefficient, swing_of
 from pellucid.contact.pair import ContactPair
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
+from pellucid.contact.touch import Touch
+from pellucid.contact.triangles.pair import TrianglePair
 from pellucid.energy import WorkLayout
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
@@ -28,7 +30,10 @@ if TYPE_CHECKING:
 
 def may_touch_by_surfaces(case: "Case") -> bool:
     """Return True if surfaces may touch each other or walls."""
-    return case.grid_or_none is not None and (len(case.wall) > 0 or (has_several_fields(case) and _fields_may(case)))
+    if case.grid_or_none is None:
+        return False
+    touches_itself = any(contact.is_of_one_body for contact in case.contact)
+    return len(case.wall) > 0 or touches_itself or (has_several_fields(case) and _fields_may(case))
 
 
 def contacts_of(
@@ -38,10 +43,11 @@ def contacts_of(
     gravity, column = case.largest_gravity, layout.surface_contact
     surfaces = {} if column is None else _surfaces_of(case, built, column)
     ends = seams(case.grid) if surfaces else []
-    pairs, touching = _pairs_of(fields, built, case, surfaces, gravity, ends)
-    planes = symmetry_planes(case.support, case.grid) if touching else []
+    planes = symmetry_planes(case.support, case.grid) if surfaces else []
+    pairs, touching = _pairs_of(fields, built, case, surfaces, gravity, planes, ends)
+    touching += _self_contacts(case, surfaces, planes, ends)
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
-    surface_pairs = SurfacePairs([*touching, *walls], planes, ends if touching else [])
+    surface_pairs = SurfacePairs([*touching, *walls], planes if touching else [], ends if touching else [])
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
@@ -65,6 +71,7 @@ def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
         if _have_surfaces([built[model.name][0] for model in members])
     ]
     names = {body.name for wall in case.wall for body in wall.touching(case.body)}.union(*(fields if len(fields) > 1 else []))
+    names |= {contact.between[0] for contact in case.contact if contact.is_of_one_body}
     surfaces = {name: body.make_contact_surface(column) for name, body in able.items() if name in names}
     ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.where]
     open_faces = [(axis, float((case.grid.extent_upper() if upper else case.grid.lower)[axis])) for axis, upper in ends]
@@ -80,30 +87,34 @@ def _pairs_of(
     case: "Case",
     surfaces: Surfaces,
     gravity: float,
+    planes: Sequence[Plane],
     ends: Sequence[Seam],
-) -> tuple[list[ContactPair], list[SurfacePair]]:
+) -> tuple[list[ContactPair], list[Touch]]:
     """Every two velocity fields with the contact of the case; without friction where it names none.
 
-    gravity: largest [m/s²]; ends: seams of a periodic grid. Two fields touch by their surfaces where all
-    of their bodies have one that serves, and not all are membranes, whose sides tell nothing of each other; else on the nodes
-    of the grid, as fluids do.
+    gravity: largest [m/s²]; planes: of symmetry; ends: seams of a periodic grid. Two fields touch by their surfaces where all
+    of their bodies have one that serves; else on the nodes of the grid, as fluids do. Membranes touch each other by their
+    triangles, which remember their sides.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in case.contact}
-    pairs, touching = [], []
+    pairs, touching = list[ContactPair](), list[Touch]()
     for one, other in combinations(fields, 2):
         if (other, one) in named:  # so that the first is the first named
             one, other = other, one
         contact = named.get((one, other))
         found = [[surfaces.get(body.name) for body in members[field]] for field in (one, other)]
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
-        if (
+        serve = (
             all(_have_surfaces(members[field]) for field in (one, other))
             and len(known) == sum(_has_surface(body) for field in (one, other) for body in members[field])
             and all(surface.is_hard or surface.serves_deformed for surface in known)
-            and not all(surface.two_sided for surface in known)
-        ):
+        )
+        sheets = all(surface.two_sided for surface in known)
+        if serve and not sheets:
             touching += _surface_pairs(one.grid, found, contact, gravity, case, ends)
+        elif serve and all(s.triangles is not None for s in known) and not all(s.is_hard for s in known):
+            touching += _triangle_pairs(found, contact, case, planes, ends)
         else:
             met = {field: [met for body in bodies if (met := body.contact_body)] for field, bodies in members.items()}
             pairs.append(_pair((one, other), met, contact))
@@ -120,6 +131,35 @@ def _have_surfaces(bodies: Sequence[Body]) -> bool:
     return all(_has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
 
 
+def _triangle_pairs(
+    found: Sequence[Sequence[ContactSurface | None]],
+    contact: Contact | None,
+    case: "Case",
+    planes: Sequence[Plane],
+    ends: Sequence[Seam],
+) -> list[TrianglePair]:
+    friction, name = _friction_and_name(contact)
+    how = friction, courant_of(case), case.time.step or 0.0, name, planes, ends
+    known = [(a, b) for a, b in product(*found) if a is not None and b is not None]
+    return [TrianglePair(a, b, *how) for a, b in known if not (a.is_hard and b.is_hard)]
+
+
+def _self_contacts(case: "Case", surfaces: Surfaces, planes: Sequence[Plane], ends: Sequence[Seam]) -> list[TrianglePair]:
+    """Return the contacts of bodies with themselves; one whose motion is prescribed has none."""
+    pairs = []
+    for contact in case.contact:
+        surface = surfaces.get(contact.between[0])
+        if contact.is_of_one_body and surface is not None and not surface.is_hard:
+            friction, _ = _friction_and_name(contact)
+            how = friction, courant_of(case), case.time.step or 0.0, None, planes, ends
+            pairs.append(TrianglePair(surface, surface, *how))
+    return pairs
+
+
+def _friction_and_name(contact: Contact | None) -> tuple[float, str | None]:
+    return (0.0, None) if contact is None else (coefficient(contact.kind, contact.friction), contact.name)
+
+
 def _surface_pairs(
     grid: Grid,
     found: Sequence[Sequence[ContactSurface | None]],
@@ -128,9 +168,7 @@ def _surface_pairs(
     case: "Case",
     ends: Sequence[Seam],
 ) -> list[SurfacePair]:
-    friction, name = 0.0, None
-    if contact is not None:
-        friction, name = coefficient(contact.kind, contact.friction), contact.name
+    friction, name = _friction_and_name(contact)
     dimension = 2 - sum(grid.thin)
     pairs = []
     for one, other in product(*found):

@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from pellucid.case.stages import SettleCase
 
 CLOCK = "-clock"  # owner of the clock's arrays in a checkpoint; no body is called so
+CONTACT_SURFACES = "-contact"  # the same of surfaces that touch
 NODES = "-nodes."  # the same of the nodes of a velocity field, before its name
 PROGRESS_INTERVAL = 0.2  # s of wall time
 
@@ -432,6 +433,7 @@ class Simulation:
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Every array that the next step depends on."""
         owners = {body.name: body.state_arrays() for body in self.bodies} | {CLOCK: self.clock.state_arrays()}
+        owners[CONTACT_SURFACES] = self.surface_pairs.state_arrays()
         owners |= {NODES + field.name: field.state_arrays() for field in self.velocity_fields}
         return {name: array for owner, own in owners.items() for name, array in with_owner(owner, own).items()}
 
@@ -478,6 +480,7 @@ class Simulation:
         if self._turning is not None:
             self._turning.restore(numbers["angular_momentum"])
         self.surface_pairs.restore(numbers["surface_contact"])
+        self.surface_pairs.restore_arrays(of_owner(CONTACT_SURFACES, arrays))
         self._watch.warned = set(numbers["warned"])
         self._begun, self._settled = not settles, dict(numbers["settled"])
         self._balanced_step = self.n_steps

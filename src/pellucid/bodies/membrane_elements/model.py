@@ -83,6 +83,18 @@ class MembraneElementsCase(MembraneCase):
         """Return None: its nodes touch walls."""
         return None
 
+    def why_no_self_contact(self, alone: bool) -> Reason | None:
+        """Return why its sides cannot touch each other; None if they can."""
+        if not alone:
+            return Reason(f"other bodies share the velocity field of body {self.name}", "give it a `field` of its own")
+        if self.material.wrinkling and self.bending is None:
+            text = (
+                f"body {self.name} resists neither compression (wrinkling = true) nor bending: it crumples within the length "
+                f"of an element, where no contact can keep its sides apart"
+            )
+            return Reason(text, "add [body.bending], or leave out `wrinkling`")
+        return None
+
     @property
     def deforms_in_contact(self) -> bool:
         """Whether other bodies touch it by its surface though it deforms."""

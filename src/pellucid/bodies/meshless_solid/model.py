@@ -126,6 +126,12 @@ class MeshlessSolidCase(DampedModel):
         """It touches walls by points on its outer faces."""
         return None
 
+    def why_no_self_contact(self, alone: bool) -> Reason | None:
+        """Return why its outer faces cannot touch each other; None if they can."""
+        if alone:
+            return None
+        return Reason(f"other bodies share the velocity field of body {self.name}", "give it a `field` of its own")
+
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
         """Walls rub on its nodes and let them go."""
         return None

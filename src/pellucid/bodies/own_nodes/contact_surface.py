@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy import sparse
 
-from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.contact_surface import ContactSurface, MovingTriangles
 from pellucid.contact.overlong import nodes_about
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.lattice import Grid
@@ -46,6 +46,7 @@ class PointsOfFaces(ContactSurface):
         self._thin, lattice = np.array(grid.thin), grid.lattice
         self._middle = np.array(lattice.lower) + 0.5 * grid.slice_thickness
         self.is_hard = hard
+        self.triangles = None if self._thin.any() else MovingTriangles(triangles, places, velocities, take)
         corners = np.where(self._thin, 0.0, places())[triangles]
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
         parts = np.maximum(1, np.ceil(edges / (LONGEST * lattice.cell) - 1e-9)).astype(np.int64)
@@ -138,6 +139,7 @@ class PointsOfNodes(ContactSurface):
         self._grid, self._warning = grid, warning
         self._places, self._velocities, self._vector_areas, self._take = places, velocities, vector_areas, take
         self._thin, self._weights, n = np.array(grid.thin), weights, len(weights)
+        self.triangles = None if self._thin.any() else MovingTriangles(triangles, places, velocities, take)
         self._middle = np.array(grid.lattice.lower) + 0.5 * grid.slice_thickness
         corners = np.where(self._thin, 0.0, places())[triangles]
         longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)

@@ -1,0 +1,246 @@
+"""Surfaces of triangles as contact uses them: vertices that move, points that touch, images at planes and seams.
+
+A surface touches others with points at its vertices and at the middles of its edges, each with a sixth of the area of the
+triangles about it: samples of its edges notice where edges of two surfaces cross each other. Where a surface meets a
+plane of symmetry or a seam of a periodic grid, it goes on in its images. Vertices at which images meet it are one vertex of the
+mesh, so that neither has a rim there.
+"""
+
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.images import Plane, Seam
+from pellucid.contact.triangles.closest_point import TINY, Facets, find_normals
+from pellucid.contact.triangles.slots import Boxes, Points, count_in_boxes, sort_into_boxes
+
+SAME = 1e-9  # of the extent of a surface: distance up to which vertices are at one place
+MARGIN = 0.25  # of the median edge: how much further than where it touches a point sees
+SEARCHED = 0.8  # of the margin: way of the surfaces after which a search is due
+FORGETS = 2.5  # margins beyond the thickness from where on a slot is empty
+RINGS = 1.5  # of the thickness: length along a surface within which it does not touch itself
+MOST_BOXES = 8  # for each triangle
+
+
+class Image(NamedTuple):
+    """An image of a surface: places times `flip`, plus a shift [m], (3,) each."""
+
+    flip: np.ndarray
+    shift: np.ndarray
+
+
+def find_images(planes: Sequence[Plane], seams: Sequence[Seam]) -> list[Image]:
+    """Return the surface itself and its images at planes of symmetry and seams, and at their intersections."""
+    along = []
+    for axis in range(3):
+        found = [(1.0, 0.0), *((-1.0, 2.0 * plane.place) for plane in planes if plane.axis == axis)]
+        found += [(1.0, sign * seam.period) for seam in seams if seam.axis == axis for sign in (1.0, -1.0)]
+        along.append(found)
+    return [Image(np.array([f for f, _ in axes]), np.array([s for _, s in axes])) for axes in product(*along)]
+
+
+class TriangleMesh:
+    """A surface of triangles, with its images, that follows the motion of its body.
+
+    Attributes
+    ----------
+    points : Points
+        The points by which it touches others.
+    facets : Facets
+        The triangles by which others touch it.
+    edge : float
+        Median length of the edges [m].
+    touched_area : np.ndarray
+        Shares of the vertices in the areas of all points that touch, of either surface [m²], shape (n,).
+    change, given : np.ndarray
+        Change of the velocities by the dampers of this step [m/s], and momentum given in a round [N s], shape (n, 3).
+    flips : np.ndarray
+        Signs of the axes of the surface and of its images, shape (images, 3).
+    mean_velocity, fastest
+        Mean velocity of the vertices, (3,), and the largest speed against it [m/s].
+    """
+
+    def __init__(self, surface: ContactSurface, images: Sequence[Image]) -> None:
+        if surface.triangles is None:
+            raise ValueError("the surface has no triangles")
+        self._moving, self._images = surface.triangles, images
+        place, own = self._moving.places(), self._moving.triangles.astype(np.int64)
+        n, T = len(place), len(own)
+        triangle = np.concatenate([self._imaged(own, image, n, i) for i, image in enumerate(images)])
+        place = self._all_places(place)
+        corners = place[own]
+        lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+        self.edge = float(np.median(lengths))
+        self._number = _representatives(place, n, SAME * float(np.ptp(corners, axis=(0, 1)).max()))
+        merged = self._number[triangle]
+        incidence = sparse.csr_array(
+            (np.ones(triangle.size), (np.repeat(np.arange(len(triangle)), 3), merged.ravel())),
+            shape=(len(triangle), len(place)),
+        )
+        self._beside_by_vertex = _pattern(incidence @ incidence.T)
+        beside = _across_edges(merged)
+        self._on_rim = np.zeros(len(place), bool)
+        for i in range(3):
+            ends = merged[:, [i, (i + 1) % 3]][beside[:, i] < 0]
+            self._on_rim[ends.ravel()] = True
+        self.facets = Facets(
+            triangle=triangle,
+            place=np.zeros_like(place),
+            velocity=np.zeros_like(place),
+            normal=np.zeros((len(triangle), 3)),
+            vertex_normal=np.zeros_like(place),
+            beside=beside,
+            first=self._beside_by_vertex.indptr.astype(np.int64),
+            neighbour=self._beside_by_vertex.indices.astype(np.int64),
+        )
+        # vertices, and the middles of edges, once each
+        ends = np.sort(own[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, edge_of = np.unique(ends, axis=0, return_inverse=True)
+        area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        used = np.unique(own)
+        at_vertices = np.bincount(own.ravel(), np.repeat(area / 6.0, 3), minlength=n)[used]
+        at_edges = np.bincount(edge_of.ravel(), np.repeat(area / 6.0, 3), minlength=len(edges))
+        corner = np.concatenate([np.repeat(used[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
+        share = np.concatenate([np.tile((1.0, 0.0, 0.0), (len(used), 1)), np.tile((0.5, 0.5, 0.0), (len(edges), 1))])
+        m = len(corner)
+        self.points = Points(
+            place=np.zeros((m, 3)),
+            velocity=np.zeros((m, 3)),
+            normal=np.zeros((m, 3)),
+            corner=corner,
+            share=share,
+            area=np.concatenate([at_vertices, at_edges]),
+            first=np.zeros(m + 1, np.int64),
+            excluded=np.zeros(0, np.int64),
+        )
+        self._incidence, self.n_vertices, self._T = incidence, n, T
+        whole = np.bincount(own.ravel(), np.repeat(area / 3.0, 3), minlength=n)
+        self._mass = np.full(n, np.inf) if surface.is_hard else surface.mass_per_area * whole
+        self.touched_area, self.change, self.given = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
+        self.flips = np.array([image.flip for image in images])
+        self.follow()
+
+    def points_of_itself(self, thickness: float) -> Points:
+        """Return the points for contact of the surface with itself: they do not touch the triangles about them, within rings as
+        wide as the thickness [m] asks."""
+        corner, m = self._number[self.points.corner], len(self.points.corner)
+        held = (np.ones(corner.size), (np.repeat(np.arange(m), 3), corner.ravel()))
+        excluded = _pattern(sparse.csr_array(held, shape=(m, self._incidence.shape[1])) @ self._incidence.T)
+        for _ in range(int(RINGS * thickness / self.edge)):
+            excluded = _pattern(excluded @ self._beside_by_vertex)
+        return self.points._replace(first=excluded.indptr.astype(np.int64), excluded=excluded.indices.astype(np.int64))
+
+    def follow(self) -> None:
+        """Follow the body: places, velocities and normals of the vertices, their images and the points."""
+        facets, points, n = self.facets, self.points, self.n_vertices
+        facets.place[:] = self._all_places(self._moving.places())
+        velocity = self._moving.velocities()
+        for i, image in enumerate(self._images):
+            facets.velocity[i * n : (i + 1) * n] = image.flip * velocity
+        self.mean_velocity = velocity.mean(axis=0)
+        self.fastest = float(np.sqrt(((velocity - self.mean_velocity) ** 2).sum(axis=1).max()))
+        find_normals(facets.triangle, facets.place, self._number, self._on_rim, facets.normal, facets.vertex_normal)
+        for target, values in ((points.place, facets.place), (points.velocity, facets.velocity)):
+            np.einsum("mc,mcd->md", points.share, values[points.corner], out=target)
+        # on a rim, where closest points need no normal, points have that of the triangles about them
+        of_points = np.zeros((n, 3))
+        for c in range(3):
+            for d in range(3):
+                of_points[:, d] += np.bincount(facets.triangle[: self._T, c], facets.normal[: self._T, d], minlength=n)
+        np.einsum("mc,mcd->md", points.share, of_points[points.corner], out=points.normal)
+
+    def boxes(self, far: float, lower: np.ndarray, upper: np.ndarray) -> Boxes:
+        """Return the triangles by boxes between two corners [m], each in those that it sees within a distance far [m]."""
+        corners = self.facets.place[self.facets.triangle]
+        low, high = corners.min(axis=1) - far, corners.max(axis=1) + far
+        size = max(far, self.edge)
+        counts = np.maximum(1, np.ceil((upper - lower) / size)).astype(np.int64)
+        while counts.prod() > MOST_BOXES * len(corners) + 1000:
+            size *= 1.5
+            counts = np.maximum(1, np.ceil((upper - lower) / size)).astype(np.int64)
+        shape = int(counts[0]), int(counts[1]), int(counts[2])
+        first = np.zeros(int(counts.prod()) + 1, np.int64)
+        count_in_boxes(low, high, lower, size, shape, first)
+        order = np.zeros(int(first[-1]), np.int64)
+        sort_into_boxes(low, high, lower, size, shape, first, order)
+        return Boxes(lower, size, shape, first, order)
+
+    def begin_rounds(self) -> None:
+        """Forget the areas and impulses of the step before."""
+        self.touched_area[:] = 0.0
+        self.change[:] = self.given[:] = 0.0
+
+    def end_round(self) -> None:
+        """Change the velocities of the vertices by the impulses of a round of dampers."""
+        self.change += self.given / np.maximum(self._mass, TINY)[:, None]
+        self.given[:] = 0.0
+
+    def mass_by_touched_area(self) -> np.ndarray:
+        """Return the mass of each vertex over its touched area [kg/m²], shape (n,), inf where its motion is prescribed."""
+        return self._mass / np.maximum(self.touched_area, TINY)
+
+    def speed_against(self, velocity: np.ndarray) -> float:
+        """Return the largest speed of a velocity [m/s], (3,), against the mean velocities of the surface and its images."""
+        means = np.array([image.flip * self.mean_velocity for image in self._images])
+        return float(np.linalg.norm(velocity - means, axis=1).max())
+
+    def add_forces(self, force: np.ndarray) -> None:
+        """Add forces on the vertices of the surface [N], shape (n, 3), over this step."""
+        self._moving.add_forces(force)
+
+    def fold(self, force: np.ndarray) -> np.ndarray:
+        """Return forces on the vertices of the surface, shape (n, 3), of those on all with images."""
+        n = self.n_vertices
+        total = np.zeros((n, 3))
+        for i, image in enumerate(self._images):
+            total += image.flip * force[i * n : (i + 1) * n]
+        return total
+
+    def _all_places(self, place: np.ndarray) -> np.ndarray:
+        return np.concatenate([image.flip * place + image.shift for image in self._images])
+
+    @staticmethod
+    def _imaged(triangle: np.ndarray, image: Image, n: int, i: int) -> np.ndarray:
+        """Return the triangles of an image: those of mirror images turn the other way round."""
+        return i * n + (triangle[:, ::-1] if np.prod(image.flip) < 0.0 else triangle)
+
+
+def _pattern(matrix: sparse.csr_array) -> sparse.csr_array:
+    matrix = sparse.csr_array(matrix)
+    matrix.data[:] = 1.0
+    matrix.sort_indices()
+    return matrix
+
+
+def _representatives(place: np.ndarray, n: int, same: float) -> np.ndarray:
+    """Return for each vertex, with images, the first that is at one place with it: of the images of one vertex, or the vertex
+    of the surface itself where an image of another one lies."""
+    number = np.arange(len(place))
+    copies = place.reshape(-1, n, 3)
+    for i in range(1, len(copies)):
+        for j in range(i - 1, -1, -1):
+            at = np.flatnonzero(np.linalg.norm(copies[i] - copies[j], axis=1) <= same)
+            number[i * n + at] = j * n + at
+    if len(copies) > 1:
+        away = np.flatnonzero(number[n:] == np.arange(n, len(place))) + n
+        distance, found = cKDTree(place[:n]).query(place[away], distance_upper_bound=same)
+        number[away[np.isfinite(distance)]] = found[np.isfinite(distance)]
+    while not np.array_equal(number, number[number]):
+        number = number[number]
+    return number
+
+
+def _across_edges(triangle: np.ndarray) -> np.ndarray:
+    """Return the triangle beyond each edge, shape (T, 3), -1 where there is none."""
+    ends = np.sort(triangle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.argsort(ends[:, 0] * (int(triangle.max()) + 1) + ends[:, 1], kind="stable")
+    same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
+    beside = np.full(len(ends), -1)
+    first, second = order[:-1][same], order[1:][same]
+    beside[first], beside[second] = second // 3, first // 3
+    return beside.reshape(-1, 3)

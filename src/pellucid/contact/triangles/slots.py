@@ -1,0 +1,322 @@
+"""The places where points of one surface may touch a surface of triangles: slots, which remember the side. Kernels.
+
+A point of a sheet has two slots, one for what lies on either side of its sheet, and a point of a solid has one. A slot stores a
+triangle of the other surface and the side of that triangle, +1 or -1, on which the point was when it was found. From step to
+step the closest triangle is found by a walk over the mesh from the triangle of the step before, so that a slot stays on its
+sheet however many others are near. A search through boxes fills slots that are empty, or that hold something further away. It
+is only done when surfaces may have come nearer by the margin of the sight.
+
+Four rules keep a surface from touching what it must not touch:
+
+- A point does not touch the triangles about it, and a slot from which the walk leads there is emptied.
+- A slot does not take a triangle beside the one in the other slot of the point. Otherwise a sheet that was pressed in a little
+  would be found again from behind, and pushed further.
+- Faces of solids only touch faces that look towards them. A point that lies deeper behind a face than it lies behind another
+  one at an edge of the body is not pushed out sideways.
+- Beyond the rim of an open surface the distance is that from the rim, on no side. So the rim is round, the energy of the
+  overlap is continuous, and a point may pass from one side to the other around it.
+"""
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pellucid.contact.triangles.closest_point import INSIDE, at_foot, closest_on, normal_at, row_of
+from pellucid.jit import kernel, pointwise
+from pellucid.jit.loops import parallel_loop
+
+CHUNK = 128  # points that a thread takes at a time
+STEPS = 30  # of a walk, at most
+FACING = 0.2  # cosine of the angle between the normal of a point and the opposite one of a face, from where on they touch
+APART, STAYS, ENTERS, COMES = range(4)
+"""States of a slot: no overlap; an overlap that was there in the step before; one that begins; one that would begin within the
+next steps, with the velocities of now."""
+
+OVER_RIM = 0.95  # cosine of the angle between the normal and the direction to a point, below which it is beyond the rim
+
+
+class Points(NamedTuple):
+    """m points of a surface, each in a triangle of its own."""
+
+    place: np.ndarray  # (m, 3) [m]
+    velocity: np.ndarray  # (m, 3) [m/s]
+    normal: np.ndarray  # (m, 3) any length
+    corner: np.ndarray  # (m, 3) vertices
+    share: np.ndarray  # (m, 3) barycentric coordinates
+    area: np.ndarray  # (m,) at the start [m²]
+    first: np.ndarray  # (m + 1,) of the triangles about each point in `excluded`, of all where they touch others
+    excluded: np.ndarray  # triangles that a point does not touch, in ascending order
+
+
+class Slots(NamedTuple):
+    """State of s slots of m points: what a checkpoint stores."""
+
+    triangle: np.ndarray  # (m, s) -1 where a slot is empty
+    side: np.ndarray  # (m, s) +1 or -1; 0 beyond a rim
+    state: np.ndarray  # (m, s) APART, STAYS or ENTERS
+    clear: np.ndarray  # (m, s) length of the way of the surfaces up to which no overlap is possible [m]
+    born: np.ndarray  # (m, s) depth at which the slot was filled, as far as the point has not come out since [m]
+    depth: np.ndarray  # (m, s) overlap that presses; where one comes, the distance up to it with a minus [m]
+    share: np.ndarray  # (m, s, 3) barycentric coordinates of the closest point
+    normal: np.ndarray  # (m, s, 3) from the other surface to the point
+    slip: np.ndarray  # (m, s, 3) displacement from where friction holds [m]
+    relative: np.ndarray  # (m, s, 3) velocity against the other surface as the step began [m/s]
+    lossy: np.ndarray  # (m, s, 3) forces of damper and friction over the step [N]
+
+
+def make_slots(m: int, s: int) -> Slots:
+    """Return s empty slots for each of m points."""
+    whole = [np.full((m, s), -1), np.zeros((m, s), np.int64), np.zeros((m, s), np.int64)]
+    return Slots(*whole, *(np.zeros((m, s)) for _ in range(3)), *(np.zeros((m, s, 3)) for _ in range(5)))
+
+
+class Boxes(NamedTuple):
+    """Triangles by the boxes of a lattice in whose sight they are."""
+
+    lower: np.ndarray  # (3,) [m]
+    size: float  # edge of a box [m]
+    counts: tuple[int, int, int]
+    first: np.ndarray  # (boxes + 1,) of each box in `order`
+    order: np.ndarray
+
+
+class Sight(NamedTuple):
+    """How surfaces see each other."""
+
+    thickness: float  # distance at which they touch, half of both thicknesses [m]
+    far: float  # distance up to which a search finds a triangle [m]
+    forgets: float  # distance from which a slot is empty again [m]
+    two_sided: bool  # whether the other surface has two sides
+    faces: bool  # whether both surfaces have one side, so that their faces must look towards each other
+    outside: float  # how far behind a triangle of one side a point may be that finds it [m]
+
+
+@pointwise
+def _is_among(first, listed, i, q):
+    """Return whether q is in list i; lists are in ascending order and short."""
+    for r in range(first[i], first[i + 1]):
+        if listed[r] >= q:
+            return listed[r] == q
+    return False
+
+
+@pointwise
+def _looks_away(points, facets, sight, p, q):
+    """Return whether triangle q of a solid does not look towards a point of a solid."""
+    if not sight.faces:
+        return False
+    m, n = row_of(points.normal, p), row_of(facets.normal, q)
+    size = sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] > -FACING * size
+
+
+@kernel(inner=True)
+def _leads_to_excluded(points, facets, p, q):
+    """Return whether a neighbour of triangle q is one that point p does not touch."""
+    if points.first[p] == points.first[p + 1]:
+        return False
+    for r in range(facets.first[q], facets.first[q + 1]):
+        if _is_among(points.first, points.excluded, p, facets.neighbour[r]):
+            return True
+    return False
+
+
+@kernel(inner=True)
+def _walk(points, facets, sight, p, x, t):
+    """Return the triangle closest to a point that a walk from triangle t finds, and the closest point; -1 where the walk leads
+    to a triangle that the point does not touch."""
+    u, v, w, region, square = closest_on(facets, t, x)
+    if _looks_away(points, facets, sight, p, t):
+        return -1, u, v, w, region, square
+    for _ in range(STEPS):
+        if region == INSIDE:
+            break
+        best = t
+        for r in range(facets.first[t], facets.first[t + 1]):
+            q = facets.neighbour[r]
+            if q == t or _looks_away(points, facets, sight, p, q):
+                continue
+            uu, vv, ww, rr, ss = closest_on(facets, q, x)
+            if ss < square * (1.0 - 1e-12) or (ss <= square and rr < region and rr == INSIDE):
+                best, u, v, w, region, square = q, uu, vv, ww, rr, ss
+        if best == t:
+            break
+        t = best
+        if _is_among(points.first, points.excluded, p, t):
+            return -1, u, v, w, region, square
+    return t, u, v, w, region, square
+
+
+@kernel(inner=True)
+def _search(points, facets, boxes, sight, p, x, hand, held, square):
+    """Return the triangle closest to a point, nearer than the square of a distance, on one side (hand) of its own plane, on
+    either one where hand is 0; -1 where there is none. held: the triangle in the other slot of the point, or -1."""
+    found, least, b = -1, square, 0
+    for d in range(3):
+        i = int(np.floor((x[d] - boxes.lower[d]) / boxes.size))
+        if i < 0 or i >= boxes.counts[d]:
+            return found
+        b = b * boxes.counts[d] + i
+    m = row_of(points.normal, p)
+    for r in range(boxes.first[b], boxes.first[b + 1]):
+        q = boxes.order[r]
+        u, v, w, region, s = closest_on(facets, q, x)
+        if s >= least:
+            continue
+        f = at_foot(facets.place, facets.triangle, q, u, v, w)
+        away = (x[0] - f[0], x[1] - f[1], x[2] - f[2])
+        if hand != 0 and hand * (away[0] * m[0] + away[1] * m[1] + away[2] * m[2]) > 0.0:
+            continue
+        if not sight.two_sided:
+            n = normal_at(facets, q, region)
+            if away[0] * n[0] + away[1] * n[1] + away[2] * n[2] < -sight.outside * sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2):
+                continue
+        if _looks_away(points, facets, sight, p, q) or _is_among(points.first, points.excluded, p, q):
+            continue
+        if held >= 0 and _is_among(facets.first, facets.neighbour, held, q):
+            continue
+        if region != INSIDE and _leads_to_excluded(points, facets, p, q):
+            continue
+        found, least = q, s
+    return found
+
+
+@pointwise
+def _empty(slots, p, k):
+    slots.triangle[p, k], slots.side[p, k], slots.state[p, k] = -1, 0, APART
+    slots.born[p, k] = slots.depth[p, k] = 0.0
+    slots.slip[p, k, 0] = slots.slip[p, k, 1] = slots.slip[p, k, 2] = 0.0
+
+
+@pointwise
+def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
+    """Fill a slot with a closest point; return the signed distance from its surface [m]."""
+    n = normal_at(facets, t, region)
+    f = at_foot(facets.place, facets.triangle, t, u, v, w)
+    away = (x[0] - f[0], x[1] - f[1], x[2] - f[2])
+    along = away[0] * n[0] + away[1] * n[1] + away[2] * n[2]
+    size, r = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), sqrt(square)
+    side, beyond = slots.side[p, k], False
+    if size == 0.0:  # on the rim
+        n = row_of(facets.normal, t)
+        along, size = away[0] * n[0] + away[1] * n[1] + away[2] * n[2], 1.0
+        beyond = abs(along) < OVER_RIM * r
+    if beyond:
+        side = 0
+    elif not sight.two_sided:
+        side = 1
+    elif side == 0:
+        side = 1 if along >= 0.0 else -1
+    slots.triangle[p, k], slots.side[p, k] = t, side
+    slots.share[p, k, 0], slots.share[p, k, 1], slots.share[p, k, 2] = u, v, w
+    sign = 1.0
+    if side != 0 and side * along < 0.0:
+        sign = -1.0
+    if r > 1e-9 * sight.far:
+        factor = sign / r
+        n0, n1, n2 = factor * away[0], factor * away[1], factor * away[2]
+    else:
+        factor = side / size if side != 0 else 1.0
+        n0, n1, n2 = factor * n[0], factor * n[1], factor * n[2]
+    slots.normal[p, k, 0], slots.normal[p, k, 1], slots.normal[p, k, 2] = n0, n1, n2
+    return sign * r
+
+
+@pointwise
+def relative_velocity(points, facets, slots, p, k):
+    """Return the velocity of a point against the closest point of the other surface [m/s]."""
+    u, v, w = slots.share[p, k, 0], slots.share[p, k, 1], slots.share[p, k, 2]
+    of_foot = at_foot(facets.velocity, facets.triangle, slots.triangle[p, k], u, v, w)
+    v = row_of(points.velocity, p)
+    return v[0] - of_foot[0], v[1] - of_foot[1], v[2] - of_foot[2]
+
+
+@parallel_loop()
+def find_feet(chunk, points, facets, slots, boxes, sight, way, coming, ahead, looks):
+    """Find the closest points and the overlap in the slots of points.
+
+    way: length of the way by which surfaces may have come nearer since the run began [m]; ahead: time within which an overlap
+    is foreseen [s], 0 where none is; coming: how much nearer surfaces may come in it [m]; looks: whether to search.
+    """
+    n_slots = slots.triangle.shape[1]
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.place))):
+        x = row_of(points.place, p)
+        for k in range(n_slots):
+            t = slots.triangle[p, k]
+            if t < 0 and not looks:
+                continue
+            if t >= 0 and not looks and way + coming < slots.clear[p, k]:
+                slots.state[p, k] = APART
+                continue
+            gap, fresh = inf, False
+            if t >= 0:
+                t, u, v, w, region, square = _walk(points, facets, sight, p, x, t)
+                if t < 0 or square > sight.forgets * sight.forgets:
+                    _empty(slots, p, k)
+                    t = -1
+                else:
+                    gap = _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square)
+            if looks and gap > sight.thickness:
+                hand = 0 if n_slots == 1 else 1 - 2 * k
+                held = slots.triangle[p, 1 - k] if n_slots == 2 else -1
+                limit = min(sight.far, gap)
+                q = _search(points, facets, boxes, sight, p, x, hand, held, limit * limit)
+                if q >= 0 and q != t:
+                    q, u, v, w, region, square = _walk(points, facets, sight, p, x, q)
+                    if q >= 0 and not (held >= 0 and _is_among(facets.first, facets.neighbour, held, q)):
+                        _empty(slots, p, k)
+                        gap, fresh, t = _measure(facets, sight, slots, p, k, x, q, u, v, w, region, square), True, q
+            if t < 0:
+                continue
+            within = max(sight.thickness - gap, 0.0)
+            slots.born[p, k] = within if fresh else min(slots.born[p, k], within)
+            slots.depth[p, k] = within - slots.born[p, k]
+            slots.clear[p, k] = way + gap - sight.thickness
+            if slots.depth[p, k] > 0.0:
+                slots.state[p, k] = STAYS if slots.state[p, k] == STAYS or slots.state[p, k] == ENTERS else ENTERS
+            else:
+                slots.state[p, k] = APART
+                if ahead > 0.0 and gap > sight.thickness and slots.side[p, k] != 0:
+                    v = relative_velocity(points, facets, slots, p, k)
+                    along = v[0] * slots.normal[p, k, 0] + v[1] * slots.normal[p, k, 1] + v[2] * slots.normal[p, k, 2]
+                    if gap + ahead * along < sight.thickness:
+                        slots.state[p, k], slots.depth[p, k] = COMES, sight.thickness - gap
+                slots.slip[p, k, 0] = slots.slip[p, k, 1] = slots.slip[p, k, 2] = 0.0
+
+
+@kernel()
+def count_in_boxes(low, high, lower, size, counts, first):
+    """Count the triangles in each box, of which `low` and `high` are the ends of the space that they see, shape (T, 3)."""
+    for t in range(len(low)):
+        for i in range(_first(low[t, 0], lower[0], size), _last(high[t, 0], lower[0], size, counts[0])):
+            for j in range(_first(low[t, 1], lower[1], size), _last(high[t, 1], lower[1], size, counts[1])):
+                for k in range(_first(low[t, 2], lower[2], size), _last(high[t, 2], lower[2], size, counts[2])):
+                    first[(i * counts[1] + j) * counts[2] + k + 1] += 1
+    for b in range(1, len(first)):
+        first[b] += first[b - 1]
+
+
+@kernel()
+def sort_into_boxes(low, high, lower, size, counts, first, order):
+    """Sort the triangles by box into `order`; `first` as `count_in_boxes` leaves it."""
+    for t in range(len(low) - 1, -1, -1):
+        for i in range(_first(low[t, 0], lower[0], size), _last(high[t, 0], lower[0], size, counts[0])):
+            for j in range(_first(low[t, 1], lower[1], size), _last(high[t, 1], lower[1], size, counts[1])):
+                for k in range(_first(low[t, 2], lower[2], size), _last(high[t, 2], lower[2], size, counts[2])):
+                    b = (i * counts[1] + j) * counts[2] + k
+                    first[b + 1] -= 1
+                    order[first[b + 1]] = t
+    for b in range(len(first) - 1):
+        first[b] = first[b + 1]
+    first[len(first) - 1] = len(order)
+
+
+@pointwise
+def _first(x, lower, size):
+    return max(0, int(np.floor((x - lower) / size)))
+
+
+@pointwise
+def _last(x, lower, size, count):
+    return min(count, int(np.floor((x - lower) / size)) + 1)
