@@ -228,7 +228,7 @@ def _representatives(place: np.ndarray, n: int, same: float) -> np.ndarray:
             number[i * n + at] = j * n + at
     if len(copies) > 1:
         away = np.flatnonzero(number[n:] == np.arange(n, len(place))) + n
-        distance, found = cKDTree(place[:n]).query(place[away], distance_upper_bound=same)
+        distance, found = map(np.asarray, cKDTree(place[:n]).query(place[away], distance_upper_bound=same))
         number[away[np.isfinite(distance)]] = found[np.isfinite(distance)]
     while not np.array_equal(number, number[number]):
         number = number[number]
