@@ -17,6 +17,7 @@ from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
 from pellucid.contact.touch import Touch
 from pellucid.contact.triangles.pair import TrianglePair
 from pellucid.energy import WorkLayout
+from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
@@ -147,13 +148,28 @@ def _triangle_pairs(
 def _self_contacts(case: "Case", surfaces: Surfaces, planes: Sequence[Plane], ends: Sequence[Seam]) -> list[TrianglePair]:
     """Return the contacts of bodies with themselves; one whose motion is prescribed has none."""
     pairs = []
-    for contact in case.contact:
+    for number, contact in enumerate(case.contact):
         surface = surfaces.get(contact.between[0])
         if contact.is_of_one_body and surface is not None and not surface.is_hard:
             friction, _ = _friction_and_name(contact)
             how = friction, courant_of(case), case.time.step or 0.0, None, planes, ends
-            pairs.append(TrianglePair(surface, surface, *how))
+            pair = TrianglePair(surface, surface, *how)
+            _refuse_without_side(pair, contact.between[0], f"contact.{number}.between")
+            pairs.append(pair)
     return pairs
+
+
+def _refuse_without_side(pair: TrianglePair, name: str, path: str) -> None:
+    """Raise CaseError where layers of a body lie on each other at the start."""
+    place = pair.place_without_side()
+    if place is not None:
+        x, y, z = place.tolist()
+        text = (
+            f"layers of body {name} lie on each other at ({x:.4g}, {y:.4g}, {z:.4g}) m, without a distance, so that none is on "
+            f"a side of the other"
+        )
+        remedy = "move the layers apart by a hundredth of the thickness or more; contact keeps them apart once they have opened"
+        raise CaseError(Problem(text, path, remedy=remedy))
 
 
 def _friction_and_name(contact: Contact | None) -> tuple[float, str | None]:

@@ -6,6 +6,7 @@ from slit_blocks import slit_block
 from small_cases import advance, case
 from triangle_surfaces import crossings, folded_in_three, layers_apart, square, strip, write_obj
 
+from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
 
 THICKNESS = 1e-3
@@ -254,6 +255,47 @@ def test_what_bears_neither_compression_nor_bending_is_refused(tmp_path):
     del body["bending"]
     with pytest.raises(ValueError, match="crumples"):
         case(body, counts=(16, 16, 4), cell=0.25, lower=(-1, -1, -0.5), contact=itself())
+
+
+def pillow(n, size, gap):
+    """A flat bag of two sheets with a gap between them [m] that are joined at their rims; its normals look outwards."""
+    vertices, triangles = square(n, size)
+    rim = (np.abs(vertices[:, :2] - 0.5 * size) > 0.5 * size - 1e-9).any(axis=1)
+    number = np.where(rim, np.arange(len(vertices)), len(vertices) + np.cumsum(~rim) - 1)
+    upper = vertices + np.where(rim, 0.0, 0.5 * gap)[:, None] * (0.0, 0.0, 1.0)
+    lower = vertices[~rim] - np.array((0.0, 0.0, 0.5 * gap))
+    corners = rim[triangles].all(axis=1)  # of three rim vertices: one for both sheets
+    below = number[triangles[~corners]][:, ::-1]
+    return np.concatenate([upper, lower]), np.concatenate([triangles[~corners], below])
+
+
+def test_a_flat_bag_opens_without_a_crossing(tmp_path):
+    """Its layers begin at a third of the thickness, which presses nothing: they part as the bag is blown up."""
+    vertices, triangles = pillow(8, 0.16, THICKNESS / 3.0)
+    write_obj(tmp_path / "bag.obj", vertices, triangles)
+    body = cloth(tmp_path / "bag.obj", 1e-5, damping=30.0)
+    more = {"pressure": [{"body": "cloth", "value": 60.0, "rise": 0.05}], "contact": itself(0.2), "end": 0.1}
+    sim = Simulation(case(body, counts=(12, 12, 8), cell=0.02, lower=(-0.04, -0.04, -0.08), **more), threads=1)
+    crossed, widest, first = 0, 0.0, None
+    for _ in sim:
+        places = sim.bodies[0].arrays["position"]
+        widest = max(widest, np.ptp(places[:, 2]))
+        first = sim.surface_pairs.energy.held if first is None else first
+        if sim.n_steps % 20 == 0:
+            crossed += crossings(places, triangles)
+    assert first == 0.0
+    assert crossed == 0
+    assert widest > 10.0 * THICKNESS
+
+
+def test_layers_on_each_other_have_no_side_and_are_refused(tmp_path):
+    vertices, triangles = pillow(4, 0.16, 0.0)
+    write_obj(tmp_path / "bag.obj", vertices, triangles)
+    body = cloth(tmp_path / "bag.obj", 1e-5)
+    tables = case(body, counts=(12, 12, 8), cell=0.02, lower=(-0.04, -0.04, -0.08), contact=itself())
+    with pytest.raises(CaseError, match="lie on each other") as refused:
+        Simulation(tables, threads=1)
+    assert "contact.0.between" in str(refused.value)
 
 
 def test_two_membranes_touch_by_their_triangles(tmp_path):

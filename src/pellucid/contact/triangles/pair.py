@@ -31,9 +31,8 @@ from pellucid.contact.triangles.mesh import FORGETS, MARGIN, SEARCHED, TriangleM
 from pellucid.contact.triangles.slots import APART, CHUNK, Boxes, Sight, find_feet, make_slots
 
 NO_BOXES = Boxes(np.zeros(3), 1.0, (1, 1, 1), np.zeros(2, np.int64), np.zeros(0, np.int64))
-OUTSIDE = (
-    1e-6  # of an edge: how far behind its faces a solid still notices a point, by rounding of surfaces that begin in contact
-)
+OUTSIDE = 1e-6  # of an edge: how far behind its faces a solid still finds a point, as surfaces may start in contact
+SEPARATE = 1e-6  # of the thickness: least distance of layers at the start that tells their sides
 
 
 class SlotEnergy:
@@ -172,6 +171,18 @@ class TrianglePair(Touch):
         for mesh in self._meshes:
             mesh.follow()
         self._energy.taken = sum(side.follow(last) for side in self.sides)
+
+    def place_without_side(self) -> np.ndarray | None:
+        """Return a place at the start where layers lie on each other [m], (3,), so that none is on a side of the other; None if
+        there is no such place. It fills the slots."""
+        self.follow(0.0)
+        self.find({})
+        for side in self.sides:
+            most = side.sight.thickness * (1.0 - SEPARATE)
+            at = np.flatnonzero((side.slots.born >= most).any(axis=1) & (most > 0.0))
+            if len(at):
+                return np.asarray(side.points.place[at[0]])
+        return None
 
     def find(self, described: dict[int, Described]) -> bool:
         self.impulse = np.zeros(3)
