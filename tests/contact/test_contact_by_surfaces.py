@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_cases import RATE_SOLID, advance, box, simulation
 
-from pellucid.contact.overlap import OUT, SHEET_STIFF, StartOverlap
+from pellucid.contact.overlap import SHEET_STIFF
 from pellucid.running.forecast.steps import of_simulation
 
 G = 9.81
@@ -105,23 +105,6 @@ def test_a_fixed_step_bounds_the_stiffness():
     sim = simulation(blown_up(), wall=[FLOOR], end=0.1, step=step, pressure=PRESSURE, **SIZE)
     (wall,) = sim.surface_pairs._pairs
     assert np.sqrt(wall.law.stiffness / sim.bodies[0].areal_density) * step == pytest.approx(SHEET_STIFF)
-
-
-def test_an_overlap_of_the_start_presses_once_it_has_opened():
-    start = StartOverlap(4)
-    at = np.array([0, 2])
-    assert start.reduce(at, np.array([0.3, 0.2])) == pytest.approx([0.0, 0.0])
-    assert start.reduce(at, np.array([0.4, 0.1])) == pytest.approx([0.1, 0.0])  # deeper; on its way out
-    again = StartOverlap(4)
-    again.restore(start.state_numbers())
-    for of in (start, again):
-        assert of.reduce(at, np.array([0.4, 0.3])) == pytest.approx([0.1, 0.2])
-        for _ in range(OUT - 1):
-            assert of.reduce(np.array([1]), np.array([0.5])) == pytest.approx([0.5])
-        assert of.reduce(at, np.array([0.4, 0.3])) == pytest.approx([0.1, 0.2])  # they were not found for some steps
-        for _ in range(OUT):
-            assert of.reduce(np.array([1]), np.array([0.5])) == pytest.approx([0.5])
-        assert of.reduce(at, np.array([0.4, 0.3])) == pytest.approx([0.4, 0.3])  # they were out
 
 
 def test_a_ball_that_starts_half_its_thickness_in_a_plate_is_not_thrown_off():

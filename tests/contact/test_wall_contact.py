@@ -29,8 +29,11 @@ STIFFNESS = 50.0 * 20.0**2
 
 
 def pushed(surface, plane, friction=0.0, dt=0.1, last=0.1):
-    """The contact, and the forces on the points of a surface that touches a plane."""
+    """The contact, and the forces on the points of a surface that touches a plane, above which it was at the start."""
     contact = WallContact(surface, plane, friction, courant=1.0)
+    surface.place[:, 1] += 1.0
+    contact.find({id(surface): describe(surface, [])})
+    surface.place[:, 1] -= 1.0
     forces, touched = {id(surface): np.zeros((3, 3))}, {id(surface): np.zeros(3, bool)}
     if contact.find({id(surface): describe(surface, [])}):
         contact.push(dt, last, forces, touched)

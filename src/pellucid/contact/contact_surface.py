@@ -27,6 +27,8 @@ class ContactSurface(ABC):
     [m], shape (m,).
     """
 
+    body = ""
+    """Name of the body."""
     two_sided = False
     """Whether others may meet it from both sides: a membrane."""
     half_width: float | np.ndarray = 0.0

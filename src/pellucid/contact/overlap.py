@@ -33,9 +33,10 @@ less and less: by what lies on them, by loads."""
 STIFFER = 4.0
 """Times at most that friction between such bodies is stiffer than their overlap: it then swings twice as fast as they do."""
 OUT = 10
-"""Steps after which a point that does not overlap has come out of an overlap of the start."""
+"""Steps during which surfaces must be further apart before this reduces an overlap of the start."""
 TINY = 1e-300
 ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
+ROUNDED_START = 1e-9  # of a length of the mesh: depth at the start that is rounding
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 
 
@@ -106,39 +107,48 @@ class GivenBefore:
 
 
 class StartOverlap:
-    """Overlap of the start, which exerts no pressure: of each point the part of the depth from which it has not come out yet.
+    """Overlap of the start, which exerts no pressure.
 
-    It only decreases, so that the energy of the rest of the depth is still one of the depth alone. A point is out once it has
-    not overlapped for `OUT` steps: beside a curved surface it may not be found for a step, and would be thrown off by all its
-    depth in the next.
+    It is the largest depth of the start, and is subtracted from the depths of all points: the surfaces begin in touch, as if
+    they were thinner by this depth, and contact acts this much later. It decreases to the largest depth of the last `OUT` steps
+    as the surfaces come apart: a point beside a curved surface may not be found for a step, and would be thrown off by all its
+    depth in the next. Since nothing presses then, the energy of the rest of the depths remains one of the places alone.
+
+    Parameters
+    ----------
+    length
+        Distance between the points of a surface or more [m], of which `ROUNDED_START` counts as no depth.
     """
 
-    def __init__(self, n_points: int) -> None:
-        self._depth, self._begun = np.zeros(n_points), False
-        self._steps_out = np.zeros(n_points, np.int64)
+    def __init__(self, length: float) -> None:
+        self._rounding, self.depth, self._begun = ROUNDED_START * length, 0.0, False
+        self._recent: list[float] = []  # largest depths of the last steps
 
-    def reduce(self, listed: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Return the depths of the listed points without that part [m]; points that are not listed do not overlap."""
-        if self._begun and not self._depth.any():
-            return depth
-        left = np.minimum(self._depth[listed], depth) if self._begun else depth
+    def skip(self) -> None:
+        """Let everything press from the start on: the surfaces touched each other in an earlier run."""
         self._begun = True
-        self._steps_out += 1
-        self._steps_out[listed] = 0
-        self._depth[self._steps_out >= OUT] = 0.0
-        self._depth[listed] = left
-        return np.asarray(depth - left)
+
+    def reduce(self, depth: np.ndarray) -> np.ndarray:
+        """Return the depths [m] of all points near the other surface, shape (n,), without that part."""
+        if self._begun and self.depth == 0.0:
+            return depth
+        deepest = float(depth.max(initial=0.0))
+        self._recent = [*self._recent[1 - OUT :], deepest]
+        self.depth = min(self.depth, max(self._recent)) if self._begun else deepest
+        self._begun = True
+        if self.depth <= self._rounding:
+            self.depth = 0.0
+            return depth
+        return depth - self.depth
 
     def state_numbers(self) -> list[object]:
         """Return the state for a checkpoint."""
-        (at,) = np.nonzero(self._depth)
-        return [self._begun, at.tolist(), self._depth[at].tolist(), self._steps_out[at].tolist()]
+        return [self._begun, self.depth, self._recent]
 
     def restore(self, numbers: Sequence[Any]) -> None:
         """Go on from a checkpoint."""
-        self._begun, at, depth, steps_out = numbers
-        self._depth.fill(0.0)
-        self._depth[np.array(at, np.int64)], self._steps_out[np.array(at, np.int64)] = depth, steps_out
+        self._begun, self.depth, recent = numbers
+        self._recent = list(recent)
 
 
 class OverlapLaw:

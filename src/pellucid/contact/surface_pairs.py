@@ -14,7 +14,7 @@ of their periods, and hardly acts on bodies as a whole. Bodies of which none def
 under what presses them: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -70,7 +70,7 @@ class HalfPair:
         # over a body that deforms a sheet follows the third-order distance: feet lie deeper by a part of its thickness
         self._from_feet = not (other.is_hard or one.is_sheet)
         self._near = NEAR * float(np.median(other.reach)) if self._from_feet else 0.0
-        self.start = StartOverlap(len(one.place)) if one.is_sheet else None
+        self.start = None if one.is_hard and other.is_hard else StartOverlap(float(other.reach.max()))
         self._make_room()
 
     def _make_room(self) -> None:
@@ -92,7 +92,7 @@ class HalfPair:
         if may:
             depth, listed, normal, rows = self._find_depths(one, other)
         if self.start is not None:
-            depth = self.start.reduce(listed, depth)
+            depth = self.start.reduce(depth)
         kept = depth > 0.0
         if not kept.any():
             return False
@@ -220,6 +220,11 @@ class SurfacePair(Touch):
     def given_before(self) -> list[GivenBefore]:
         return [half.given for half in self._halves]
 
+    @property
+    def sight(self) -> float:
+        """Distance at which the surfaces notice each other [m]."""
+        return min(float(half.other.reach.min()) for half in self._halves)
+
     def start_overlaps(self) -> list[StartOverlap]:
         return [half.start for half in self._halves if half.start is not None]
 
@@ -340,6 +345,26 @@ class SurfacePairs:
         for pair in self._pairs:
             for overlap in pair.overlaps():
                 yield overlap.one, overlap.one.place[overlap.listed]
+
+    def find_start_overlaps(self) -> list[tuple[Touch, float]]:
+        """Find what overlaps as the run begins: pairs with the depth that exerts no pressure [m]."""
+        starting = [pair for pair in self._pairs if not all(surface.is_hard for surface in pair.surfaces)]
+        described = dict[int, Described]()
+        for surface in {id(surface): surface for pair in starting for surface in pair.surfaces}.values():
+            surface.begin()
+            described[id(surface)] = describe(surface, self._planes, self._seams)
+        for pair in starting:
+            pair.begin(0.0, 0.0)
+            pair.follow(0.0)
+            pair.find(described)
+        return [(pair, depth) for pair in starting if (depth := pair.start_depth()) > 0.0]
+
+    def skip_start_overlaps(self, names: Collection[str]) -> None:
+        """Let bodies with these names touch each other, and walls, from the start on: they did so in an earlier run."""
+        for pair in self._pairs:
+            if all(surface.body in names for surface in pair.surfaces):
+                for start in pair.start_overlaps():
+                    start.skip()
 
     def impulses(self) -> dict[str, np.ndarray]:
         """On the first body of each pair with a name over this step [N s], (3,)."""

@@ -40,6 +40,16 @@ class Touch(ABC):
         self.before = 0.0
         """Power of the dampers and friction of the last step along the velocities of now [W]."""
 
+    @property
+    def between(self) -> tuple[str, ...]:
+        """Both that touch, for messages."""
+        return tuple(f"body {surface.body}" for surface in self.surfaces)
+
+    @property
+    def distance(self) -> float:
+        """Distance between the points of both at which contact acts [m]."""
+        return sum(float(np.max(surface.half_width, initial=0.0)) for surface in self.surfaces)
+
     def begin(self, time: float, passing: float) -> None:  # noqa: B027
         """Before the overlaps of a step that begins at `time` [s], over which the time of the loads grows by `passing` [s]."""
 
@@ -65,6 +75,10 @@ class Touch(ABC):
     def given_before(self) -> list[GivenBefore]:
         """Return the forces of dampers and friction in the last step, where they are kept by points."""
         return []
+
+    def start_depth(self) -> float:
+        """Return the depth of the start that exerts no pressure as it is now [m]."""
+        return max((start.depth for start in self.start_overlaps()), default=0.0)
 
     @property
     def stops_apart(self) -> bool:

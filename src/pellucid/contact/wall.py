@@ -47,10 +47,14 @@ class WallContact(Touch):
         step: float = 0.0,
     ) -> None:
         super().__init__((surface,), OverlapLaw((surface,), friction, courant, swing, cell, step), name)
-        self.plane, self._work = plane, 0.0
+        self.plane, self.label, self._work = plane, "a wall" if name is None else f"wall {name}", 0.0
         self._overlap: Overlap | None = None
         self._given = GivenBefore()
-        self._start = StartOverlap(len(surface.place)) if surface.is_sheet else None
+        self._start = None if surface.is_hard or surface.drag is not None else StartOverlap(float(surface.reach.max()))
+
+    @property
+    def between(self) -> tuple[str, ...]:
+        return *super().between, self.label
 
     def begin(self, time: float, passing: float) -> None:
         """Move the plane to where it is."""
@@ -72,7 +76,7 @@ class WallContact(Touch):
         counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
         at = np.flatnonzero((depth > 0.0) & (counts > 0.0) & (sizes > 0.0))
         if self._start is not None:
-            depth[at] = self._start.reduce(at, depth[at])
+            depth[at] = self._start.reduce(depth[at])
             at = at[depth[at] > 0.0]
         if not len(at):
             return False

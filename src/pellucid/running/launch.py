@@ -104,7 +104,7 @@ def try_set_up(case: "Case", progress: Progress) -> list[str]:
     Returns
     -------
     list of str
-        Lines on the time step, the number of steps and the run time, for the user.
+        Lines on where membranes touch others, the time step, the number of steps and the run time, for the user.
 
     Raises
     ------
@@ -114,15 +114,16 @@ def try_set_up(case: "Case", progress: Progress) -> list[str]:
     from pellucid.case import check_memory
     from pellucid.case.memory import n_points, table_bytes
     from pellucid.running.forecast.words import foretell_case, foretell_simulation
+    from pellucid.set_up.contact_offsets import contact_offsets
     from pellucid.set_up.first_look import look
 
     check_memory(case)
     if n_points(case) > LARGE.points or table_bytes(case) > LARGE.tables:
         for text in look(case):
             warnings.warn(text, stacklevel=2)
-        return [*foretell_case(case), NOT_SET_UP]
+        return [*contact_offsets(case), *foretell_case(case), NOT_SET_UP]
     with _first_set_up(case, None, progress, alone=True) as (simulation, _, _):
-        return foretell_simulation(simulation)
+        return [*contact_offsets(case), *foretell_simulation(simulation)]
 
 
 def resume_case(

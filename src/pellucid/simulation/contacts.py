@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations, product
 from typing import TYPE_CHECKING, TypeGuard
 
+import numpy as np
+
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.symmetry import seams, symmetry_planes
 from pellucid.contact.contact_body import ContactBody
@@ -76,8 +78,9 @@ def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
     surfaces = {name: body.make_contact_surface(column) for name, body in able.items() if name in names}
     ends = [("xyz".index(face[0]), face.endswith("upper")) for outflow in case.outflow for face in outflow.where]
     open_faces = [(axis, float((case.grid.extent_upper() if upper else case.grid.lower)[axis])) for axis, upper in ends]
-    for surface in surfaces.values():
+    for name, surface in surfaces.items():
         if surface is not None:
+            surface.body = name
             surface.end_at(open_faces)
     return surfaces
 
@@ -193,7 +196,21 @@ def _surface_pairs(
             steps = courant_of(case), swing, name, grid.lattice.cell, ends, case.time.step or 0.0
             how = friction, dimension, grid.slice_thickness, *steps
             pairs.append(SurfacePair((one, other), *how))
+            _refuse_out_of_sight(pairs[-1])
     return pairs
+
+
+def _refuse_out_of_sight(pair: SurfacePair) -> None:
+    """Refuse contact offsets beyond the distance at which surfaces notice each other."""
+    if pair.distance <= pair.sight:
+        return
+    thick = max(pair.surfaces, key=lambda surface: float(np.max(surface.half_width)))
+    text = (
+        f"{' and '.join(pair.between)} touch at a distance of {pair.distance:.4g} m, the sum of their contact offsets; with "
+        f"these faces and cells they notice each other at {pair.sight:.4g} m only"
+    )
+    remedy = "reduce `contact_offset` (default: half of `thickness`), or use coarser faces on both bodies"
+    raise CaseError(Problem(text, f"body.{thick.body}.contact_offset", remedy=remedy))
 
 
 def _pair(

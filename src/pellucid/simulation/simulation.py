@@ -48,6 +48,7 @@ from pellucid.simulation.schemes import SCHEMES
 from pellucid.simulation.settling import SETTLING, SettlingClock, settle
 from pellucid.simulation.stages import Stages
 from pellucid.simulation.start import Standings, load_state
+from pellucid.simulation.start_overlaps import find_start_overlaps
 from pellucid.simulation.steady import SteadyClock
 from pellucid.simulation.threads import ThreadChoice, numbers_up_to
 from pellucid.simulation.timing import time_stages
@@ -104,6 +105,7 @@ class Simulation:
         separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
         self.contact_pairs, self.surface_pairs = contacts_of(case, built, self.velocity_fields, layout)
+        self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start.keys())
         remaps = isinstance(transfer, Flip) and case.time.scheme == "musl"
         acting = self.conditions, self.contact_pairs
         self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, *acting, remaps)
@@ -119,6 +121,8 @@ class Simulation:
         self._shown = 0.0
         for text in warnings_of(case, standing, start.keys()):
             warnings.warn(text, stacklevel=2)
+        for overlap in self.start_overlaps:
+            warnings.warn(overlap.text, stacklevel=2)
         if (without_work := idle(domain.group.size, self.velocity_fields)) is not None:
             warnings.warn(without_work, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case
@@ -424,7 +428,8 @@ class Simulation:
         }
         solved = {viscosity.field.name: viscosity.facts() for viscosity in self.stages.viscosities}
         facts = self.clock.facts() | self._settled | passed
-        return facts | ({"implicit_viscosity": solved} if solved else {})
+        overlaps = [overlap.facts() for overlap in self.start_overlaps]
+        return facts | ({"implicit_viscosity": solved} if solved else {}) | ({"start_overlaps": overlaps} if overlaps else {})
 
     def kinetic_energy(self) -> float:
         """Of all bodies [J]."""

@@ -47,6 +47,7 @@ def wall_contacts(
                 swing = swing_of(cell, gravity, surface.speed() + float(np.linalg.norm(plane.velocity)))
             friction = coefficient(wall.kind, wall.friction)
             contact = WallContact(surface, plane, friction, courant_of(case), swing, wall.name, cell, case.time.step or 0.0)
+            contact.label, surface.body = f"wall {wall.name or number}", model.name
             _refuse_pressed(contact, body, cell, f"wall.{number}.bodies")
             contacts.append(contact)
     return contacts

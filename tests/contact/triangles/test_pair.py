@@ -5,7 +5,9 @@ import pytest
 from triangle_surfaces import FreeTriangles, square, step
 
 from pellucid.contact.images import Plane, Seam
+from pellucid.contact.overlap import OUT
 from pellucid.contact.triangles.pair import TrianglePair
+from pellucid.contact.triangles.slots import APART
 
 
 def bumpy(n, height, seed, thickness, size=1.0):
@@ -189,3 +191,38 @@ def test_a_flat_sheet_that_goes_on_in_images_does_not_touch_them():
     sheet = FreeTriangles(*square(6), 0.2)
     for planes, seams in (([Plane(0, 0.0), Plane(1, 0.0), Plane(1, 1.0)], []), ([], [Seam(0, 0.0, 1.0), Seam(1, 0.0, 1.0)])):
         assert not step(TrianglePair(sheet, sheet, 0.0, 0.5, planes=planes, seams=seams))
+
+
+def test_the_overlap_of_the_start_is_one_depth_for_all_points():
+    """A sheet that leans, by 0.04 within the thickness of another: it presses as far as it comes nearer, until it was apart."""
+    lower, upper = FreeTriangles(*square(6), 0.1), FreeTriangles(*square(4, 0.5, 0.06), 0.1)
+    upper.vertices += np.array((0.21, 0.23, 0.0))
+    upper.vertices[:, 2] += 0.04 * (upper.vertices[:, 0] - 0.21)
+    pair = TrianglePair(lower, upper, 0.0, 0.5)
+
+    def deepest(side):
+        return float(side.slots.depth[side.slots.state != APART].max(initial=0.0))
+
+    assert not step(pair)
+    # points of the lower sheet meet the leaning one beside its lowest edge
+    assert [side.start.depth for side in pair.sides] == pytest.approx([0.038, 0.04], abs=3e-3)
+    assert pair.start_depth() == pytest.approx(0.04)
+    approach(pair, upper, 0.01)
+    assert deepest(pair.sides[1]) == pytest.approx(0.01)
+    assert pair.start_depth() == pytest.approx(0.04)
+    for left in (0.02, 0.0):
+        approach(pair, upper, -0.03)
+        for _ in range(OUT):
+            step(pair)
+        assert pair.start_depth() == pytest.approx(left)
+    approach(pair, upper, 0.05)
+    assert deepest(pair.sides[1]) == pytest.approx(0.04), "where it was at the start, it presses now"
+
+
+def test_the_overlap_of_a_fold_at_the_start_is_reported():
+    sheet = folded()
+    pair = TrianglePair(sheet, sheet, 0.0, 0.5)
+    step(pair)
+    assert pair.start_overlaps() == []
+    assert pair.distance == 2.0 * sheet.half_width
+    assert pair.start_depth() == max(float(side.slots.born.max()) for side in pair.sides)

@@ -19,8 +19,8 @@ class ElementMembrane(Body, Membrane):
         return self.surface.cells
 
     def half_width(self) -> tuple[float, float, float]:
-        """Half the thickness."""
-        return 0.5 * self.surface.thickness, 0.0, 0.0
+        """Its contact offset."""
+        return self.surface.contact_reach, 0.0, 0.0
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped`, naming the node, where a fault was found in this step."""

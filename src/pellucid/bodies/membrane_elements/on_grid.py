@@ -110,7 +110,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         triangles, areas = self.surface.cells.surface(), self.surface_areas()
         how = vector_areas, areas, take, self.contact_warning
         surface = PointsOfNodes(self.grid, triangles, self.places, lambda: self.node_velocity, *how)
-        surface.half_width = 0.5 * self.surface.thickness
+        surface.half_width = self.surface.contact_reach
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
         self.sheet = surface
         return surface

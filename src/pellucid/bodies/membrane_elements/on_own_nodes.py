@@ -104,7 +104,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         else:
             areas, warning = self.surface_areas(), self.contact_warning
             surface = PointsOfNodes(grid, triangles, *places, self.vector_areas, areas, take, warning)
-        surface.two_sided, surface.half_width = True, 0.5 * self.surface.thickness
+        surface.two_sided, surface.half_width = True, self.surface.contact_reach
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
         self.contact_surface = surface
         return surface

@@ -54,6 +54,8 @@ class ElementSurface:
         self.law = tense.law
         self.thickness = case.thickness / tense.ratio
         """At rest [m]."""
+        self.contact_reach = case.contact_reach
+        """Distance from the mid-surface at which others touch it [m]."""
         self.areal_density = case.material.density * case.thickness
         self._wave = wave_in_shape(self.law, tense.shape, case.material.density)  # at the start
         self._control = case.hourglass.control()

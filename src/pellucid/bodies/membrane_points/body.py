@@ -54,6 +54,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         self.law: Any = tense.law
         self.thickness = case.thickness / tense.ratio
         """At rest [m]."""
+        self._contact_reach = case.contact_reach
         self.areal_density = case.material.density * case.thickness
         vertices, self._triangles = case.surface.triangulate()
         n = len(vertices)
@@ -172,8 +173,8 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return super().fault(code, p)
 
     def half_width(self) -> tuple[float, float, float]:
-        """Half the thickness."""
-        return 0.5 * self.thickness, 0.0, 0.0
+        """Its contact offset."""
+        return self._contact_reach, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
         """Vector areas [m²], shape (n, 3), in the order in which points are stored; in plane problems those of the slice."""

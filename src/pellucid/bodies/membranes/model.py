@@ -35,7 +35,14 @@ class MembraneCase(DampedModel):
     is_surface: ClassVar[bool] = True
 
     surface: Surface = parameter("", "where the membrane is at the start")
-    thickness: float = parameter("m", "initial thickness", gt=0)
+    thickness: float = parameter("m", "initial thickness, half of it on each side of `surface`", gt=0)
+    contact_offset: float | None = parameter(
+        "m",
+        "distance from `surface` at which other bodies and walls touch the membrane, on either side; 0: at `surface` itself. "
+        "Default: half of `thickness`",
+        None,
+        ge=0,
+    )
     if TYPE_CHECKING:  # each kind declares its own
         material: MembraneMaterial
     tension: float = parameter(
@@ -49,6 +56,11 @@ class MembraneCase(DampedModel):
     )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
+
+    @property
+    def contact_reach(self) -> float:
+        """Distance from its mid-surface at which others touch it [m]."""
+        return 0.5 * self.thickness if self.contact_offset is None else self.contact_offset
 
     def occupied(self) -> Geometry:
         """The region that the membrane encloses."""

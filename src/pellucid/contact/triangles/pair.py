@@ -5,6 +5,7 @@ fine it is. A surface that touches itself searches once, with half of the stiffn
 """
 
 from collections.abc import Mapping, Sequence
+from math import inf
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.images import Described, Plane, Seam
-from pellucid.contact.overlap import Overlap
+from pellucid.contact.overlap import Overlap, StartOverlap
 from pellucid.contact.touch import Touch
 from pellucid.contact.triangles.forces import (
     AHEAD,
@@ -63,6 +64,7 @@ class AskingSide:
         two_sided = sides[0].two_sided, sides[1].two_sided
         self.sight = Sight(*ends, two_sided[1], not any(two_sided), OUTSIDE * other.edge)
         self.slots = make_slots(len(self.points.place), 2 if sides[0].two_sided else 1)
+        self.start = None if one is other else StartOverlap(other.edge)
         self.state = np.array([0.0, -1.0])
         """Length of the way by which the surfaces may have come nearer [m], and the same at the last search, -1 before one."""
 
@@ -87,11 +89,34 @@ class AskingSide:
             if looks := bool((lower <= upper).all()):
                 boxes = self.other.boxes(far, lower, upper)
         if not looks and not (self.slots.triangle >= 0).any():
+            if self.start is not None:
+                self.start.reduce(np.zeros(0))
             return False
+        if self.start is not None and searched < 0.0:  # one depth for all points instead of one for each slot
+            self._find_feet(boxes, way, (0.0, 0.0), looks)
+            self.start.reduce(self.slots.born.ravel())
+            self.slots.born.fill(0.0)
+            looks = False
         foreseen = (AHEAD * self._coming, AHEAD * self._last) if self.law.stops > 0.0 else (0.0, 0.0)
-        meeting = self.points, self.other.facets, self.slots, boxes, self.sight
-        find_feet((len(self.points.place) - 1) // CHUNK + 1, *meeting, way, *foreseen, looks)
+        self._find_feet(boxes, way, foreseen, looks)
+        if self.start is not None and self.start.depth > 0.0:
+            self._open(self.start, way)
         return bool((self.slots.state != APART).any())
+
+    def _find_feet(self, boxes: Boxes, way: float, foreseen: tuple[float, float], looks: bool) -> None:
+        sight, (coming, ahead) = self.sight, foreseen
+        if self.start is not None and self.start.depth > 0.0:
+            sight = sight._replace(thickness=sight.thickness - self.start.depth)
+            coming = inf  # so that all gaps are measured: they show when the surfaces come apart
+        meeting = self.points, self.other.facets, self.slots, boxes, sight
+        find_feet((len(self.points.place) - 1) // CHUNK + 1, *meeting, way, coming, ahead, looks)
+
+    def _open(self, start: StartOverlap, way: float) -> None:
+        """Reduce the overlap of the start as far as the surfaces have come apart."""
+        before, filled = start.depth, (self.slots.triangle >= 0) & (self.slots.side != 0)
+        apart = self.slots.clear[filled] - way  # gaps beyond the distance at which contact acts now
+        start.reduce(before - apart)
+        self.slots.clear[...] -= before - start.depth
 
     def add_areas(self) -> None:
         """Add the areas of the points that touch to those on the vertices of both surfaces."""
@@ -166,6 +191,17 @@ class TrianglePair(Touch):
             surfaces = self.surfaces[i], self.surfaces[j]
             law = make_law(surfaces, share, friction, courant, step)
             self.sides.append(AskingSide(self._meshes[i], self._meshes[j], surfaces, law))
+
+    @property
+    def distance(self) -> float:
+        return super().distance if len(self.surfaces) == 2 else 2.0 * super().distance
+
+    def start_overlaps(self) -> list[StartOverlap]:
+        return [side.start for side in self.sides if side.start is not None]
+
+    def start_depth(self) -> float:
+        """Return the depth of the start [m]; of a surface that touches itself, the largest one of its slots."""
+        return super().start_depth() if len(self.surfaces) == 2 else max(float(side.slots.born.max()) for side in self.sides)
 
     def follow(self, last: float) -> None:
         for mesh in self._meshes:

@@ -178,11 +178,26 @@ def _case(run: Run) -> str:
         _analysis_row(case),
         *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.bodies),
         *([["besides", escape(", ".join(f"{n} × {kind}" for kind, n in case.others.items()))]] if case.others else []),
+        *_start_overlap_rows(run),
         *_viscosity_rows(run),
     ]
     text = escape(run.folder.case.read_text(encoding="utf-8"))
     folded = f"<details><summary>The resolved case, case.toml</summary><pre>{text}</pre></details>"
     return table_of(("", ""), rows, "plain") + folded
+
+
+def _start_overlap_rows(run: Run) -> list[list[str]]:
+    """Return what started nearer to each other than contact allows."""
+    rows = []
+    for overlap in run.so_far.get("start_overlaps", ()):
+        depth = f"{number(overlap['depth'])} m"
+        text = f"{depth}; this overlap exerts no force until they have come apart once: contact acts {depth} later"
+        if len(overlap["between"]) == 1:
+            text = (
+                f"parts of it, by up to {depth}; the overlap of a point exerts no force until the point has come out of it once"
+            )
+        rows.append(["overlap at the start", f"{escape(' and '.join(overlap['between']))}: {text}"])
+    return rows
 
 
 def _viscosity_rows(run: Run) -> list[list[str]]:
@@ -214,4 +229,7 @@ def _grid_row(grid: GridCase) -> list[str]:
 def _words(body: StoredBody) -> str:
     unit = FIELDS["areal_density" if is_film(body) else "density"].unit
     words = (body.kind, body.material, body.equation_of_state, f"density {body.density:g} {pretty(unit)}")
-    return ", ".join(filter(None, words)).replace("-", " ")
+    text = ", ".join(filter(None, words)).replace("-", " ")
+    if body.thickness is None or body.contact_offset is None:
+        return text
+    return f"{text}, thickness {body.thickness:.4g} m, touches others {body.contact_offset:.4g} m from its mid-surface"

@@ -25,6 +25,10 @@ class StoredBody(NamedTuple):
     material: str
     equation_of_state: str
     density: float
+    thickness: float | None = None
+    """Of a membrane [m]."""
+    contact_offset: float | None = None
+    """Distance from the mid-surface of a membrane at which others touch it [m]."""
 
 
 class StoredWall(NamedTuple):
@@ -94,7 +98,9 @@ def read(path: Path) -> StoredCase:
 def _body(table: dict[str, Any]) -> StoredBody:
     material = table["material"]
     law = material["eos"]["kind"] if "eos" in material else ""
-    return StoredBody(table["name"], table["kind"], material["kind"], law, material["density"])
+    thickness = table.get("thickness")
+    offset = table.get("contact_offset", None if thickness is None else 0.5 * thickness)
+    return StoredBody(table["name"], table["kind"], material["kind"], law, material["density"], thickness, offset)
 
 
 def _wall(table: dict[str, Any], number: int) -> StoredWall:

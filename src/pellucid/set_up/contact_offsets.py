@@ -1,0 +1,19 @@
+"""Where membranes touch other bodies: lines for the user."""
+
+from pellucid.bodies.membranes.model import MembraneCase
+from pellucid.case import Case
+
+
+def contact_offsets(case: Case) -> list[str]:
+    """Return a line for each membrane that may touch others: its thickness, and where contact acts."""
+    if case.grid_or_none is None or not (case.wall or len({body.field for body in case.body}) > 1):
+        return []
+    return [_line(body) for body in case.body if isinstance(body, MembraneCase)]
+
+
+def _line(body: MembraneCase) -> str:
+    why = "half of its thickness" if body.contact_offset is None else "`contact_offset`"
+    offset = "" if body.contact_offset is None else f"; its thickness is {body.thickness:.4g} m"
+    return (
+        f"contact: membrane {body.name} touches others {body.contact_reach:.4g} m from `surface`, on either side: {why}{offset}"
+    )

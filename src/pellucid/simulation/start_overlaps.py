@@ -1,0 +1,61 @@
+"""Bodies that start nearer to each other than contact allows: what the user is told about them."""
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pellucid.contact.surface_pairs import SurfacePairs
+
+if TYPE_CHECKING:
+    from pellucid.case import Case
+
+REPORTED = 1e-3  # cells: depth from which an overlap is reported
+
+
+class OverlappingStart(NamedTuple):
+    """Two bodies, or a body and a wall, that overlap as a run begins."""
+
+    between: tuple[str, ...]
+    """Their names, with what they are."""
+    depth: float
+    """Largest depth [m]."""
+    distance: float
+    """Distance between their surfaces as given at which contact acts: the sum of both contact offsets [m]."""
+
+    @property
+    def text(self) -> str:
+        """Message for the user."""
+        depth = f"{self.depth:.4g} m"
+        if len(self.between) == 1:
+            return (
+                f"parts of {self.between[0]} start nearer to each other, by up to {depth}, than twice its contact offset, "
+                f"{self.distance:.4g} m (`contact_offset`, by default half of its thickness): the overlap of each point exerts "
+                f"no force until the point has come out of it once; to let contact act from the start on, move the parts away "
+                f"from each other by {depth}, or reduce `contact_offset`"
+            )
+        one, other = self.between
+        if self.distance > 0.0:
+            limit = f"{self.distance:.4g} m (the `contact_offset` of each membrane, by default half of its thickness)"
+            where = f"start nearer to each other, by {depth}, than the distance at which contact acts, {limit}"
+            remedy = f"move one of the two away by {depth}, or reduce `contact_offset`"
+        else:
+            where, remedy = f"overlap by {depth} at the start", f"move one of the two away by {depth}"
+        return (
+            f"{one} and {other} {where}: until they have come apart once, this overlap exerts no force, and contact acts "
+            f"{depth} later; to let it act where the case places them, {remedy}"
+        )
+
+    def facts(self) -> dict[str, Any]:
+        """Return what the summary stores."""
+        return {"between": list(self.between), "depth": self.depth, "distance": self.distance}
+
+
+def find_start_overlaps(pairs: SurfacePairs, case: "Case", going_on: Collection[str]) -> list[OverlappingStart]:
+    """Find bodies that overlap as a run begins, by more than rounding.
+
+    going_on: names of the bodies that begin in the state of an earlier run. What overlaps there presses from the start on.
+    """
+    pairs.skip_start_overlaps(going_on)
+    if not len(pairs):
+        return []
+    found = [OverlappingStart(pair.between, depth, pair.distance) for pair, depth in pairs.find_start_overlaps()]
+    return [overlap for overlap in found if overlap.depth > REPORTED * case.grid.cell]
