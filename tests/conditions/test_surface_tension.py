@@ -6,7 +6,7 @@ import pytest
 from pellucid.case import Case, loads
 from pellucid.conditions.surface_tension.active import TenseSurface
 from pellucid.conditions.surface_tension.planes import WettedPlane, find_open_space
-from pellucid.contact.wall import WallPlane
+from pellucid.contact.wall_plane import WallPlane
 from pellucid.errors import CaseError
 from pellucid.results.storage import history
 from pellucid.running.forecast.steps import of_case

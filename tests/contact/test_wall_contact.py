@@ -6,7 +6,8 @@ import pytest
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import describe
 from pellucid.contact.overlap import DAMPING, STICKS
-from pellucid.contact.wall import WallContact, WallPlane
+from pellucid.contact.wall import WallContact
+from pellucid.contact.wall_plane import WallPlane
 
 
 class Points(ContactSurface):

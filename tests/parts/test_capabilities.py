@@ -29,10 +29,10 @@ OFFERED = {
     MaterialPoints: ON_GRID
     | {"HasContactSurface", "BoundByContact", "HasPointsAtWalls", "LosesPoints", "GainsPoints", "KeepsHeat"},
     MembranePoints: ON_GRID | MEMBRANE,
-    ElementsOnGrid: ON_GRID | MEMBRANE | {"WarnsOfContact"},
+    ElementsOnGrid: ON_GRID | MEMBRANE | {"WarnsOfContact", "HasContactSurface", "BoundByContact"},
     FilmOnGrid: ON_GRID | FILM,
-    MembraneElements: OWN_NODES | MEMBRANE | {"WarnsOfContact", "HasContactSurface"},
-    MeshlessSolid: OWN_NODES | {"HasMesh", "HasContactSurface"},
+    MembraneElements: OWN_NODES | MEMBRANE | {"WarnsOfContact", "HasContactSurface", "BoundByContact"},
+    MeshlessSolid: OWN_NODES | {"HasMesh", "HasContactSurface", "BoundByContact"},
     FluidFilm: FILM | {"TakesExternalForces", "TakesGravity", "TakesSupports", "TakesNormalMotions", "ShowsStart"},
     DiffusingField: set(),
 }

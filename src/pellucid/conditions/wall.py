@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import field_validator
 
 from pellucid.conditions.sliding import Sliding
-from pellucid.contact.wall import WallPlane
+from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import CONTACT_WORK, Channel
 from pellucid.findings import Finding, Path
 from pellucid.grid.model import GridCase

@@ -13,7 +13,7 @@ import numpy as np
 
 if TYPE_CHECKING:  # light, for the models of conditions
     from pellucid.contact.contact_surface import ContactSurface
-    from pellucid.contact.wall import WallPlane
+    from pellucid.contact.wall_plane import WallPlane
     from pellucid.energy import Passed
     from pellucid.geometry.meshes.face_shares import FaceShares
     from pellucid.grid.velocity_transfer import VelocityTransfer

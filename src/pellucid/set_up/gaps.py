@@ -13,7 +13,7 @@ import numpy as np
 
 from pellucid.case import Case
 from pellucid.conditions.symmetry import symmetry_planes
-from pellucid.contact.wall import WallPlane
+from pellucid.contact.wall_plane import WallPlane
 from pellucid.geometry.shapes.boundary_points import boundary_points
 from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel

@@ -12,7 +12,7 @@ import numpy as np
 
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.wall import WallPlane
+from pellucid.contact.wall_plane import WallPlane
 from pellucid.grid.vectors import scatter_listed
 from pellucid.jit import kernel
 

@@ -16,7 +16,7 @@ from pellucid.bodies.material_points.seeding import Wanted, everywhere, points_a
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.wall import WallPlane
+from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import FIRST_LOAD, Passed
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.grid.full_cells import Filling

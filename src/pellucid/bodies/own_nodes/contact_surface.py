@@ -44,7 +44,7 @@ class PointsOfFaces(ContactSurface):
     ) -> None:
         self._triangles, self._places, self._velocities, self._take = triangles, places, velocities, take
         self._thin, lattice = np.array(grid.thin), grid.lattice
-        self._middle = np.array(lattice.lower) + 0.5 * grid.slice_thickness
+        self._middle = np.array(lattice.lower) + 0.5 * lattice.cell  # where points lie, however thick a slice is
         self.is_hard = hard
         self.triangles = None if self._thin.any() else MovingTriangles(triangles, places, velocities, take)
         corners = np.where(self._thin, 0.0, places())[triangles]
@@ -140,7 +140,7 @@ class PointsOfNodes(ContactSurface):
         self._places, self._velocities, self._vector_areas, self._take = places, velocities, vector_areas, take
         self._thin, self._weights, n = np.array(grid.thin), weights, len(weights)
         self.triangles = None if self._thin.any() else MovingTriangles(triangles, places, velocities, take)
-        self._middle = np.array(grid.lattice.lower) + 0.5 * grid.slice_thickness
+        self._middle = np.array(grid.lattice.lower) + 0.5 * grid.lattice.cell
         corners = np.where(self._thin, 0.0, places())[triangles]
         longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
         self.reach = np.full(n, SPACINGS * float(np.median(longest)))

@@ -14,7 +14,7 @@ import numpy as np
 
 from pellucid.approximants import GridFunctions
 from pellucid.approximants.axis import axis_weights
-from pellucid.contact.wall import WallPlane
+from pellucid.contact.wall_plane import WallPlane
 from pellucid.grid.lattice import Grid
 
 PARTS, PARTS_IN_SPACE = 8, 4  # of a cell along each axis
