@@ -385,7 +385,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     def _bound_rate(self, rate: float) -> None:
         """The bound on the step [1/s], from the fastest signal or from how fast a motion will move the points."""
-        prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
+        # in a steady state the time of motions is that of the loads, and the clock chooses in how many steps they act
+        prescribed = self.constraint.top_speed if self.constraint is not None and not self.relaxes else 0.0
         swing = getattr(self.constraint, "swing", 0.0)  # of a rigid body on springs
         self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell, swing)
 

@@ -240,6 +240,8 @@ class Case(Model):
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
         """What acts on the bodies, by class; first the damping of bodies, and last rigidity, which all impulses meet."""
         led = {body.name: tuple(motion for motion in self.motion if motion.body == body.name) for body in self.body}
+        if self.steady is not None:
+            led |= {body.name: self._without_turns(led[body.name]) for body in self.body if body.is_rigid}
         springs = [load for load in self.load if isinstance(load, RigidSpring)]
         rigid = tuple(
             Rigid(body=name, motions=led[name], springs=tuple(spring for spring in springs if spring.body == name))
@@ -256,6 +258,12 @@ class Case(Model):
         drags = tuple(Damping(body=body.name, rate=body.damping, until=body.damping_until) for body in damped)
         first: dict[type[Condition], tuple[Condition, ...]] = {Damping: drags}
         return first | acting | {Rigid: rigid}
+
+    def _without_turns(self, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
+        """Return motions of a rigid body that hold it against rotations where none of them says anything of these."""
+        if not motions or any(motion.turns_about() or motion.hold_rotation is not None for motion in motions):
+            return motions
+        return (*motions[:-1], motions[-1].model_copy(update={"hold_rotation": ("x", "y", "z")}))
 
     def _growing(self, condition: Condition) -> Condition:
         """The condition; one that would act in full at once grows with the loads of a steady state."""

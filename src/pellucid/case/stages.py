@@ -5,11 +5,12 @@ from collections.abc import Iterator
 from math import inf
 from pathlib import Path as FilePath
 
+from pellucid.conditions.prescribed_motion import Motion
 from pellucid.conditions.support import Support
-from pellucid.findings import Finding, Path
+from pellucid.findings import Finding, Path, listed
 from pellucid.model import InputFile, parameter
 from pellucid.parts.body_model import BodyModel, is_alone
-from pellucid.parts.condition import Condition
+from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Part, Parts
 
 SAME_LEVEL = 1e-6
@@ -60,6 +61,10 @@ class SteadyCase(Part):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report instants outside of the run, and bodies that cannot be relaxed or do not start at rest."""
+        bodies = parts.of(BodyModel)
+        if bodies and all(_is_tool(body, parts) for body in bodies):
+            text = "every body of the case is rigid, and no state has to be found"
+            yield Finding(path, text, "remove [steady], or add a meshless solid or a membrane of elements")
         end = getattr(parts.sections["time"].items[0], "end", inf)
         wrong = next((each for each in self.at if not 0.0 < each <= end), None)
         if wrong is not None:
@@ -74,11 +79,44 @@ class SteadyCase(Part):
             if body.moves and (velocity or initial):
                 key = "velocity" if velocity else "initial"
                 yield Finding((*other, key), "a steady state begins at rest", "leave it out")
+            if _is_tool(body, parts):
+                yield from _tool_problems(body, other, parts)
+                continue
             if fault := body.why_not_relaxed(is_alone(body, parts)):
                 yield Finding((*other, *fault.path), f"[steady]: {fault.text}", fault.remedy)
-            elif self.mass_scaling and (not body.scales_inertia or parts.grid is not None):
-                text = "on a grid, contact needs the masses" if body.scales_inertia else f'kind "{body.kind}" keeps its masses'
-                yield Finding((*path, "mass_scaling"), text, "leave it out")
+            elif self.mass_scaling and not body.scales_inertia:
+                yield Finding((*path, "mass_scaling"), f'kind "{body.kind}" keeps its masses', "leave it out")
+
+
+def _is_tool(body: BodyModel, parts: Parts) -> bool:
+    """Return whether a body of points on the grid is rigid, or follows a motion as a whole."""
+    return body.is_rigid or (body.deforms_in_contact and not body.owns_nodes(True) and is_driven(body.name, parts))
+
+
+def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
+    """Report a rigid body that motions do not prescribe completely."""
+    motions = [motion for motion in parts.of(Motion) if motion.body == body.name]
+    along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
+    about = {axis for axis in range(3) if not (along ^ {0, 1, 2}) - {axis}}
+    free = sorted(along.difference(*(motion.axes() for motion in motions)))
+    remedy = "prescribe all of its motion, or replace it by a meshless solid of a stiff material, which is relaxed"
+    if free:
+        axes = listed(["xyz"[axis] for axis in free])
+        held = ", ".join(f'"{"xyz"[axis]}"' for axis in free)
+        text = f"[steady]: the rigid body {body.name} is free along {axes}, and the relaxation does not move rigid bodies"
+        add = f"add hold = [{held}] or a `displacement` along {axes} to" if motions else f"add hold = [{held}] in"
+        yield Finding((*path, "rigid"), text, f"{add} a [[motion]] of body {body.name}, or {remedy}")
+        return
+    turned = about.difference(*(motion.turns_about() for motion in motions))
+    if turned != about or any(motion.hold_rotation is not None for motion in motions):  # silence means that it is held
+        turned = turned if body.is_rigid else set()
+        for motion in motions[-1:] if turned else []:
+            axes = ", ".join(f'"{"xyz"[axis]}"' for axis in sorted({*turned, *("xyz".index(a) for a in motion.held_turns)}))
+            about_axes = listed(["xyz"[axis] for axis in sorted(turned)])
+            text = (
+                f"[steady]: the rigid body {body.name} turns freely about {about_axes}, and relaxation does not find its angle"
+            )
+            yield Finding((*path, "rigid"), text, f"set hold_rotation = [{axes}] in motion {motion.name}, or {remedy}")
 
 
 class SettleCase(Part):

@@ -6,6 +6,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a point counts wholly, and down to when at all
 
@@ -82,6 +83,10 @@ class ContactSurface(ABC):
     def is_sheet(self) -> bool:
         """Whether it is a membrane that deforms."""
         return self.two_sided and not self.is_hard
+
+    def corner_shares(self) -> sparse.csr_array | None:
+        """Return the shares of the corners in the points, shape (m, corners); None where each point is a corner."""
+        return None
 
     def begin(self) -> None:  # noqa: B027
         """Before contact of a step is found: renew what follows from the state of the body."""

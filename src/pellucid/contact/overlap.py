@@ -123,6 +123,7 @@ class StartOverlap:
     def __init__(self, length: float) -> None:
         self._rounding, self.depth, self._begun = ROUNDED_START * length, 0.0, False
         self._recent: list[float] = []  # largest depths of the last steps
+        self._by_equilibria = False
 
     def skip(self) -> None:
         """Let everything press from the start on: the surfaces touched each other in an earlier run."""
@@ -133,6 +134,9 @@ class StartOverlap:
         if self._begun and self.depth == 0.0:
             return depth
         deepest = float(depth.max(initial=0.0))
+        if self._begun and self._by_equilibria:
+            self._recent = [deepest]
+            return depth - self.depth
         self._recent = [*self._recent[1 - OUT :], deepest]
         self.depth = min(self.depth, max(self._recent)) if self._begun else deepest
         self._begun = True
@@ -140,6 +144,17 @@ class StartOverlap:
             self.depth = 0.0
             return depth
         return depth - self.depth
+
+    def begin_steady(self) -> None:
+        """Change with equilibria alone from now on."""
+        self._by_equilibria = True
+
+    def reach_equilibrium(self) -> None:
+        """Keep what is left of the overlap in this equilibrium."""
+        if self._by_equilibria and self._begun and self.depth > 0.0:
+            self.depth = min(self.depth, self._recent[-1])
+            if self.depth <= self._rounding:
+                self.depth = 0.0
 
     def state_numbers(self) -> list[object]:
         """Return the state for a checkpoint."""
@@ -205,6 +220,11 @@ class OverlapLaw:
         """Whether the energy that dampers and friction take counts their forces at both ends of a step."""
         self.given: list[np.ndarray] = []
         """Forces of dampers and friction on the points of each overlap, shape (n, 3) [N]."""
+        self.is_steady = False
+        """Whether friction follows from what points moved since the last equilibrium."""
+        self.lent = 0.0
+        """Energy that the overlaps got in this step as leads changed [J]."""
+        self._limits: list[tuple[ContactSurface, np.ndarray, np.ndarray, np.ndarray]] = []
 
     def forces(
         self, overlaps: Sequence[Overlap], dt: float, last: float, touched: Mapping[int, np.ndarray], before: float = 0.0
@@ -223,6 +243,7 @@ class OverlapLaw:
         extras = self.stop.force_on_all(overlaps, pressures, tangents, dt) if self.stop else [0.0] * len(overlaps)
         stored = taken = pending = power = 0.0
         found, given, self.given = [], [], []
+        self._limits.clear()
         for overlap, pressure, spring, h, extra in zip(overlaps, pressures, springs, hardened, extras, strict=True):
             n = overlap.normal
             approach = -np.einsum("ij,ij->i", overlap.relative, n)
@@ -252,8 +273,13 @@ class OverlapLaw:
                 taken += _lost_on_entry(overlap, spring, last)
         else:
             taken += last * power if self.stop is None else self.stop.taken(given, power, last)
-        self.held = Held(stored, taken, pending)
+        self.held = Held(stored, taken - self.lent, pending)
         return found
+
+    def reach_equilibrium(self) -> None:
+        """Let points that slide go on from where friction holds them."""
+        for one, at, spring, most in self._limits:
+            one.slip[at] = _held(one.slip[at], spring, most)
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
         """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
@@ -319,7 +345,8 @@ class OverlapLaw:
     def separate(self, last: float, before: float = 0.0) -> None:
         """Nothing overlaps any more; last: length of the step before [s]; before: see `forces`."""
         self.given = []
-        self.held = Held(taken=-0.5 * last * before if self.stop is None else self.stop.end(last))
+        self.held = Held(taken=-0.5 * last * before - self.lent if self.stop is None else self.stop.end(last))
+        self._limits.clear()
 
     def _tangents(self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], dt: float) -> list[np.ndarray]:
         """Return the stiffness of each point against more depth, and the one at the end of a step dt [s], as it counts in the
@@ -344,7 +371,13 @@ class OverlapLaw:
         before = one.slip[at]
         carried = before - np.einsum("ij,ij->i", before, n)[:, None] * n + last * along
         drag, slides = _limited(-spring[:, None] * carried - damping[:, None] * along, most)
-        one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
+        kept = _held(carried, spring, most)
+        if self.is_steady:
+            self._limits.append((one, at, spring, most))
+            one.slip[at] = carried
+            before, carried = _held(before, spring, most), kept
+        else:
+            one.slip[at] = np.where(slides[:, None], kept, carried)
         damped = last * damping * np.sum(along * along, axis=1)
         return drag, taken_by_friction(spring, before, carried, drag, last * along, damped, slides)
 

@@ -67,6 +67,7 @@ class Meeting(NamedTuple):
     dimension: int  # of the surfaces: 2, in the plane 1, along a line 0
     thickness: float  # of a slice [m]
     any_way: bool = False  # whether points of the one count whatever their normals: nodes of a sheet, which may stand on edge
+    slack: float = 0.0  # depth up to which points count that lie outside of the nearest point [m]
 
 
 class FoundFeet(NamedTuple):
@@ -194,7 +195,7 @@ def find_beside(chunk, about, clear, found):
         away = n0 * e[0] + n1 * e[1] + n2 * e[2]
         found[p, GAP] = 0.5 * (s[1] / s[0] + away)
         turned = n0 * other.normal[closest, 0] + n1 * other.normal[closest, 1] + n2 * other.normal[closest, 2] < CORNER
-        if not meeting.two_sided[1] and outside > 0.0 and (turned or outside < -found[p, GAP]):
+        if not meeting.two_sided[1] and outside > 0.0 and (turned or outside < -found[p, GAP] - meeting.slack):
             found[p, SHARE] = 0.0
         _find_slope(p, s, (n0, n1, n2), e, ALONE * other.reach[closest] ** 2, meeting.dimension, found)
 

@@ -28,12 +28,14 @@ from pellucid.contact.following import Following
 from pellucid.contact.images import Described, Plane, Seam, describe
 from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap, mean_way, rests_on_flat_side, stop_apart
 from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, FoundFeet, Meeting, Neighbourhood, Points
+from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.touch import Touch
 from pellucid.state import of_owner, with_owner
 
 RIM = 0.01  # of the reach of points: how far beyond the rim of a plane an edge may lie that rests on it
 ROUNDS = 3  # at most, in which forces of several contacts of flat sides on one body are found
 NOWHERE = np.zeros(0, np.int64)
+SLACK = 0.1  # of the reach of points of the other surface: a depth that is none in a steady state
 NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
 
 
@@ -71,7 +73,18 @@ class HalfPair:
         self._from_feet = not (other.is_hard or one.is_sheet)
         self._near = NEAR * float(np.median(other.reach)) if self._from_feet else 0.0
         self.start = None if one.is_hard and other.is_hard else StartOverlap(float(other.reach.max()))
+        self.lead: ContactLead | None = None
+        """In steady states, of the half whose overlap is removed."""
+        self.lent = 0.0
+        """Energy over the stiffness that the overlap got as leads changed in this step [m³]."""
         self._make_room()
+
+    def begin_steady(self) -> None:
+        """Ask for the other surface alone, with leads."""
+        self.lead, self.share = ContactLead(self.one), 1.0
+        self._near = float(np.median(self.one.reach))  # of points across a gap, which counts in the mean overlap
+        # where overlaps vanish, points that press lie now on this, now on that side of the plane of the nearest point
+        self._meeting = self._meeting._replace(slack=SLACK * float(np.median(self.other.reach)))
 
     def _make_room(self) -> None:
         n, k = len(self._following.candidates.asks), self._following.most_near
@@ -84,7 +97,7 @@ class HalfPair:
         """Find the points of the one surface that overlap with the other; whether there are any."""
         if self._corners is not None:
             return self._find_within_planes(self._corners)
-        self.overlap, self.images, before = None, other, self._following.candidates
+        self.overlap, self.images, self.lent, before = None, other, 0.0, self._following.candidates
         may = self._following.find(len(self.one.place), one, other, (self.one.stands, self.other.stands))
         if self._following.candidates is not before:
             self._make_room()
@@ -93,6 +106,9 @@ class HalfPair:
             depth, listed, normal, rows = self._find_depths(one, other)
         if self.start is not None:
             depth = self.start.reduce(depth)
+        if self.lead is not None:
+            area = self._found[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
+            depth, self.lent = self.lead.applied(listed, depth, area)
         kept = depth > 0.0
         if not kept.any():
             return False
@@ -209,12 +225,13 @@ class SurfacePair(Touch):
 
     def find(self, described: dict[int, Described]) -> bool:
         """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
-        self.impulse, self.before = np.zeros(3), 0.0
+        self.impulse, self.before, self.law.lent = np.zeros(3), 0.0, 0.0
         found = False
         for half in self._halves:
             self.before += half.given.power(half.one.velocity, half.other.velocity)
             half.pushed = half.given.forget()
             found |= half.find(described[id(half.one)], described[id(half.other)])
+            self.law.lent += half.share * self.law.stiffness * half.lent
         return found
 
     def given_before(self) -> list[GivenBefore]:
@@ -227,6 +244,21 @@ class SurfacePair(Touch):
 
     def start_overlaps(self) -> list[StartOverlap]:
         return [half.start for half in self._halves if half.start is not None]
+
+    def begin_steady(self) -> None:
+        """Let the finer of the surfaces that deform search alone, with leads.
+
+        With the leads of both there would be more than one for each overlap, and where no overlap is left, points of the other
+        one would touch now and then, by the curvature of the surfaces.
+        """
+        super().begin_steady()
+        soft = [half for half in self._halves if not half.one.is_hard]
+        for half in sorted(soft, key=lambda half: -half.share)[:1]:
+            half.begin_steady()
+            self._halves = [half]
+
+    def leads(self) -> list[ContactLead]:
+        return [half.lead for half in self._halves if half.lead is not None]
 
     def way(self) -> np.ndarray:
         """The unit vector along which the overlap found pushes in the mean, (3,), either way."""
@@ -267,6 +299,8 @@ class SurfacePairs:
         self._described: dict[int, Described] = {}  # as they were, for those that stand
         self._forces: dict[int, np.ndarray] = {}
         self._holding = {id(surface) for surface in self.surfaces}  # those of which friction may hold points
+        self._untouched: dict[int, tuple[ContactSurface, np.ndarray]] = {}
+        self._is_steady = False
 
     def __len__(self) -> int:
         return len(self._pairs)
@@ -277,7 +311,7 @@ class SurfacePairs:
         time: at which it begins [s]; passing: by how much the time of the loads grows [s].
         """
         for pair in self._pairs:
-            pair.begin(time, passing)
+            pair.begin(time, passing / dt if dt > 0.0 else 0.0)
         described, forces, touched = self._described, dict[int, np.ndarray](), dict[int, np.ndarray]()
         for surface in self.surfaces:
             surface.begin()
@@ -306,7 +340,9 @@ class SurfacePairs:
         self.energy.begin_step(pair.law.held for pair in self._pairs)
         for surface in self.surfaces:
             holds = bool(touched[id(surface)].any())
-            if holds or id(surface) in self._holding:
+            if self._is_steady:
+                self._untouched[id(surface)] = surface, ~touched[id(surface)]
+            elif holds or id(surface) in self._holding:
                 surface.slip[~touched[id(surface)]] = 0.0
                 (self._holding.add if holds else self._holding.discard)(id(surface))
             if id(surface) in forces:
@@ -339,6 +375,39 @@ class SurfacePairs:
             change = max(float(np.abs(s.pushed - old).max()) for s, old in zip(self.surfaces, before, strict=True))
             if change <= SETTLED * max(float(np.abs(surface.pushed).max()) for surface in self.surfaces):
                 break
+
+    # steady states
+
+    def begin_steady(self) -> None:
+        """Find equilibria from now on: remove overlaps, and let friction and overlaps of the start change with equilibria."""
+        self._is_steady = True
+        for pair in self._pairs:
+            pair.begin_steady()
+
+    def renew_leads(self) -> None:
+        """Renew the leads of contact as the coming step begins, see `pellucid.contact.steady_contact`."""
+        for lead in self._leads():
+            lead.is_due = True
+
+    @property
+    def lent(self) -> float:
+        """Energy that contact got in this step as leads changed [J]."""
+        return sum(pair.law.lent for pair in self._pairs)
+
+    def lead_change(self) -> tuple[float, float]:
+        """Return the largest change when leads were renewed last, and the largest lead [m]."""
+        leads = self._leads()
+        return max((lead.change for lead in leads), default=0.0), max((lead.largest for lead in leads), default=0.0)
+
+    def reach_equilibrium(self) -> None:
+        """Begin with friction and overlaps of the start from the equilibrium that was found."""
+        for pair in self._pairs:
+            pair.reach_equilibrium()
+        for surface, at in self._untouched.values():
+            surface.slip[at] = 0.0
+
+    def _leads(self) -> list[ContactLead]:
+        return [lead for pair in self._pairs for lead in pair.leads()]
 
     def touching(self) -> Iterator[tuple[ContactSurface, np.ndarray]]:
         """Yield surfaces and the places of their points that overlap with others [m], shape (n, 3)."""
@@ -391,7 +460,11 @@ class SurfacePairs:
         stops = [pair.law.stop.state_numbers() for pair in self._pairs if pair.law.stop]
         starts = [start.state_numbers() for start in self._start_overlaps()]
         given = [given.state_numbers() for given in self._given_before()]
-        return {"energy": self.energy.state_numbers(), "stops": stops, "starts": starts, "given": given}
+        leads = [lead.state_numbers() for lead in self._leads()]
+        numbers: dict[str, object] = {"energy": self.energy.state_numbers(), "stops": stops, "starts": starts, "given": given}
+        if self._is_steady:
+            numbers["leads"] = leads
+        return numbers
 
     def _given_before(self) -> list[GivenBefore]:
         return [given for pair in self._pairs for given in pair.given_before()]
@@ -409,6 +482,8 @@ class SurfacePairs:
             start.restore(kept)
         for given, kept in zip(self._given_before(), numbers["given"], strict=True):
             given.restore(kept)
+        for lead, kept in zip(self._leads(), numbers.get("leads", ()), strict=True):
+            lead.restore(kept)
 
     def external_work(self) -> float:
         """What walls that move did over this step [J]."""

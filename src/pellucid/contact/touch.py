@@ -11,6 +11,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.images import Described
 from pellucid.contact.overlap import GivenBefore, Overlap, StartOverlap
+from pellucid.contact.steady_contact import ContactLead
 
 
 class ContactLaw(Protocol):
@@ -18,6 +19,10 @@ class ContactLaw(Protocol):
 
     held: Held
     """Energy of the overlaps as the last step began."""
+    is_steady: bool
+    """Whether friction follows from what points moved since the last equilibrium."""
+    lent: float
+    """Energy that the overlaps got in this step as leads changed [J]."""
 
     @property
     def stop(self) -> DeadStop | None:
@@ -28,6 +33,9 @@ class ContactLaw(Protocol):
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
         """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
+
+    def reach_equilibrium(self) -> None:
+        """Go on from the equilibrium that was found."""
 
 
 class Touch(ABC):
@@ -50,8 +58,8 @@ class Touch(ABC):
         """Distance between the points of both at which contact acts [m]."""
         return sum(float(np.max(surface.half_width, initial=0.0)) for surface in self.surfaces)
 
-    def begin(self, time: float, passing: float) -> None:  # noqa: B027
-        """Before the overlaps of a step that begins at `time` [s], over which the time of the loads grows by `passing` [s]."""
+    def begin(self, time: float, rate: float) -> None:  # noqa: B027
+        """Before the overlaps of a step that begins at a time of the loads [s]; rate: of this time in that of the steps."""
 
     def follow(self, last: float) -> None:  # noqa: B027
         """Follow the motion of the surfaces over the step before, of a length `last` [s]."""
@@ -79,6 +87,22 @@ class Touch(ABC):
     def start_depth(self) -> float:
         """Return the depth of the start that exerts no pressure as it is now [m]."""
         return max((start.depth for start in self.start_overlaps()), default=0.0)
+
+    def begin_steady(self) -> None:
+        """Find equilibria from now on; see `SurfacePairs.begin_steady`."""
+        self.law.is_steady = True
+        for start in self.start_overlaps():
+            start.begin_steady()
+
+    def reach_equilibrium(self) -> None:
+        """Go on from the equilibrium that was found."""
+        self.law.reach_equilibrium()
+        for start in self.start_overlaps():
+            start.reach_equilibrium()
+
+    def leads(self) -> list[ContactLead]:
+        """Return the leads by which overlaps are removed in steady states."""
+        return []
 
     @property
     def stops_apart(self) -> bool:

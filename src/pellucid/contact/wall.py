@@ -5,6 +5,7 @@ import numpy as np
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.images import Described
 from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap, rests_on_flat_side, stop_apart
+from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.touch import Touch
 from pellucid.contact.wall_plane import WallPlane
 
@@ -30,18 +31,19 @@ class WallContact(Touch):
         self._overlap: Overlap | None = None
         self._given = GivenBefore()
         self._start = None if surface.is_hard or surface.drag is not None else StartOverlap(float(surface.reach.max()))
+        self._lead: ContactLead | None = None
 
     @property
     def between(self) -> tuple[str, ...]:
         return *super().between, self.label
 
-    def begin(self, time: float, passing: float) -> None:
+    def begin(self, time: float, rate: float) -> None:
         """Move the plane to where it is."""
-        self.plane.go_to(time, passing)
+        self.plane.go_to(time, rate)
 
     def find(self, described: dict[int, Described]) -> bool:
         """Find which points of the surface lie behind the plane and face it; whether any do."""
-        self._work, self.impulse, self._overlap = 0.0, np.zeros(3), None
+        self._work, self.impulse, self._overlap, self.law.lent = 0.0, np.zeros(3), None, 0.0
         surface, plane = self.surfaces[0], self.plane
         self.before = self._given.power(surface.velocity, plane.velocity)
         listed = self._given.forget()
@@ -53,10 +55,13 @@ class WallContact(Touch):
         depth = surface.half_width - plane.height(surface.place)
         # as beside another surface that is flat: sides of a body across the plane do not touch it
         counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
-        at = np.flatnonzero((depth > 0.0) & (counts > 0.0) & (sizes > 0.0))
+        at = np.flatnonzero(((depth > 0.0) | (self._lead is not None)) & (counts > 0.0) & (sizes > 0.0))
         if self._start is not None:
             depth[at] = self._start.reduce(depth[at])
-            at = at[depth[at] > 0.0]
+        if self._lead is not None:
+            depth[at], lent = self._lead.applied(at, depth[at], counts[at] * sizes[at])
+            self.law.lent = self.law.stiffness * lent
+        at = at[depth[at] > 0.0]
         if not len(at):
             return False
         normal = np.broadcast_to(plane.normal, (len(at), 3))
@@ -78,6 +83,13 @@ class WallContact(Touch):
 
     def given_before(self) -> list[GivenBefore]:
         return [self._given]
+
+    def begin_steady(self) -> None:
+        super().begin_steady()
+        self._lead = None if self.surfaces[0].is_hard else ContactLead(self.surfaces[0])
+
+    def leads(self) -> list[ContactLead]:
+        return [] if self._lead is None else [self._lead]
 
     def way(self) -> np.ndarray:
         """Its normal."""

@@ -15,9 +15,9 @@ class WallPlane:
         self.normal /= np.linalg.norm(self.normal)
         self.go_to(0.0, 1.0)
 
-    def go_to(self, time: float, passing: float) -> None:
-        """Be where it is at a time [s], over which that of the loads grows by `passing` [s]: at rest where this is 0."""
-        self.velocity = self._full_velocity if passing > 0.0 else np.zeros(3)
+    def go_to(self, time: float, rate: float) -> None:
+        """Be where it is at a time of the loads [s], which grows by this rate in that of the steps: at rest where it is 0."""
+        self.velocity = rate * self._full_velocity if rate > 0.0 else np.zeros(3)
         self.level = float(np.sum(self.normal * (self._point + time * self._full_velocity)))
 
     def height(self, place: np.ndarray) -> np.ndarray:

@@ -15,6 +15,11 @@ class Springs(NamedTuple):
     force: np.ndarray  # (n, 3) internal forces there [N]
     inertia: np.ndarray  # (n,) [kg]
     free: np.ndarray  # (n, 3) which directions are not prescribed
+    contact: tuple[np.ndarray, np.ndarray] | None = None  # positions as the step began [m] and forces of contact there [N]
+
+    def of_forces(self) -> tuple[np.ndarray, ...]:
+        """Positions and forces, those of contact last."""
+        return (self.position, self.force, *(self.contact or ()))
 
 
 @runtime_checkable

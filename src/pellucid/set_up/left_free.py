@@ -18,7 +18,12 @@ def free_turns(case: Case) -> Iterator[str]:
             thin = case.thin
             about = [axis for d, axis in enumerate("xyz") if not any(thin[other] for other in range(3) if other != d)]
             turns = ", ".join(f'"{axis}"' for axis in about)
-            if about:
+            if about and case.steady is not None:
+                yield (
+                    f"body {body.name} is rigid, and its motion does not prescribe its rotation: [steady] holds it against "
+                    f"rotation about {listed(about)}; add hold_rotation = [{turns}] to motion {motions[-1].name} to state this"
+                )
+            elif about:
                 yield (
                     f"body {body.name} is rigid, its motion prescribes its way along all axes, and it turns freely about "
                     f"{listed(about)}: add hold_rotation = [{turns}] to motion {motions[-1].name} to hold it, or "

@@ -16,6 +16,7 @@ from pellucid.conditions.support import on_each_face
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.energy import (
     CONTACT,
+    DAMPING,
     INFLOW_ENERGY,
     OUTFLOW_ENERGY,
     TRANSFER,
@@ -33,6 +34,7 @@ from pellucid.jit import set_threads
 from pellucid.named import Named
 from pellucid.parts.capabilities import LosesPoints, ShowsStart, TakesGravity
 from pellucid.parts.families import GridBody
+from pellucid.parts.relaxable import Relaxable
 from pellucid.parts.step_limit import StepLimit, time_to_fall
 from pellucid.progress import Progress
 from pellucid.ranks.domain import NOWHERE, domain
@@ -104,6 +106,10 @@ class Simulation:
         self.conditions = ActiveConditions(case, built, self.velocity_fields, layout)
         separate_force_buffers(self._on_grid.values())
         self._set_actions(transfer)
+        if case.steady is not None:  # before contact, whose springs are as stiff as steps allow
+            for body in self.bodies:
+                if isinstance(body, Relaxable):
+                    body.begin_relaxing(case.steady.mass_scaling)
         self.contact_pairs, self.surface_pairs = contacts_of(case, built, self.velocity_fields, layout)
         self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start.keys())
         remaps = isinstance(transfer, Flip) and case.time.scheme == "musl"
@@ -147,7 +153,7 @@ class Simulation:
     def _clock(self) -> Clock:
         case = self.case
         if case.steady:
-            return SteadyClock(case.steady, case.time, self.bodies, case.body)
+            return SteadyClock(case.steady, case.time, self.bodies, case.body, self.surface_pairs)
         pull = case.largest_gravity
         longest = time_to_fall(case.grid.cell, pull) if pull > 0.0 and case.grid_or_none else inf
         most = case.output.rows_every(case.time.end) if any(body.has_own_step for body in case.body) else inf
@@ -170,6 +176,9 @@ class Simulation:
         done = total_work([*on_nodes, *self.conditions.works(), *lost, *own], self._layout.n_columns)
         done = self._layout.with_surface_contact(done, self.surface_pairs.external_work())
         self.surface_pairs.energy.add_work(float(done.works[CONTACT]))
+        if (lent := self.surface_pairs.lent) != 0.0:  # on the way to a steady state, like what its damping takes
+            done.works[CONTACT] -= lent
+            done.works[DAMPING] -= lent
         impulses = self.contact_pairs.done.impulses | self.surface_pairs.impulses() | self.conditions.impulses()
         self.budget.record(self.bodies, done, impulses, dt, self.clock.weight)
         self._balanced_step = self.n_steps
@@ -198,7 +207,8 @@ class Simulation:
             self._watch.contact(self.contact_pairs, self.clock)
         else:  # beside impulses of contact on nodes, which have no balance of their own
             self._watch.surfaces(self.surface_pairs, self.clock)
-            self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
+            if self.case.steady is None:  # of whose damping the energy of contact knows nothing
+                self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
 
     def __iter__(self) -> Iterator["Simulation"]:
         """Step to the end of the case; gives the simulation itself after each step, for loops of one's own.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.parts.body import Body
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.relaxable import SLOWER_LOADS, Relaxable
@@ -26,28 +27,49 @@ if TYPE_CHECKING:
 LOADING = 0.999  # κ while the loads grow
 ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states that these refer to
 AGREE = 0.1  # relative difference of two successive estimates of 1 - κ that are believed
+WITH_SHEETS = 0.5
+"""Largest fraction of the stable step where membranes touch others: beside their waves it has room for the dampers of contact,
+which stop a node within a step."""
 CROSSINGS = 16.0  # of a body by shear waves while all loads grow
 ALL_LOADS, FEWEST = 800, 100  # steps for that, and for a load step, at least
+PER_CELL = 8.0  # steps for each cell that a rigid body passes: with the smooth growth of loads a quarter of a cell in a step
 BEGINNING = 1e-3  # of a step, the first of a load step: in it supports let go, after it steps are chosen for what is free
+BEGIN_AT, NEARER = 0.1, 0.1  # overlaps are removed first at an error of their product, then of so much of what was removed last
+LEFT = 0.02  # of the largest lead: a change that leaves overlaps of some thousandths of it
+MOST_CORRECTIONS = 25  # of overlaps in a load step
 QUIET = 100  # steps in which the estimated error stays below the tolerance
 
 
 class SteadyClock(Clock):
     """Counts steps of the relaxation; its time is that of the loads at the last equilibrium.
 
-    bodies: all of the case, which can relax, since their models refuse others; and these models.
+    bodies: all of the case, and their models. Bodies that do not relax are rigid, and motions prescribe where they are.
     """
 
-    def __init__(self, steady: "SteadyCase", time: "TimeCase", bodies: Sequence[Body], models: Sequence[BodyModel]) -> None:
-        super().__init__(time.model_copy(update={"courant": steady.courant}))
-        self._crossing = max(_crossing(model) for model in models)
+    def __init__(
+        self,
+        steady: "SteadyCase",
+        time: "TimeCase",
+        bodies: Sequence[Body],
+        models: Sequence[BodyModel],
+        contact: SurfacePairs | None = None,
+    ) -> None:
+        sheets = contact is not None and any(surface.is_sheet for surface in contact.surfaces)
+        courant = min(steady.courant, WITH_SHEETS) if sheets else steady.courant
+        super().__init__(time.model_copy(update={"courant": courant}))
+        self._bodies, self._relaxed = bodies, [body for body in bodies if isinstance(body, Relaxable)]
+        self._led = [body for body in bodies if not isinstance(body, Relaxable)]
+        self._crossing = max(_crossing(m) for m, b in zip(models, bodies, strict=True) if isinstance(b, Relaxable))
+        self._passed = max((_cells_passed(body, time.end) for body in self._led), default=0.0)
         self.steady = steady
         levels = steady.levels(time.end)
         self._levels = [*levels, levels[-1] + 1.0]  # of the loads, in load steps; one beyond the end
-        self._bodies, self._relaxed = bodies, [body for body in bodies if isinstance(body, Relaxable)]
-        for body in self._relaxed:
-            body.begin_relaxing(steady.mass_scaling)
-        self._start = [body.arrays["position"].copy() for body in bodies]
+        for tool in self._led:
+            tool.relaxes = True
+        self._contact = contact if contact else None
+        if self._contact is not None:
+            self._contact.begin_steady()
+        self._start = [_places(body).copy() for body in bodies]
         self._step = 0  # of this load step
         self.loading = 1
         """Steps in which the loads of this load step grow."""
@@ -55,7 +77,11 @@ class SteadyClock(Clock):
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
         self._quiet, self._scale, self.error = 0, 0.0, 1.0
         self._change, self._decay = 0.0, 1.0  # the largest in a step, and what is left of it a step later
-        self._kept: list[tuple[np.ndarray, np.ndarray]] = []
+        self._near = 0  # steps in which the error was small enough for another correction
+        self._left = 1.0  # the last correction of overlaps, of the largest displacement
+        self._kept: list[tuple[np.ndarray, ...]] = []
+        self._corrections, self._renewed = 0, False  # of overlaps in this load step; whether the last step made one
+        self._exact = self._contact is None  # whether what is left of overlaps does not count
         self.steps_taken: list[int] = []
         """Steps of each load step so far."""
 
@@ -67,7 +93,7 @@ class SteadyClock(Clock):
         dt = self.case.courant * stable
         self.check_collapse(dt, name, bodies)
         if self._step == 0:
-            whole = max(ALL_LOADS, CROSSINGS * self._crossing / dt)
+            whole = max(ALL_LOADS, CROSSINGS * self._crossing / dt, PER_CELL * self._passed)
             before, level = self._levels[self._equilibria : self._equilibria + 2]
             self.loading = self.steady.loading or max(FEWEST, ceil(whole / self.steady.load_steps * (level - before)))
             dt *= BEGINNING
@@ -83,6 +109,8 @@ class SteadyClock(Clock):
         kappa, (start, grown) = self._kappa, self.span(dt)
         for body in self._relaxed:
             body.relax(kappa * kappa, 0.25 * (1.0 + kappa) ** 2, grown / dt, smooth_step((start + grown) / self.case.end))
+        for tool in self._led:
+            tool.load_rate = grown / dt
 
     def advance(self, dt: float) -> None:
         """Count a step, and find out whether a steady state is reached."""
@@ -92,6 +120,7 @@ class SteadyClock(Clock):
         if self._step <= self.loading:
             return
         self._estimate_error(dt)
+        self._correct_overlaps()
         since = (self._step - self.loading - 1) % KEPT_ANEW
         if since % ESTIMATED == 0:
             self._estimate_damping(dt, since)
@@ -127,23 +156,44 @@ class SteadyClock(Clock):
         change = dt * max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
         if (self._step - self.loading) % ESTIMATED == 1:
             moved = zip(self._bodies, self._start, strict=True)
-            self._scale = max(float(abs(body.arrays["position"] - start).max()) for body, start in moved)
+            self._scale = max(float(abs(_places(body) - start).max()) for body, start in moved)
             self._decay = min((change / self._change) ** (1.0 / ESTIMATED), 1.0) if self._change > 0.0 else 1.0
             self._change = change
         seen = self._decay / (1.0 - self._decay) if self._decay < 1.0 else inf
         still = max(self._kappa / (1.0 - self._kappa), min(seen, float(self._step))) * change
         self.error = still / self._scale if self._scale > 0.0 else 0.0
-        self._quiet = self._quiet + 1 if self._believed and self.error < self.steady.tolerance else 0
+        steady = self._believed and self.error < self.steady.tolerance and not self._renewed
+        done = self._exact or self._corrections >= MOST_CORRECTIONS
+        self._quiet = self._quiet + 1 if steady and done else 0
+
+    def _correct_overlaps(self) -> None:
+        """Near an equilibrium, remove the overlaps that the springs of contact need; see `pellucid.contact.steady_contact`."""
+        if self._contact is None:
+            return
+        if self._renewed:
+            self._renewed = False
+            change, largest = self._contact.lead_change()
+            self._left = change / self._scale if self._scale > 0.0 else 0.0
+            self._exact = change <= max(LEFT * largest, self.steady.tolerance * self._scale)
+            self._quiet = 0
+        near = max(self.steady.tolerance, NEARER * min(self._left, BEGIN_AT))
+        self._near = self._near + 1 if self._believed and self.error < near else 0
+        if self._near >= ESTIMATED and not self._exact and self._corrections < MOST_CORRECTIONS:
+            self._contact.renew_leads()
+            self._renewed, self._corrections, self._kept, self._near = True, self._corrections + 1, [], 0
 
     def _estimate_damping(self, dt: float, since: int) -> None:
         springs = [body.springs() for body in self._relaxed]
-        if since == 0:
-            self._kept = [(spring.position.copy(), spring.force.copy()) for spring in springs]
+        if since == 0 or not self._kept:
+            self._kept = [tuple(array.copy() for array in spring.of_forces()) for spring in springs]
             return
         work = inertia = 0.0
-        for spring, (position, force) in zip(springs, self._kept, strict=True):
+        for spring, (position, force, *of_contact) in zip(springs, self._kept, strict=True):
             moved = (spring.position - position) * spring.free
             work += float(np.sum(moved * (spring.force - force)))
+            if spring.contact is not None and of_contact:
+                began, pushed = of_contact
+                work += float(np.sum((spring.contact[0] - began) * spring.free * (spring.contact[1] - pushed)))
             inertia += float(np.sum(spring.inertia[:, None] * moved * moved))
         if inertia == 0.0:  # nothing moves
             self._believed = True
@@ -151,7 +201,9 @@ class SteadyClock(Clock):
         ratio = 2.0 / max(sqrt(abs(work) / inertia) * dt, 1e-9)
         estimate = 2.0 / (1.0 + ratio)  # 1 - κ
         if abs(estimate - self._estimate) <= AGREE * max(estimate, self._estimate):
-            self._kappa, self._believed = max(1.0 - estimate, 0.0), True
+            # what moves first after a correction of overlaps is stiff, and the rest of the body as slow as before
+            least = self._kappa if self._corrections > 0 else 0.0
+            self._kappa, self._believed = max(1.0 - estimate, least), True
         self._estimate = estimate
 
     def _reach(self) -> None:
@@ -161,6 +213,10 @@ class SteadyClock(Clock):
         before, self.time = self.time, self._levels[self._equilibria] / self.steady.load_steps * self.case.end
         self.weight = (self.time - before) / self.dt
         self._step, self._quiet, self._kept = 0, 0, []
+        if self._contact is not None:
+            self._contact.reach_equilibrium()
+        self._corrections, self._renewed, self._exact, self._left = 0, False, self._contact is None, 1.0
+        self._near = 0
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
         self._change, self._decay = 0.0, 1.0
 
@@ -183,8 +239,7 @@ class SteadyClock(Clock):
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """The state that estimates refer to."""
-        kept = enumerate(self._kept)
-        return {f"{what}-{n}": array for n, pair in kept for what, array in zip(("position", "force"), pair, strict=True)}
+        return {f"{what}-{n}": array for n, kept in enumerate(self._kept) for what, array in zip(KEPT, kept, strict=False)}
 
     def state_numbers(self) -> dict[str, Any]:
         """Return the numbers for a checkpoint."""
@@ -196,7 +251,20 @@ class SteadyClock(Clock):
         super().restore(numbers, arrays)
         for name in (*OWN, "steps_taken"):
             setattr(self, name, numbers[name])
-        self._kept = [(arrays[f"position-{n}"], arrays[f"force-{n}"]) for n in range(len(arrays) // 2)]
+        count = sum(name.startswith(KEPT[0]) for name in arrays)
+        names = [[f"{what}-{n}" for what in KEPT] for n in range(count)]
+        self._kept = [tuple(arrays[name] for name in of_body if name in arrays) for of_body in names]
+
+
+def _places(body: Body) -> np.ndarray:
+    """Positions of the points of a body [m], shape (n, 3), in an order that does not change."""
+    return body.arrays["position"] if isinstance(body, Relaxable) else body.arrays["position"][body.order()]
+
+
+def _cells_passed(body: Body, end: float) -> float:
+    """Return how many cells the motions of a body pass at most until the end of the loads [s]."""
+    grid, speed = getattr(body, "grid", None), getattr(body.constraint, "top_speed", 0.0)
+    return 0.0 if grid is None else speed * end * float(grid.lattice.inverse_cell)
 
 
 def _crossing(model: BodyModel) -> float:
@@ -206,4 +274,8 @@ def _crossing(model: BodyModel) -> float:
     return float((upper - lower).max()) / (shear or 0.2 * pressure)
 
 
-OWN = ("_step", "loading", "_equilibria", "_kappa", "_estimate", "_believed", "_quiet", "_scale", "_change", "_decay", "error")
+KEPT = "position", "force", "start", "contact"
+OWN = (
+    *("_step", "loading", "_equilibria", "_kappa", "_estimate", "_believed", "_quiet", "_scale", "_change", "_decay", "error"),
+    *("_corrections", "_renewed", "_exact", "_left", "_near"),
+)

@@ -92,7 +92,8 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         """Return its nodes; points of its elements where prescribed motions lead all nodes."""
         if self.grid is None:
             return None
-        position, velocity, loads = self.arrays["position"], self.arrays["velocity"], self.motion.loads[column - FIRST_LOAD]
+        self._contact_row = column - FIRST_LOAD
+        position, velocity, loads = self.arrays["position"], self.arrays["velocity"], self.motion.loads[self._contact_row]
 
         def take(force: np.ndarray) -> None:
             loads[...] += force

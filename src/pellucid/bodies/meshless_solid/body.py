@@ -237,7 +237,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         """Points on its outer faces."""
         if self.skin is None or self.grid is None:
             return None
-        surface = self.skin.surface_of(self.grid, self.motion.loads[column - FIRST_LOAD], self.follows)
+        self._contact_row = column - FIRST_LOAD
+        surface = self.skin.surface_of(self.grid, self.motion.loads[self._contact_row], self.motion.inertia, self.follows)
         surface.rate = self.totals.rate
         self.contact_surface = surface
         return surface

@@ -55,6 +55,7 @@ class ExplicitNodes(
 
     contact_surface: PointsOfFaces | PointsOfNodes | None = None
     """Surface by which others touch it, where that is not on the nodes of the grid."""
+    _contact_row = 0  # of the loads, of contact by surfaces
     contact_rate = 0.0
     """Reciprocal of the longest step for which the springs of contact are stable [1/s]."""
 
@@ -200,6 +201,7 @@ class ExplicitNodes(
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         """Damp the coming step."""
         self.relaxes = True
+        self.motion.top_speed = 0.0  # that of the time of the loads
         self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
         self.load_rate = load_rate
         self.motion.share_gravity(gravity_share)
@@ -207,7 +209,8 @@ class ExplicitNodes(
     def springs(self) -> Springs:
         """Its internal forces, at the places at which the step began."""
         position = self.arrays["position"] - self._dt * self.arrays["velocity"]
-        return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free)
+        contact = None if self.contact_surface is None else (position, self.motion.loads[self._contact_row])
+        return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free, contact)
 
     def unbalanced(self) -> tuple[float, float]:
         """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""

@@ -76,6 +76,9 @@ class PointsOfFaces(ContactSurface):
         self.place[:, self._thin] = self._middle[self._thin]
         self.area[:, self._thin] = 0.0
 
+    def corner_shares(self) -> sparse.csr_array:
+        return self._shares
+
     def add_forces(self, force: np.ndarray) -> None:
         """To the corners."""
         self._take(self._to_corners @ force)

@@ -134,6 +134,7 @@ class RigidBody:
     def begin(self, time: float, dt: float) -> None:
         """Set the prescribed motion over the step."""
         self.leads.begin(time, dt)
+        self.leads.rates *= self.body.load_rate
         self._carry(self.rates()[3:])
 
     def _carry(self, turn: np.ndarray) -> None:

@@ -49,6 +49,7 @@ class Law(NamedTuple):
     damping: float  # [Pa s/m], the same; of solids
     stops: float  # share of the approach that dampers take in a step; of sheets
     friction: float  # coefficient μ
+    is_steady: bool = False  # whether slips are limited at equilibria alone, see `pellucid.simulation.steady`
 
 
 def make_law(sides: tuple[ContactSurface, ContactSurface], share: float, friction: float, courant: float, step: float) -> Law:
@@ -200,7 +201,7 @@ def find_forces(points, facets, slots, law, dt, last, own, other, impulse, of_po
             if size > most:
                 drag = (drag[0] * most / size, drag[1] * most / size, drag[2] * most / size)
                 length, longest = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]), most / max(spring, 1e-300)
-                if length > longest:
+                if length > longest and not law.is_steady:
                     s = (s[0] * longest / length, s[1] * longest / length, s[2] * longest / length)
             t = slots.triangle[p, k]
             for d in range(3):

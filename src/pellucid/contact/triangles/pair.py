@@ -33,6 +33,7 @@ from pellucid.contact.triangles.slots import APART, CHUNK, Boxes, Sight, find_fe
 
 NO_BOXES = Boxes(np.zeros(3), 1.0, (1, 1, 1), np.zeros(2, np.int64), np.zeros(0, np.int64))
 OUTSIDE = 1e-6  # of an edge: how far behind its faces a solid still finds a point, as surfaces may start in contact
+TINY = 1e-300  # m
 SEPARATE = 1e-6  # of the thickness: least distance of layers at the start that tells their sides
 
 
@@ -40,6 +41,8 @@ class SlotEnergy:
     """Energy of a pair, in the terms of other contact laws."""
 
     stop: DeadStop | None = None
+
+    is_steady, lent = False, 0.0
 
     def __init__(self) -> None:
         self.held, self.taken = Held(), 0.0
@@ -50,6 +53,9 @@ class SlotEnergy:
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
         """Do nothing: no rigid body is stopped."""
+
+    def reach_equilibrium(self) -> None:
+        """Do nothing: slots keep what friction holds."""
 
 
 class AskingSide:
@@ -207,6 +213,18 @@ class TrianglePair(Touch):
         for mesh in self._meshes:
             mesh.follow()
         self._energy.taken = sum(side.follow(last) for side in self.sides)
+
+    def begin_steady(self) -> None:
+        super().begin_steady()
+        for side in self.sides:
+            side.law = side.law._replace(is_steady=True)
+
+    def reach_equilibrium(self) -> None:
+        for side in self.sides:
+            slots = side.slots
+            length = np.linalg.norm(slots.slip, axis=2)
+            longest = side.law.friction * np.maximum(slots.depth, 0.0)  # the limit over the stiffness
+            slots.slip[...] *= np.where(length > longest, longest / np.maximum(length, TINY), 1.0)[:, :, None]
 
     def place_without_side(self) -> np.ndarray | None:
         """Return a place at the start where layers lie on each other [m], (3,), so that none is on a side of the other; None if

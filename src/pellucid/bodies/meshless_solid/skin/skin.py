@@ -71,9 +71,9 @@ class Skin(HasFaces, WarnsOfContact):
         self._response = SkinResponse(self.surface, points.mass, self._values, mass, arrays["prescribed"])
         self._first = True
 
-    def surface_of(self, grid: Grid, loads: np.ndarray, hard: bool) -> PointsOfFaces:
-        """The points as others touch them; their forces are added to loads on the nodes [N], shape (n, 3). hard: whether all
-        of these are prescribed."""
+    def surface_of(self, grid: Grid, loads: np.ndarray, inertia: np.ndarray, hard: bool) -> PointsOfFaces:
+        """The points as others touch them; their forces are added to loads on the nodes [N], shape (n, 3), which have this
+        inertia [kg], shape (n,). hard: whether all of these are prescribed."""
 
         def take(force: np.ndarray) -> None:
             loads[...] += self._shares @ force
@@ -82,7 +82,7 @@ class Skin(HasFaces, WarnsOfContact):
             return np.asarray(self._values @ self._velocity)
 
         surface = PointsOfFaces(grid, self._triangles, lambda: self._x, velocities, take, hard)
-        surface.mass_per_area = surface.mass_per_area_of(self._values, self._mass[:, 0])
+        surface.mass_per_area = surface.mass_per_area_of(self._values, inertia)
         return surface
 
     def _follow(self) -> None:
