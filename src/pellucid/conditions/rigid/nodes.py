@@ -201,8 +201,8 @@ class RigidNodes:
         self._outer = (filled < FILLED_HALF_A_CELL_OUTSIDE[self._field.grid.case.functions])[:, None] & (not self._alone)
         self._goal, self._slip, self._normal, follows = (np.zeros((len(self._at), n)) for n in (3, 3, 3, 1))
         self._part_from_others(centre, motions, follows)
-        follows = np.where(self._outer, follows, 1.0)
-        self._weight = np.minimum(1.0, self._share[:, None] / (FULL_DRIVE_FRACTION * self._m)) * free * follows * self._m
+        led = np.minimum(1.0, self._share[:, None] / (FULL_DRIVE_FRACTION * self._m))
+        self._weight = np.where(self._outer, follows, led) * free * self._m
         self._kept = np.where(self._outer, 1.0 - self._share[:, None] / self._m, 1.0)
         clamped = (constrained > 0) & (self._actions.supports.mirror[constrained - 1] == 0)
         self._clamped = [(int(constrained[k, d]) - 1, int(k), int(d)) for k, d in np.argwhere(clamped)]
@@ -246,19 +246,27 @@ class RigidNodes:
         if no_slip is None or not len(near):
             return
         nodes, at = self._nodes, self._at
-        mass = domain.of_nodes(nodes.mass)
-        velocity = domain.of_nodes(np.where(nodes.mass[:, None] > MASS_EPS, nodes.velocity - nodes.velocity_increment, 0.0))
-        velocity[at] = self._base
-        filled = domain.of_nodes(self._sums.body_mass)[:, 0] / (self._density * self._field.grid.cell_volume)
+        window = no_slip.find_window(at)
+        mass, body_mass, old = (
+            domain.of_nodes(values, window.node)
+            for values in (
+                nodes.mass[window.node],
+                self._sums.body_mass[window.node, 0],
+                nodes.velocity[window.node] - nodes.velocity_increment[window.node],
+            )
+        )
+        velocity = np.where(mass[:, None] > MASS_EPS, old, 0.0)
+        velocity[np.searchsorted(window.node, at)] = self._base
+        filled = body_mass / (self._density * self._field.grid.cell_volume)
         place = self._field.grid.find_positions(at[near])
-        surface = no_slip.find_surface(filled, place)
+        surface = no_slip.find_surface(window, filled, place)
         relative, known = [], []
         for height in no_slip.heights:
             out = (height - surface.distance)[:, None] * surface.normal
-            there, is_known = no_slip.sample(velocity, mass, place + out)
+            there, is_known = no_slip.sample(window, velocity, mass - body_mass, place + out)
             relative.append(there - motions.at(self._arms(centre)[near] + out) @ self._before)
             known.append(is_known)
-        certainty = np.where(known[0], surface.certainty, 0.0)
+        certainty = known[0] * surface.certainty
         goal = no_slip.continue_profile(surface._replace(certainty=certainty), relative[0], relative[1], known[1])
         outer = self._outer[near, 0]
         self._goal[near] = goal
