@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellucid.conditions.no_slip_walls import no_slip_walls
 from pellucid.conditions.open_walls import OpenWalls
 from pellucid.errors import CaseError, Problem
 from pellucid.findings import refuse
@@ -79,7 +80,7 @@ def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence
     lets_go = any(support.until is not None for support in supports)
     releasing = [member.body for member in assembly.bodies.values() if isinstance(member.body, ReleasesSupports)]
     released = [Released(supports, assembly.actions, releasing)] if lets_go else []
-    return [*released, *_open_walls(supports, assembly)]
+    return [*released, *no_slip_walls(supports, assembly), *_open_walls(supports, assembly)]
 
 
 def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid: GridCase) -> np.ndarray:

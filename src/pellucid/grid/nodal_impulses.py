@@ -6,18 +6,23 @@ from pellucid.grid.lattice import Nodes
 from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS, ExternalAction
 
 
-def add_impulses(nodes: Nodes, external: ExternalAction, impulse: np.ndarray) -> np.ndarray:
-    """Change the velocities of the nodes by impulses [N s], shape (n, 3); those that they took, of the same shape.
+def add_impulses(
+    nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | slice = slice(None)
+) -> np.ndarray:
+    """Change the velocities of all nodes, or of those that are listed, by impulses [N s], shape (n, 3); return those that they
+    took, of the same shape.
 
     Constrained directions, those wholly led by driven points, and nodes without mass take nothing.
     """
-    mass = nodes.mass[:, None]
-    free = (mass >= MASS_EPS) & (nodes.constrained == 0)
+    mass = nodes.mass[node, None]
+    free = (mass >= MASS_EPS) & (nodes.constrained[node] == 0)
     if len(external.driven_mass):
-        free &= external.driven_mass < FULL_DRIVE_FRACTION * mass
+        free &= external.driven_mass[node] < FULL_DRIVE_FRACTION * mass
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.where(free, impulse / mass, 0.0)
-    strained = np.where(nodes.strain_velocity == nodes.velocity, change, 0.0)  # else a light node, which must not strain points
-    for velocity, more in ((nodes.velocity, change), (nodes.velocity_increment, change), (nodes.strain_velocity, strained)):
-        velocity += more
+    # else a light node, which must not strain points
+    strained = np.where(nodes.strain_velocity[node] == nodes.velocity[node], change, 0.0)
+    nodes.velocity[node] += change
+    nodes.velocity_increment[node] += change
+    nodes.strain_velocity[node] += strained
     return np.where(free, impulse, 0.0)

@@ -168,14 +168,14 @@ class NodalMomentum:
         force = nodes.force[node] - separate[node] if len(separate) else nodes.force[node]
         return 0.5 * dt * float(np.sum(domain.of_nodes(force * increment, None if isinstance(node, slice) else node)))
 
-    def impulse_velocity(self) -> np.ndarray:
-        """The mean velocity along which impulses work that nodes got after their momentum was advanced [m/s]: that
-        of forces, but where driven points lead a node in part, since the impulses came after these."""
+    def impulse_velocity(self, node: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Return the mean velocity [m/s] along which impulses work that nodes got after their momentum was advanced: that
+        of forces, except where driven points lead a node in part, since the impulses came after these."""
         nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
         if not len(driven):
-            return np.asarray(nodes.mean_velocity)
-        moved = (driven > 0.0) & (nodes.constrained == 0)
-        return np.where(moved, nodes.velocity - 0.5 * nodes.velocity_increment, nodes.mean_velocity)
+            return np.asarray(nodes.mean_velocity[node])
+        moved = (driven[node] > 0.0) & (nodes.constrained[node] == 0)
+        return np.where(moved, nodes.velocity[node] - 0.5 * nodes.velocity_increment[node], nodes.mean_velocity[node])
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
         """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`.

@@ -72,7 +72,7 @@ class OwnNodesField(VelocityField):
         self._reached.advance(dt)
         self.external.impulse.fill(0.0)  # the work of prescribed motions is the body's, but for contact
 
-    def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0) -> None:
+    def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0, node: np.ndarray | None = None) -> np.ndarray:
         """Raises ValueError: conditions give impulses to fields that move points."""
         raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
 

@@ -130,20 +130,24 @@ class VelocityField:
 
     def advance(self, dt: float, counted: bool = False) -> None:
         """Advance the momentum of the nodes without contact and impulses of conditions; counted: whether these give none."""
-        self._given: list[tuple[np.ndarray, int, float]] = []
+        self._given: list[tuple[np.ndarray, int, float, np.ndarray | None]] = []
         self._moved: list[np.ndarray] = []
         self.pressed = False
         self._momentum.advance(dt, counted)
 
-    def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0) -> None:
-        """Give the nodes impulses [N s], shape (n, 3), after they were advanced and before contact.
+    def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0, node: np.ndarray | None = None) -> np.ndarray:
+        """Give the nodes impulses [N s], shape (n, 3), after they were advanced and before contact; return those that they
+        took.
 
-        column: of a row of works, to which their work is added with this sign. See `pellucid.grid.nodal_impulses`. Raises
-        ValueError where the works of the step are counted already.
+        node: numbers of the nodes that get them, in order; all nodes if left out. column: of a row of works, to which their
+        work is added with this sign. See `pellucid.grid.nodal_impulses`. Raises ValueError where the works of the step are
+        counted already.
         """
         if self._momentum.is_counted:
             raise ValueError("impulses are given in `act_on_nodes` alone, before the works of the step are counted")
-        self._given.append((add_impulses(self.grid.nodes, self.external, impulse), column, sign))
+        given = add_impulses(self.grid.nodes, self.external, impulse, slice(None) if node is None else node)
+        self._given.append((given, column, sign, node))
+        return given
 
     def strain_as_moved(self, node: np.ndarray) -> None:
         """Let these nodes strain points in this step by the velocities that they moved with."""
@@ -153,11 +157,12 @@ class VelocityField:
         """Works and impulses of the step dt [s] when its last impulse was given, but for those of contact. The momentum is zero
         then, to be mapped again."""
         done = self._momentum.works(dt)
-        works = np.zeros(max([len(done.works), *(column + 1 for _, column, _ in self._given)]))
+        works = np.zeros(max([len(done.works), *(column + 1 for _, column, _, _ in self._given)]))
         works[: len(done.works)] = done.works
-        for impulse, column, sign in self._given:
-            works[column] += sign * float(np.sum(domain.of_nodes(impulse * self._momentum.impulse_velocity())))
-            done.impulse[:] += domain.of_nodes(impulse).sum(axis=0)
+        for impulse, column, sign, node in self._given:
+            velocity = self._momentum.impulse_velocity(slice(None) if node is None else node)
+            works[column] += sign * float(np.sum(domain.of_nodes(impulse * velocity, node)))
+            done.impulse[:] += domain.of_nodes(impulse, node).sum(axis=0)
         return done._replace(works=works)
 
     def strain_lag_work(self, dt: float) -> float:

@@ -79,8 +79,8 @@ def test_the_profile_about_a_cylinder_is_exact():
 
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.3, 0.2), (0.5, 0.5)])
 def test_the_surface_of_a_disc_of_points_is_found_from_all_nodes_that_it_reaches(place):
-    """Also from those that hardly a point reaches: in the mean within .03 of a cell, with the spread of a lattice of points of a
-    third of a cell."""
+    """Also from those that hardly a point reaches: in the mean within .03 of a cell, with a spread of .09 from points a
+    third of a cell apart."""
     centre = np.array([8.0 + place[0], 8.0 + place[1], 0.0])
     disc = {"cylinder": {"centre": centre.tolist(), "radius": 5.0}}
     body = {"name": "disc", "shape": disc, "points_per_cell": (3, 3, 1), "material": SOLID}

@@ -98,11 +98,24 @@ def test_the_torque_on_a_rotor_is_what_its_fluid_gains(transfer):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("centre", [(0.0, 0.0), (0.3, 0.2), (0.5, 0.5)])
-def test_the_torque_of_couettes_flow(centre):
-    """Between a rotor and a fixed wall of four radii: 4 π μ ω R₁² R₂²/(R₂² - R₁²), wherever in a cell the centre lies. Nodes
-    alone hold the wall, which acts as one half a cell farther out: .4 % less torque, and .6 % with the centre of a cell."""
-    middle = [0.05 * centre[0], 0.05 * centre[1], 0]
+@pytest.mark.parametrize(
+    ("centre", "cells", "share_of_step", "tolerance"),
+    [
+        ((0.0, 0.0), 5, 1.0, 0.01),
+        ((0.3, 0.2), 5, 1.0, 0.01),
+        ((0.5, 0.5), 5, 1.0, 0.01),
+        ((0.5, 0.0), 5, 1.0, 0.01),
+        ((0.3, 0.2), 5, 0.5, 0.01),
+        ((0.3, 0.2), 5, 0.25, 0.01),
+        ((0.0, 0.0), 10, 1.0, 0.003),
+        ((0.5, 0.5), 10, 1.0, 0.003),
+    ],
+)
+def test_the_torque_of_couettes_flow(centre, cells, share_of_step, tolerance):
+    """Between a rotor and a fixed wall of four radii: 4 π μ ω R₁² R₂²/(R₂² - R₁²), wherever in a cell the centre lies, and
+    whatever the step is."""
+    cell = 0.25 / cells
+    middle = [cell * centre[0], cell * centre[1], 0]
     ring = {"pipe": {"centre": middle, "outer_radius": 1.0, "inner_radius": 0.25}}
     water = {"kind": "fluid", "density": 1.0, "viscosity": 1.0, "eos": OIL["eos"] | {"sound_speed": 10.0}}
     fluid = {"name": "fluid", "shape": ring, "points_per_cell": (3, 3, 1), "material": water}
@@ -112,8 +125,9 @@ def test_the_torque_of_couettes_flow(centre):
     turn["rotation"] = {"z": {"kind": "steady", "angular_velocity": 1.0}}
     support = [{"where": {"pipe": {"centre": middle, "inner_radius": 1.0, "outer_radius": 2.0}}}]
     how = {
-        "counts": (44, 44, 1),
-        "cell": 0.05,
+        "counts": (round(2.2 / cell), round(2.2 / cell), 1),
+        "cell": cell,
+        "courant": 0.4 * share_of_step,
         "lower": (-1.1, -1.1, 0.0),
         "functions": "quadratic-bspline",
         "transfer": "apic",
@@ -125,7 +139,7 @@ def test_the_torque_of_couettes_flow(centre):
     while sim.time < 0.4:
         sim.step()
     torque = (sim.angular_reactions()["turn"][2] - before) / (sim.time - since)
-    assert torque == pytest.approx(4.0 * np.pi * 0.25**2 / (1.0 - 0.25**2), rel=0.01)
+    assert torque == pytest.approx(4.0 * np.pi * 0.25**2 / (1.0 - 0.25**2), rel=tolerance)
 
 
 def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on_in_a_fluid():

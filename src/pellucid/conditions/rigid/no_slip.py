@@ -6,10 +6,11 @@ therefore gets the rigid velocity and in addition the tangential velocity
 
     δ(d) = (g d + c d²) / (1 + κ d) ,    κ: the sum of the principal curvatures, positive on a convex body,
 
-where g and c follow from the velocities relative to the body at two places on the normal, at the distances SAMPLES. The velocity
-profile is thus continued through the surface, with any position of the surface between the nodes. The divisor is the growth
-of the area of a parallel surface: about a cylinder of five cells a polynomial alone has an error of third order that makes the
-torque 2 % too large, and 5 % with a quarter of the step. Steady shear flow about a turning cylinder has the profile δ exactly.
+where g and c follow from the velocities relative to the body at two places on the normal, at the distances SAMPLES. The
+velocity profile is thus continued through the surface, with any position of the surface between the nodes. The divisor is the
+growth of the area of a parallel surface. About a cylinder of five cells a polynomial alone has an error of third order that
+makes the torque 2 % too large, and 5 % with a quarter of the step. Steady shear flow about a turning cylinder has the profile
+δ exactly.
 
 Distance and normal follow from the share f of the volume of a node that the body fills: a plane face at the distance d gives a
 known profile f(d). On a curved face the shape functions average over the tangential plane as well: the surface seems farther
@@ -47,8 +48,9 @@ class Window(NamedTuple):
     """A box of nodes, which may wrap around periodic axes; beyond a wall the nodes on it are repeated."""
 
     node: np.ndarray  # (m,) their numbers, in order, each once
-    index: np.ndarray  # (nx, ny, nz) of each node of the box in `node`
+    place: np.ndarray  # (nx, ny, nz) of each node of the box in `node`
     first: np.ndarray  # (3,) where the box begins, in cells from the lower corner of the grid
+    last: np.ndarray  # (3,) its last nodes
 
 
 class NoSlip:
@@ -56,6 +58,7 @@ class NoSlip:
 
     def __init__(self, grid: Grid) -> None:
         self._grid = grid
+        self._window: Window | None = None
         self._cell, self._lower = grid.lattice.cell, np.array(grid.lattice.lower)
         self._strides, self._thin, self._periodic = np.array(grid.lattice.strides), np.array(grid.thin), np.array(grid.periodic)
         self._counts = np.where(self._thin, 1, np.array(grid.lattice.counts) + ~self._periodic)
@@ -64,6 +67,7 @@ class NoSlip:
         half = 0.5 * (degree + 1)
         self._distances = np.linspace(-half, half, 601)
         function = BSpline.basis_element(np.arange(degree + 2) - half, extrapolate=False)
+        self._function, self._half = function, half
         covered = function.antiderivative()(self._distances)
         self._filled = 1.0 - (covered - covered[0]) / (covered[-1] - covered[0])
 
@@ -72,9 +76,12 @@ class NoSlip:
         at = np.rint((self._grid.find_positions(nodes) - self._lower) / self._cell).astype(int)
         margin = np.where(self._thin, 0, MARGIN)
         first, last = at.min(axis=0) - margin, at.max(axis=0) + margin
-        box = np.stack(np.meshgrid(*(np.arange(a, b + 1) for a, b in zip(first, last, strict=True)), indexing="ij"), axis=-1)
-        node, index = np.unique(self._node(box), return_inverse=True)
-        return Window(node, index.reshape(box.shape[:3]), first)
+        if self._window is None or not np.array_equal([self._window.first, self._window.last], [first, last]):
+            axes = (np.arange(a, b + 1) for a, b in zip(first, last, strict=True))
+            box = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+            node, index = np.unique(self._node(box), return_inverse=True)
+            self._window = Window(node, index.reshape(box.shape[:3]), first, last)
+        return self._window
 
     def find_surface(self, window: Window, filled: np.ndarray, place: np.ndarray) -> Surface:
         """Return the surface near nodes.
@@ -85,7 +92,7 @@ class NoSlip:
         filled : (nodes of the window,) share of the volume of each node that the body fills
         place : (n, 3) of the nodes near which the surface is wanted [m]
         """
-        share = filled[window.index]
+        share = filled[window.place]
         axes = np.flatnonzero(~self._thin)
         slopes = np.zeros((*share.shape, 3))
         for i in axes:
@@ -96,9 +103,7 @@ class NoSlip:
         normal = -slope / np.maximum(steepness, LEAST_SLOPE)[:, None]
         curvature = self._mean_curvature(share, at, normal, steepness)
         seen = self._distance_to(here)
-        # in a thin body the slopes of both faces cancel; half the slope of a plane face is still one that is curved or oblique
-        single = np.where(seen > 0.0, 1.0, np.minimum(1.0, 2.0 * steepness / np.maximum(self._slope_at(seen), LEAST_SLOPE)))
-        certainty = np.where(steepness > LEAST_SLOPE, single, 0.0)
+        certainty = self.certainty(here, steepness)
         distance = seen.copy()
         for _ in range(REFINEMENTS):  # few points fill nodes far outside: the surface is found again from the nodes next to it
             nearer = at - distance[:, None] * normal
@@ -109,6 +114,36 @@ class NoSlip:
             distance = np.where(found, np.sum((at - nearer) * normal, axis=1) + rest, distance)
         distance -= 0.5 * self._variance * curvature
         return Surface(self._cell * distance, normal, certainty, curvature / self._cell)
+
+    def functions(self, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the shape function of a node along one axis and its slope at offsets in cells, shape (n,) each."""
+        offset = np.clip(offset, -self._half, self._half)
+        return np.nan_to_num(self._function(offset)), np.nan_to_num(self._function.derivative()(offset))
+
+    def certainty(self, share: np.ndarray, steepness: np.ndarray) -> np.ndarray:
+        """Return the certainty (see `Surface`) at nodes that a body fills by a share that changes so steeply per cell."""
+        seen = self._distance_to(share)
+        # in a thin body the slopes of both faces cancel; half the slope of a plane face is still one that is curved or oblique
+        single = np.where(seen > 0.0, 1.0, np.minimum(1.0, 2.0 * steepness / np.maximum(self._slope_at(seen), LEAST_SLOPE)))
+        return np.where(steepness > LEAST_SLOPE, single, 0.0)
+
+    def curvature_of(
+        self, window: Window, node: np.ndarray, normal: np.ndarray, certainty: np.ndarray, distance: np.ndarray
+    ) -> float:
+        """Return the sum of the principal curvatures [1/m], as a mean over the surface: the divergence of its normals at nodes
+        within half a cell of it."""
+        known = np.zeros(len(window.node))
+        normals = np.zeros((len(window.node), 3))
+        at = np.searchsorted(window.node, node)
+        known[at], normals[at] = certainty > 0.0, normal
+        near = np.zeros(len(window.node), bool)
+        near[at] = np.abs(distance) < 0.5 * self._cell
+        dense, is_known = normals[window.place], known[window.place] > 0.0
+        divergence, whole = np.zeros(is_known.shape), near[window.place]
+        for i in np.flatnonzero(~self._thin):
+            divergence += np.gradient(dense[..., i], axis=i)
+            whole &= np.roll(is_known, 1, axis=i) & np.roll(is_known, -1, axis=i)
+        return float(divergence[whole].mean()) / self._cell if whole.any() else 0.0
 
     def _mean_curvature(self, share: np.ndarray, at: np.ndarray, normal: np.ndarray, steepness: np.ndarray) -> float:
         """Return the sum of the principal curvatures [1/cell], as a mean over the surface near nodes of a window."""
@@ -132,15 +167,15 @@ class NoSlip:
         a free surface, or lies outside the grid."""
         s = np.where(self._thin, 0.0, (place - self._lower) / self._cell)
         inside = np.all((s >= 0.0) & (s <= self._counts - 1) | self._thin | self._periodic, axis=1)
-        of_nodes = mass[window.index]
+        of_nodes = mass[window.place]
         least, most = of_nodes, of_nodes
         for axis in np.flatnonzero(~self._thin):
-            least, most = self._along(np.minimum, least, axis), self._along(np.maximum, most, axis)
+            least, most = self._along(np.minimum, least, int(axis)), self._along(np.maximum, most, int(axis))
         at = np.floor(s).astype(int) - window.first
         at = np.where(self._thin, 0, np.clip(at, 0, np.array(least.shape) - 1))
         ratio = least[tuple(at.T)] / np.maximum(most[tuple(at.T)], MASS_EPS)
         known = np.clip((ratio - LEAST_RATIO) / (FULL_RATIO - LEAST_RATIO), 0.0, 1.0)
-        return self._interpolate(velocity[window.index], s - window.first), np.where(inside, known, 0.0)
+        return self._interpolate(velocity[window.place], s - window.first), np.where(inside, known, 0.0)
 
     @staticmethod
     def _along(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndarray:

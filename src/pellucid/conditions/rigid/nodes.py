@@ -338,6 +338,4 @@ class RigidNodes:
         return self._to_rigid(velocity - self._impulse / self._m) - self._impulse
 
     def _give(self, impulse: np.ndarray) -> None:
-        everywhere = np.zeros_like(self._nodes.velocity)
-        everywhere[self._at] = impulse
-        self._field.add_impulses(everywhere, IMPACT, -1.0)
+        self._field.add_impulses(impulse, IMPACT, -1.0, self._at)
