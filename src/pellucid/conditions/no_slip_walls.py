@@ -5,9 +5,9 @@ and the next one. Here the nodes near the surface are free, and get in each step
 tangential velocity δ of `pellucid.conditions.rigid.no_slip`: within the region in all directions, outside of it along the
 surface. Distances are those of the shape itself, which does not move.
 
-This requires B-splines and material points of viscous fluids with APIC, in a velocity field that they share at most with rigid bodies,
-viscosity that is not implicit, and a support that holds all directions and does not end. Near a rigid body the nodes of the
-region are held as in other cases, so that the body does not sink in.
+This requires B-splines and material points of viscous fluids with APIC, in a velocity field that they share at most with rigid
+bodies, viscosity that is not implicit, and a support that holds all directions and does not end. Near a rigid body the nodes of
+the region are held as in other cases, so that the body does not sink in.
 """
 
 from collections.abc import Sequence
