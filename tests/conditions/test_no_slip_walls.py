@@ -48,34 +48,6 @@ def test_momentum_and_energy_are_kept(functions, scheme):
     assert sim.reactions()["top"][0] > 0.0
 
 
-def test_a_turned_shape_is_a_wall_where_it_is():
-    """A slope of 30°: distances and normals are those of its plane, as far as samples a quarter of a cell apart show."""
-    slope = {"box": {"lower": [-20, -10, 0], "upper": [30, 0, 0]}, "rotate": {"axis": [0, 0, 1], "angle": 30.0}}
-    sim = Simulation(
-        case(box((1, 1, 0), (9, 9, 0), OIL, (2, 2, 1), name="oil"), counts=(10, 10, 1), support=[{"where": slope}], **HOW)
-    )
-    wall = next(condition for condition in sim.conditions._active if type(condition).__name__ == "NoSlipWall")._wall
-    middle, turned = np.array([5.0, -5.0, 0.0]), np.deg2rad(30.0)
-    place = sim.grid.find_positions(wall.node) - middle
-    height = place[:, 1] * np.cos(turned) - place[:, 0] * np.sin(turned) - 5.0
-    assert wall.surface.distance == pytest.approx(height, abs=2e-3)
-    assert wall.surface.normal == pytest.approx(np.tile([-0.5, np.cos(turned), 0], (len(height), 1)), abs=0.03)
-    assert abs(wall.surface.curvature) < 0.01
-
-
-def test_a_solid_in_the_field_keeps_the_nodes_of_the_region_held():
-    """Only fluids, and rigid bodies beside them, have walls of this kind."""
-    oil, block = box((0, 2, 0), (4, 8, 0), OIL, (2, 2, 1), name="oil"), box((1, 9, 0), (2, 10, 0), SOLID, (2, 2, 1))
-    floor = [{"where": {"box": {"lower": [-1, -1, 0], "upper": [5, 2.2, 0]}}}]
-    for bodies, walls in (((oil,), 1), ((oil, block), 0), ((oil, block | {"rigid": True}), 1)):
-        sim = Simulation(case(*bodies, counts=(4, 12, 1), support=floor, **HOW), threads=1)
-        assert sum(type(condition).__name__ == "NoSlipWall" for condition in sim.conditions._active) == walls
-    inviscid = oil | {"material": OIL | {"viscosity": 0.0}}
-    for body, more in ((inviscid, {}), (oil, {"transfer": "flip"})):
-        sim = Simulation(case(body, counts=(4, 12, 1), support=floor, **(HOW | more)), threads=1)
-        assert not any(type(condition).__name__ == "NoSlipWall" for condition in sim.conditions._active)
-
-
 def test_a_rigid_body_does_not_sink_into_the_region():
     """It stays on the nodes of the floor, which are held near it: without them it would fall through."""
     oil = box((0, 2.5, 0), (6, 8, 0), OIL | {"viscosity": 0.1}, (2, 2, 1), name="oil", outside=["block"])
