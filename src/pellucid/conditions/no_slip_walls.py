@@ -1,19 +1,28 @@
 """Walls that supports define by a shape: fluids do not slip on the surface of the shape itself.
 
-A support that clamps the nodes in a region holds those alone, and the fluid meets it at some place between the last held node
-and the next one. Here the nodes near the surface are free, and get in each step the velocity of the wall and in addition the
-tangential velocity δ of `pellucid.conditions.rigid.no_slip`: within the region in all directions, outside of it along the
-surface. Distances are those of the shape itself, which does not move.
+A support that clamps the nodes in a region stops the fluid at some place between the last held node and the next one. With the
+walls of this module the nodes near the surface are free along the surface, and in each step get the traction of a wall at the
+surface of the shape:
 
-This requires B-splines and material points of viscous fluids with APIC, in a velocity field that they share at most with rigid
-bodies, viscosity that is not implicit, and a support that holds all directions and does not end. Near a rigid body the nodes of
-the region are held as in other cases, so that the body does not sink in.
+    J_i = -μ dt A_i (∂u/∂n - n n·∂u/∂n) ,    A_i = ∫ φ_i dA over the surface,
+
+where u is the velocity profile through zero on the surface and the velocities of the fluid at two places on the normal (see
+`pellucid.conditions.rigid.no_slip`). The fluid thus loses to the wall what the profile carries to it, wherever the surface
+lies between the nodes. No node near the surface has a prescribed velocity along it, which would drag the fluid beyond. Nodes
+that the region holds have the velocity of the wall across the surface. Points do not fill the last layer of cells: nodes with
+less mass than their part outside the region hand on the missing share of their impulse to their neighbours.
+
+This requires material points of viscous fluids with APIC and one viscosity that is not implicit, in a velocity field that they
+share at most with rigid bodies, and a support that holds all directions and does not end. Near a rigid body the nodes of the
+region are held as in other cases, so that the body does not sink in. The fluid at free surfaces, in gaps of a few cells and
+beside walls thinner than about a cell is held as well.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from pellucid.conditions.rigid.no_slip import DEGREES, LEAST_SLOPE, NoSlip, Surface, Window
 from pellucid.energy import IMPACT, SUPPORT, StepWork
@@ -23,7 +32,6 @@ from pellucid.geometry.shapes.contract import ActiveAxes, Geometry
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.grid.velocity_transfer import Apic
-from pellucid.model import Vector
 from pellucid.parts.active_condition import ActiveCondition
 from pellucid.parts.assembly import AssembledBody, Assembly
 from pellucid.ranks.domain import domain
@@ -31,14 +39,13 @@ from pellucid.ranks.domain import domain
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
 
-SMOOTH = (
-    "quadratic-bspline",
-    "cubic-bspline",
-)  # with trilinear functions the flow in a pipe of four cells was too slow by half
 SAMPLES = 4  # in a cell along each axis, of the share of a node that a region fills
 MOST_PLACES = 1_000_000  # that are looked up at once
 BISECTIONS = 40  # of the distance from the surface
 RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes stay held
+
+
+Inside = Callable[[np.ndarray], np.ndarray]
 
 
 class WallSurface(NamedTuple):
@@ -46,44 +53,50 @@ class WallSurface(NamedTuple):
 
     node: np.ndarray  # (n,) in order
     held: np.ndarray  # (n,) which of them the support holds
+    released: np.ndarray  # (n, 3) axes along which it holds them alone
     surface: Surface
+    filled: np.ndarray  # (n,) share of the volume of each node within the region
+    share: np.ndarray  # (n,) see `NoSlip.share_in_grid`
+    area: np.ndarray  # (n,) of the surface, weighted with the shape function of each node [m^2]
     window: Window
     samples: list[np.ndarray]  # two of (n, 3), where the fluid's velocity is read [m]
+    signs: list[np.ndarray]  # two of (n, 3), -1 for components of a velocity that is read at its mirror image
+    neighbours: csr_array  # (n, n) weights of nodes of the surface next to each other
 
 
 class NoSlipWall(ActiveCondition):
     """The wall of one support in one velocity field."""
 
     def __init__(
-        self, actions: NodalActions, row: int, region: Geometry, rigid: Sequence[AssembledBody], assembly: Assembly
+        self,
+        actions: NodalActions,
+        row: int,
+        region: Geometry,
+        viscosity: float,
+        rigid: Sequence[AssembledBody],
+        faces: "Sequence[Support]",
+        assembly: Assembly,
     ) -> None:
         """row: number of the support among those of the faces, from 0."""
         self._actions, self._row, self._rigid, self._layout = actions, row, rigid, assembly.layout
-        self._field, grid = actions.field, actions.field.grid
+        self._field, self._viscosity, grid = actions.field, viscosity, actions.field.grid
         self._no_slip = NoSlip(grid)
         self._velocity = actions.supports.velocity[row]
         self._impulse = np.zeros(3)
-        x, y, z = grid.thin
-        self._wall = find_wall(self._no_slip, actions, row, region, (not x, not y, not z))
+        self._wall = find_wall(self._no_slip, actions, row, region, faces)
         self._marks = grid.nodes.constrained[self._wall.node].copy()
         self._acts = np.zeros(len(self._wall.node), bool)
 
     @property
     def acts_anywhere(self) -> bool:
-        """Return True if the support holds nodes near the surface, and the surface ends at no face of the grid: there,
-        pressure-driven flow in a pipe became too slow by more than half."""
-        grid = self._field.grid
-        at = (grid.find_positions(self._wall.node) - np.array(grid.lattice.lower)) / grid.lattice.cell
-        on_face = (at < 0.5) | (at > np.array(grid.lattice.counts) - 0.5)
-        return bool(self._wall.held.any() and not (on_face & ~np.array(grid.thin) & ~np.array(grid.periodic)).any())
+        """Return True if there are nodes near the surface that the fluid may move."""
+        return len(self._wall.node) > 0
 
     def begin(self, time: float, dt: float) -> None:
         """Let the nodes near the surface go, except near rigid bodies."""
         wall, constrained = self._wall, self._field.grid.nodes.constrained
         self._acts[:] = ~self._near_rigid()
-        thin = np.array(self._field.grid.thin)
-        lets_go = (wall.held & self._acts)[:, None] & ~thin
-        constrained[wall.node] = np.where(lets_go, 0, self._marks)
+        constrained[wall.node] = np.where(wall.released & self._acts[:, None], 0, self._marks)
 
     def _near_rigid(self) -> np.ndarray:
         """Return which nodes near the surface rigid bodies may reach, shape (n,)."""
@@ -105,27 +118,39 @@ class NoSlipWall(ActiveCondition):
         return reached
 
     def act_on_nodes(self, dt: float) -> None:
-        """Give the nodes near the surface the velocity with which the fluid does not slip on it."""
+        """Give the fluid the traction of the surface, and stop the nodes of the region across it."""
         wall, nodes, no_slip = self._wall, self._field.grid.nodes, self._no_slip
-        window, at = wall.window, wall.node
-        mass, old = (
+        window, at, surface = wall.window, wall.node, wall.surface
+        of_window, old = (
             domain.of_nodes(values, window.node)
             for values in (nodes.mass[window.node], nodes.velocity[window.node] - nodes.velocity_increment[window.node])
         )
-        old = np.where(mass[:, None] > MASS_EPS, old, 0.0)
-        (near, near_known), (far, far_known) = (no_slip.sample(window, old, mass, place) for place in wall.samples)
-        certainty = wall.surface.certainty * near_known
-        surface = wall.surface._replace(certainty=certainty)
-        slip = no_slip.continue_profile(surface, near - self._velocity, far - self._velocity, far_known)
-        missing = self._velocity + slip - domain.of_nodes(nodes.velocity[at], at)
-        across = np.sum(missing * surface.normal, axis=1)[:, None] * surface.normal
-        missing = np.where(wall.held[:, None], missing, certainty[:, None] * (missing - across))
-        missing = np.where(self._acts[:, None], missing, 0.0)
-        impulse = domain.of_nodes(nodes.mass[at], at)[:, None] * missing
-        taken = domain.of_nodes(self._field.add_impulses(impulse, IMPACT, -1.0, at), at)
-        held = at[wall.held & self._acts]
-        nodes.strain_velocity[held] = nodes.velocity[held]
-        self._impulse = taken.sum(axis=0)
+        old = np.where(of_window[:, None] > MASS_EPS, old, 0.0)
+        near, near_known, full = no_slip.sample_as_points(window, old, of_window, wall.samples[0])
+        far, far_known, _ = no_slip.sample_as_points(window, old, of_window, wall.samples[1])
+        near, far = near * wall.signs[0] - self._velocity, far * wall.signs[1] - self._velocity
+        sure = surface.certainty * near_known
+        mass = domain.of_nodes(nodes.mass[at], at)
+        slope = no_slip.slope_of_profile(surface._replace(certainty=sure), near, far, far_known)
+        drag = np.where(self._acts[:, None], -self._viscosity * dt * wall.area[:, None] * slope, 0.0)
+        drag = self._keep_from_light(drag, mass, full)
+        lacks = self._velocity - domain.of_nodes(nodes.velocity[at], at)
+        across = np.sum(lacks * surface.normal, axis=1)[:, None] * surface.normal
+        stopped = (wall.held & self._acts)[:, None] * (across + (1.0 - sure)[:, None] * (lacks - across))
+        taken = self._field.add_impulses(mass[:, None] * stopped + drag, IMPACT, -1.0, at)
+        strain = nodes.strain_velocity
+        lacks = np.where((wall.held & self._acts)[:, None], self._velocity - strain[at], 0.0)
+        strain[at] += np.sum(lacks * surface.normal, axis=1)[:, None] * surface.normal
+        self._impulse = domain.of_nodes(taken, at).sum(axis=0)
+
+    def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
+        """Hand on impulses of nodes that points represent in part alone to their neighbours."""
+        wall = self._wall
+        share = np.minimum(1.0, mass / np.maximum(full * wall.share * (1.0 - wall.filled), MASS_EPS))
+        weights = wall.neighbours * np.where(self._acts, mass, 0.0)
+        total = weights.sum(axis=1)
+        rest = np.where(total > MASS_EPS, 1.0 - share, 0.0)[:, None] * impulse
+        return np.asarray(impulse - rest + weights.T @ (rest / np.maximum(total, MASS_EPS)[:, None]))
 
     def work(self) -> StepWork:
         """Return the impulse of the wall and its work; the velocity field has counted them as external."""
@@ -143,14 +168,15 @@ def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoS
         members = [member for member in assembly.bodies.values() if member.actions is actions]
         rigid = [member for member in members if member.model.is_rigid]
         fluids = [member for member in members if not member.model.is_rigid]
-        smooth = actions.field.grid.case.functions in SMOOTH
-        if not (smooth and fluids and all(map(_is_viscous, fluids))):
+        viscosities = {_viscosity_of(member) for member in fluids}
+        viscosity = viscosities.pop() if len(viscosities) == 1 else 0.0
+        if viscosity == 0.0:
             continue
         for row, support in enumerate(supports):
             shape = None if support.body is not None or support.until is not None else _shape_of(support)
             if shape is None or not support.holds_all():
                 continue
-            wall = NoSlipWall(actions, row, shape.geometry(), rigid, assembly)
+            wall = NoSlipWall(actions, row, shape.geometry(), viscosity, rigid, supports, assembly)
             walls += [wall] if wall.acts_anywhere else []
     return walls
 
@@ -160,51 +186,109 @@ def _shape_of(support: "Support") -> Shape | None:
     return region.shape if isinstance(region, Region) and not region.needs_mesh else None
 
 
-def _is_viscous(member: AssembledBody) -> bool:
-    """Return True for material points of a fluid with viscosity that is part of its law, and APIC."""
-    material = getattr(member.model, "material", None)
-    viscous = getattr(material, "viscosity", 0.0) > 0.0 and not member.model.solves_viscosity
-    return member.model.kind == "material-points" and viscous and isinstance(getattr(member.body, "transfer", None), Apic)
+def _viscosity_of(member: AssembledBody) -> float:
+    """Return the viscosity [Pa s] of material points of a fluid with APIC that is part of its law, 0 for other bodies."""
+    viscosity = float(getattr(getattr(member.model, "material", None), "viscosity", 0.0))
+    is_fluid = member.model.kind == "material-points" and getattr(member.model.material, "kind", "") == "fluid"
+    apic = isinstance(getattr(member.body, "transfer", None), Apic)
+    return viscosity if is_fluid and apic and not member.model.solves_viscosity else 0.0
 
 
-def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, active: ActiveAxes) -> WallSurface:
+def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, faces: "Sequence[Support]") -> WallSurface:
     """Return the nodes near the surface of a region that the support in a row holds, or that none holds."""
     grid = actions.field.grid
-    periods = grid.periods
-    cell, axes = grid.lattice.cell, np.flatnonzero(active)
+    lattice, periods = grid.lattice, grid.periods
+    x, y, z = grid.thin
+    active: ActiveAxes = (not x, not y, not z)
+    cell, axes = lattice.cell, np.flatnonzero(active)
     index, place = grid.where()
     order = np.argsort(index)
     index, place = index[order], place[order]
-    marks = grid.nodes.constrained[index][:, axes]
-    held, free = np.all(marks == row + 1, axis=1), np.all(marks == 0, axis=1)
+    lower = np.array(lattice.lower)
+    upper = lower + cell * np.array(lattice.counts)
+    ends = np.stack([np.abs(place - lower) < 0.5 * cell, np.abs(place - upper) < 0.5 * cell], axis=2)
+    ends &= np.array(active)[:, None] & ~np.array(grid.periodic)[:, None]
+    by_faces, clamped, mirrors = np.zeros((len(place), 3), bool), np.zeros(len(place), bool), np.zeros((3, 2), bool)
+    for support in faces:  # what planes of symmetry hold stays held, and the fluid goes on as its mirror image
+        if (face := support.face()) is not None and support.body is None:
+            on, along = ends[:, face[0], face[1]], np.array(support.axes())
+            along = along & np.array(active)
+            if along[face[0]] and support.velocity[face[0]] == 0.0 and along.sum() == 1:
+                by_faces[on, face[0]] = mirrors[face] = True
+            else:
+                clamped |= on & along.any()
+    marks = grid.nodes.constrained[index]
+    open_axes = np.array(active) & ~by_faces
+    held = np.all((marks == row + 1) | ~open_axes, axis=1) & open_axes.any(axis=1) & ~clamped
+    free = np.all((marks == 0) | ~open_axes, axis=1) & ~clamped
+
+    def contains(at: np.ndarray) -> np.ndarray:
+        return within(region, _mirrored(at, lower, upper, mirrors)[0], active, periods)
+
     half = 0.5 * (DEGREES[grid.case.functions] + 1)
-    inside = within(region, place, active, periods)
+    inside = contains(place)
     mixed = np.zeros(len(place), bool)
     for steps in np.ndindex(*np.where(active, 5, 1)):
         by = np.where(active, np.array(steps) - 2, 0) * cell
-        mixed |= within(region, place + by, active, periods) != inside
+        mixed |= contains(place + by) != inside
     chosen = np.flatnonzero(mixed & (held | free))
-    filled, slope = _find_shares(no_slip, region, place[chosen], cell, half, active, periods)
+    filled, slope = _find_shares(no_slip, contains, place[chosen], cell, half, active)
     steepness = np.linalg.norm(slope, axis=1)
     keep = (steepness > LEAST_SLOPE) & (filled > 0.0) & (filled < 1.0)
     chosen, filled, slope, steepness = chosen[keep], filled[keep], slope[keep], steepness[keep]
     normal, most = -slope / steepness[:, None], half * cell * np.sqrt(len(axes))
-    distance, found = _distances(region, place[chosen], normal, most, active, periods)
+    distance, found = _distances(contains, place[chosen], normal, most)
     # few samples fill nodes far outside: the normal is found again on the surface
-    slope = _find_shares(no_slip, region, place[chosen] - distance[:, None] * normal, cell, half, active, periods)[1]
-    normal = -slope / np.maximum(np.linalg.norm(slope, axis=1), LEAST_SLOPE)[:, None]
-    distance, again = _distances(region, place[chosen], normal, most, active, periods)
+    slope = _find_shares(no_slip, contains, place[chosen] - distance[:, None] * normal, cell, half, active)[1]
+    steepness_there = np.linalg.norm(slope, axis=1)
+    normal = -slope / np.maximum(steepness_there, LEAST_SLOPE)[:, None]
+    distance, again = _distances(contains, place[chosen], normal, most)
     found &= again
     node = index[chosen]
-    certainty = np.where(found, no_slip.certainty(filled, steepness), 0.0)
+    of_plane = no_slip.functions(np.zeros(1))[0]
+    certainty = np.where(found, np.minimum(1.0, 2.0 * steepness_there / of_plane), 0.0)
     window = no_slip.find_window(node)
     surface = Surface(distance, normal, certainty, no_slip.curvature_of(window, node, normal, certainty, distance))
-    samples = [place[chosen] + (height - distance)[:, None] * normal for height in no_slip.heights]
-    return WallSurface(node, held[chosen], surface, window, samples)
+    of_grid = no_slip.share_in_grid(node)
+    area = steepness / cell * grid.cell_volume * of_grid
+    places = [place[chosen] + (height - distance)[:, None] * normal for height in no_slip.heights]
+    samples, signs = zip(*(_mirrored(at, lower, upper, mirrors) for at in places), strict=True)
+    released = held[chosen, None] & open_axes[chosen] & (marks[chosen] == row + 1)
+    neighbours = _neighbours(no_slip, node, active)
+    return WallSurface(
+        node, held[chosen], released, surface, filled, of_grid, area, window, list(samples), list(signs), neighbours
+    )
+
+
+def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return places with those beyond planes of symmetry mirrored, and -1 along the axes of these planes, 1 along others."""
+    place, signs = place.copy(), np.ones(place.shape)
+    for axis, end in np.argwhere(mirrors):
+        face = (lower, upper)[end][axis]
+        beyond = (place[:, axis] < face) if end == 0 else (place[:, axis] > face)
+        place[beyond, axis], signs[beyond, axis] = 2.0 * face - place[beyond, axis], -signs[beyond, axis]
+    return place, signs
+
+
+def _neighbours(no_slip: NoSlip, node: np.ndarray, active: ActiveAxes) -> csr_array:
+    """Return weights of the nodes within a cell of each node along the axes, (n, n), without its own."""
+    rows, columns, weights = [], [], []
+    for steps in np.ndindex(*np.where(active, 3, 1)):
+        by = np.where(active, np.array(steps) - 1, 0)
+        if not (by.any() and len(node)):
+            continue
+        there, inside = no_slip.find_next(node, by)
+        column = np.minimum(np.searchsorted(node, there), len(node) - 1)
+        row = np.flatnonzero(inside & (node[column] == there) & (there != node))
+        rows.append(row)
+        columns.append(column[row])
+        weights.append(np.full(len(row), 0.5 ** np.abs(by).sum()))
+    entries = [np.concatenate(parts) if parts else np.zeros(0, int) for parts in (weights, rows, columns)]
+    return csr_array((entries[0], (entries[1], entries[2])), shape=(len(node), len(node)))
 
 
 def _find_shares(
-    no_slip: NoSlip, region: Geometry, place: np.ndarray, cell: float, half: float, active: ActiveAxes, periods: Vector
+    no_slip: NoSlip, contains: Inside, place: np.ndarray, cell: float, half: float, active: ActiveAxes
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the share of the volume of a node at each place that a region fills, (n,), and its slope, (n, 3) [1/cell].
 
@@ -225,21 +309,19 @@ def _find_shares(
     at_once = max(1, MOST_PLACES // len(lattice))
     for k in range(0, len(place), at_once):
         these = place[k : k + at_once, None] + cell * lattice
-        contains = within(region, these.reshape(-1, 3), active, periods).reshape(len(these), -1).astype(float)
-        filled[k : k + at_once], slope[k : k + at_once] = contains @ shares, contains @ slopes
+        inside = contains(these.reshape(-1, 3)).reshape(len(these), -1).astype(float)
+        filled[k : k + at_once], slope[k : k + at_once] = inside @ shares, inside @ slopes
     return filled, slope
 
 
-def _distances(
-    region: Geometry, place: np.ndarray, normal: np.ndarray, most: float, active: ActiveAxes, periods: Vector
-) -> tuple[np.ndarray, np.ndarray]:
+def _distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the signed distances [m] of places from the surface of a region along normals, and whether it lies that near."""
-    inside = within(region, place, active, periods)
+    inside = contains(place)
     sign = np.where(inside, 1.0, -1.0)
     low, high = np.zeros(len(place)), np.full(len(place), most)
-    found = within(region, place + (sign * high)[:, None] * normal, active, periods) != inside
+    found = contains(place + (sign * high)[:, None] * normal) != inside
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        same = within(region, place + (sign * middle)[:, None] * normal, active, periods) == inside
+        same = contains(place + (sign * middle)[:, None] * normal) == inside
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     return -sign * 0.5 * (low + high), found

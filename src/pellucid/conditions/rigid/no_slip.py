@@ -32,6 +32,7 @@ FLATTEST, SHARPEST = -0.15, 0.5  # curvatures per cell that the profile uses: 1 
 MARGIN = 6  # cells around a body that are read: the farther sample and the functions of the points
 LEAST_RATIO, FULL_RATIO = 0.2, 0.5  # of the masses of nodes around a sample: below, between and above, see `NoSlip.sample`
 REFINEMENTS = 2  # of distances: more change them by less than .01 of a cell
+ROUNDING = 1e-9  # of a cell
 LEAST_SLOPE = 1e-6  # of the share filled, per cell: where it changes less, the body has no face
 
 
@@ -51,6 +52,7 @@ class Window(NamedTuple):
     place: np.ndarray  # (nx, ny, nz) of each node of the box in `node`
     first: np.ndarray  # (3,) where the box begins, in cells from the lower corner of the grid
     last: np.ndarray  # (3,) its last nodes
+    share: np.ndarray  # (m,) see `NoSlip.share_in_grid`
 
 
 class NoSlip:
@@ -69,6 +71,7 @@ class NoSlip:
         function = BSpline.basis_element(np.arange(degree + 2) - half, extrapolate=False)
         self._function, self._half = function, half
         covered = function.antiderivative()(self._distances)
+        self._beyond = float(np.interp(-1.0, self._distances, covered - covered[0]) / (covered[-1] - covered[0]))
         self._filled = 1.0 - (covered - covered[0]) / (covered[-1] - covered[0])
 
     def find_window(self, nodes: np.ndarray) -> Window:
@@ -80,8 +83,23 @@ class NoSlip:
             axes = (np.arange(a, b + 1) for a, b in zip(first, last, strict=True))
             box = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
             node, index = np.unique(self._node(box), return_inverse=True)
-            self._window = Window(node, index.reshape(box.shape[:3]), first, last)
+            self._window = Window(node, index.reshape(box.shape[:3]), first, last, self.share_in_grid(node))
         return self._window
+
+    def share_in_grid(self, node: np.ndarray) -> np.ndarray:
+        """Return the volumes of nodes compared with one within the grid, (n,): about a half on a face, where functions from
+        beyond it are folded onto the next two nodes."""
+        at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
+        ends = ~self._thin & ~self._periodic
+        to_face = np.where(ends, np.minimum(at, self._counts - 1 - at), 2)
+        volumes = np.array([0.5 + 2.0 * self._beyond, 1.0 - 2.0 * self._beyond, 1.0])
+        return np.asarray(volumes[np.minimum(to_face, 2)].prod(axis=1))
+
+    def find_next(self, node: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers of the nodes that lie this many nodes away, shape (n,), and which of them are in the grid."""
+        at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
+        to = np.where(self._thin, 0, at) + by
+        return self._node(to), np.all(self._periodic | ((to >= 0) & (to < self._counts)), axis=1)
 
     def find_surface(self, window: Window, filled: np.ndarray, place: np.ndarray) -> Surface:
         """Return the surface near nodes.
@@ -194,6 +212,36 @@ class NoSlip:
             found += (weight[:, None] if found.ndim > 1 else weight) * values[tuple((first + corner).T)]
         return found
 
+    def sample_as_points(
+        self, window: Window, velocity: np.ndarray, mass: np.ndarray, place: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what `sample` does, but velocities as points there have them, and the mass of a node, (n,), at the places.
+
+        APIC gives a node velocities that lie above those of points by half of their curvature times the variance of the
+        functions. Parabolas through three nodes along each axis, with that variance, take this back. A node on a face has a
+        part of the volume of others, and is compared with these by its share.
+        """
+        s = np.where(self._thin, 0.0, (place - self._lower) / self._cell)
+        ends = ~self._thin & ~self._periodic
+        inside = np.all((s >= -ROUNDING) & (s <= self._counts - 1 + ROUNDING) | ~ends, axis=1)
+        low, high = np.where(ends, 1, window.first + 1), np.where(ends, self._counts - 2, window.last - 1)
+        middle = np.where(self._thin, 0, np.clip(np.rint(s).astype(int), low, np.maximum(high, low)))
+        rest = s - middle
+        weights = np.stack([0.5 * rest * (rest - 1.0), 1.0 - rest * rest, 0.5 * rest * (rest + 1.0)])
+        averaging = 0.5 * self._variance * np.array([1.0, -2.0, 1.0])[:, None, None]
+        dense, masses = velocity[window.place], (mass / window.share)[window.place]
+        found, full = np.zeros((len(place), 3)), np.zeros(len(place))
+        least, most = np.full(len(place), np.inf), np.zeros(len(place))
+        axes = np.flatnonzero(~self._thin)
+        for step in np.ndindex(*np.where(self._thin, 1, 3)):
+            at = tuple((middle - window.first + np.where(self._thin, 0, np.array(step) - 1)).T)
+            weight = np.prod([(weights + averaging)[step[d], :, d] for d in axes], axis=0)
+            found += weight[:, None] * dense[at]
+            full += np.prod([weights[step[d], :, d] for d in axes], axis=0) * masses[at]
+            least, most = np.minimum(least, masses[at]), np.maximum(most, masses[at])
+        known = (least / np.maximum(most, MASS_EPS) - LEAST_RATIO) / (FULL_RATIO - LEAST_RATIO)
+        return found, np.where(inside, np.clip(known, 0.0, 1.0), 0.0), full
+
     @property
     def heights(self) -> tuple[float, float]:
         """Distances from the surface at which velocities are sampled [m]."""
@@ -210,6 +258,16 @@ class NoSlip:
         profile = ((near / a - a * bend) * d + bend * d * d) / (1.0 + curvature * d)
         along = np.sum(profile * surface.normal, axis=1)[:, None] * surface.normal
         return surface.certainty[:, None] * (profile - along)
+
+    def slope_of_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
+        """Return the slope of δ on the surface [1/s], (n, 3), see `continue_profile`; on concave surfaces without the divisor,
+        as about Poiseuille's flow."""
+        a, b = self.heights
+        curvature = min(max(surface.curvature, 0.0), SHARPEST / self._cell)
+        near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far
+        slope = near / a - a * far_known[:, None] * (far / b - near / a) / (b - a)
+        along = np.sum(slope * surface.normal, axis=1)[:, None] * surface.normal
+        return np.asarray(surface.certainty[:, None] * (slope - along))
 
     def _distance_to(self, share: np.ndarray) -> np.ndarray:
         """Return the distance of a plane face [cells] that fills these shares of nodes."""
