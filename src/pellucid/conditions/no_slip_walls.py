@@ -7,10 +7,10 @@ surface of the shape:
     J_i = -μ dt A_i (∂u/∂n - n n·∂u/∂n) ,    A_i = ∫ φ_i dA over the surface,
 
 where u is the velocity profile through zero on the surface and the velocities of the fluid at two places on the normal (see
-`pellucid.conditions.rigid.no_slip`). The fluid thus loses to the wall what the profile carries to it, wherever the surface
-lies between the nodes. No node near the surface has a prescribed velocity along it, which would drag the fluid beyond. Nodes
-that the region holds have the velocity of the wall across the surface. Points do not fill the last layer of cells: nodes with
-less mass than their part outside the region hand on the missing share of their impulse to their neighbours.
+`pellucid.conditions.rigid.no_slip`). The fluid thus loses to the wall what the profile carries to it, wherever the surface lies
+between the nodes. No node near the surface has a prescribed velocity along it, which would drag the fluid beyond. Nodes in the
+region and within half a cell of it have the velocity of the wall across the surface. Points do not fill the last layer of
+cells: nodes with less mass than their part outside the region hand on the missing share of their impulse to their neighbours.
 
 This requires material points of viscous fluids with APIC and one viscosity that is not implicit, in a velocity field that they
 share at most with rigid bodies, and a support that holds all directions and does not end. Near a rigid body the nodes of the
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 SAMPLES = 4  # in a cell along each axis, of the share of a node that a region fills
 MOST_PLACES = 1_000_000  # that are looked up at once
 BISECTIONS = 40  # of the distance from the surface
+STOPS_WITHIN = 0.5  # cells outside the surface: so the fluid meets it on the mean over all places in a cell
 RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes stay held
 
 
@@ -53,6 +54,7 @@ class WallSurface(NamedTuple):
 
     node: np.ndarray  # (n,) in order
     held: np.ndarray  # (n,) which of them the support holds
+    stopped: np.ndarray  # (n,) which of them do not move across the surface
     released: np.ndarray  # (n, 3) axes along which it holds them alone
     surface: Surface
     filled: np.ndarray  # (n,) share of the volume of each node within the region
@@ -136,11 +138,13 @@ class NoSlipWall(ActiveCondition):
         drag = self._keep_from_light(drag, mass, full)
         lacks = self._velocity - domain.of_nodes(nodes.velocity[at], at)
         across = np.sum(lacks * surface.normal, axis=1)[:, None] * surface.normal
-        stopped = (wall.held & self._acts)[:, None] * (across + (1.0 - sure)[:, None] * (lacks - across))
-        taken = self._field.add_impulses(mass[:, None] * stopped + drag, IMPACT, -1.0, at)
+        held, stopped = wall.held & self._acts, wall.stopped & self._acts
+        stop = np.where(stopped[:, None], across, 0.0) + (held * (1.0 - sure))[:, None] * (lacks - across)
+        taken = self._field.add_impulses(mass[:, None] * stop + drag, IMPACT, -1.0, at)
         strain = nodes.strain_velocity
-        lacks = np.where((wall.held & self._acts)[:, None], self._velocity - strain[at], 0.0)
+        lacks = np.where(stopped[:, None], self._velocity - strain[at], 0.0)
         strain[at] += np.sum(lacks * surface.normal, axis=1)[:, None] * surface.normal
+        self._field.strain_as_moved(at[stopped])
         self._impulse = domain.of_nodes(taken, at).sum(axis=0)
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
@@ -255,8 +259,9 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
     samples, signs = zip(*(_mirrored(at, lower, upper, mirrors) for at in places), strict=True)
     released = held[chosen, None] & open_axes[chosen] & (marks[chosen] == row + 1)
     neighbours = _neighbours(no_slip, node, active)
+    stopped = held[chosen] | (found & (distance < STOPS_WITHIN * cell))
     return WallSurface(
-        node, held[chosen], released, surface, filled, of_grid, area, window, list(samples), list(signs), neighbours
+        node, held[chosen], stopped, released, surface, filled, of_grid, area, window, list(samples), list(signs), neighbours
     )
 
 
