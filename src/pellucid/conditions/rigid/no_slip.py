@@ -77,6 +77,7 @@ class NoSlip:
     def find_window(self, nodes: np.ndarray) -> Window:
         """Return the box of nodes around these nodes, given by their numbers, that the search for surface and profile reads."""
         at = np.rint((self._grid.find_positions(nodes) - self._lower) / self._cell).astype(int)
+        at = at if len(at) else np.zeros((1, 3), int)
         margin = np.where(self._thin, 0, MARGIN)
         first, last = at.min(axis=0) - margin, at.max(axis=0) + margin
         if self._window is None or not np.array_equal([self._window.first, self._window.last], [first, last]):
