@@ -74,7 +74,6 @@ def test_poiseuilles_flow_does_not_depend_on_where_the_walls_lie_in_a_cell(offse
     assert points["velocity"][:, 0].mean() == pytest.approx(0.01 * 16.0 / 3.0, rel=0.05 if half else 0.03)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("quarter", [False, True])
 def test_flow_in_a_round_tube(quarter):
     """Of four cells in its radius, in the mean within 3.5 %, and 8 % beside planes of symmetry, which have an error of second
