@@ -6,10 +6,10 @@ out of sight are no part, do not depend on when a search was made.
 """
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.contact.boxes import make_boxes
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Described
 from pellucid.contact.proximity import CLEAR, Candidates
@@ -18,17 +18,6 @@ from pellucid.jit.local import indices
 
 SIGHT = sqrt(2.0)  # reaches within which all points with weight lie
 MARGIN = 0.25  # of the reach
-MOST_BOXES = 8  # per point of the other surface, and a thousand
-
-
-class Boxes(NamedTuple):
-    """Points by the boxes of a lattice."""
-
-    lower: np.ndarray  # (3,) [m]
-    size: float  # edge of a box [m]
-    counts: tuple[int, int, int]
-    first: np.ndarray  # (boxes + 1,) of each box in `order`
-    order: np.ndarray
 
 
 class Following:
@@ -73,15 +62,7 @@ class Following:
         if (lower > upper).any():
             return
         asks = np.flatnonzero(((one >= lower - sight) & (one <= upper + sight)).all(axis=1))
-        size = sight
-        counts = np.floor((upper - lower) / size).astype(np.int64) + 1
-        while np.prod(counts) > MOST_BOXES * len(other) + 1000:
-            size *= 2.0
-            counts = np.floor((upper - lower) / size).astype(np.int64) + 1
-        first, order = np.zeros(int(np.prod(counts)) + 1, np.int64), np.zeros(len(other), np.int64)
-        shape = int(counts[0]), int(counts[1]), int(counts[2])
-        _count_boxes(other, lower, size, shape, np.empty(len(other), np.int64), first, order)
-        boxes, n = Boxes(lower, size, shape, first, order), len(other)
+        boxes, n = make_boxes(other, other, lower, upper, sight), len(other)
         ends, how = np.zeros(len(asks) + 1, np.int64), (self._sight, self._beside, self._two_sided)
         _list_near(one, other, normal, asks, boxes, *how, ends, nothing)
         near = np.zeros(int(ends[-1]), np.int64)
@@ -105,30 +86,6 @@ def _largest_square(place, before):
             square += (place[p, d] - before[p, d]) ** 2
         most = max(most, square)
     return most
-
-
-@kernel()
-def _count_boxes(place, lower, size, counts, box, first, order):
-    """Sort points by box; those beyond all boxes are left out. box: scratch, shape (m,)."""
-    for q in range(len(place)):
-        box[q] = 0
-        for d in range(3):
-            i = int(np.floor((place[q, d] - lower[d]) / size))
-            if i < 0 or i >= counts[d] or box[q] < 0:
-                box[q] = -1
-            else:
-                box[q] = box[q] * counts[d] + i
-        if box[q] >= 0:
-            first[box[q] + 1] += 1
-    for b in range(1, len(first)):
-        first[b] += first[b - 1]
-    for q in range(len(place)):
-        if box[q] >= 0:
-            order[first[box[q]]] = q
-            first[box[q]] += 1
-    for b in range(len(first) - 1, 0, -1):
-        first[b] = first[b - 1]
-    first[0] = 0
 
 
 @kernel()

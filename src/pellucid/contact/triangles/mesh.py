@@ -14,17 +14,17 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
+from pellucid.contact.boxes import Boxes, make_boxes
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Plane, Seam
 from pellucid.contact.triangles.closest_point import TINY, Facets, find_normals
-from pellucid.contact.triangles.slots import Boxes, Points, count_in_boxes, sort_into_boxes
+from pellucid.contact.triangles.slots import Points
 
 SAME = 1e-9  # of the extent of a surface: distance up to which vertices are at one place
 MARGIN = 0.25  # of the median edge: how much further than where it touches a point sees
 SEARCHED = 0.8  # of the margin: way of the surfaces after which a search is due
 FORGETS = 2.5  # margins beyond the thickness from where on a slot is empty
 RINGS = 1.5  # of the thickness: length along a surface within which it does not touch itself
-MOST_BOXES = 8  # for each triangle
 
 
 class Image(NamedTuple):
@@ -158,17 +158,7 @@ class TriangleMesh:
         """Return the triangles by boxes between two corners [m], each in those that it sees within a distance far [m]."""
         corners = self.facets.place[self.facets.triangle]
         low, high = corners.min(axis=1) - far, corners.max(axis=1) + far
-        size = max(far, self.edge)
-        counts = np.maximum(1, np.ceil((upper - lower) / size)).astype(np.int64)
-        while counts.prod() > MOST_BOXES * len(corners) + 1000:
-            size *= 1.5
-            counts = np.maximum(1, np.ceil((upper - lower) / size)).astype(np.int64)
-        shape = int(counts[0]), int(counts[1]), int(counts[2])
-        first = np.zeros(int(counts.prod()) + 1, np.int64)
-        count_in_boxes(low, high, lower, size, shape, first)
-        order = np.zeros(int(first[-1]), np.int64)
-        sort_into_boxes(low, high, lower, size, shape, first, order)
-        return Boxes(lower, size, shape, first, order)
+        return make_boxes(low, high, lower, upper, max(far, self.edge))
 
     def begin_rounds(self) -> None:
         """Forget the areas and impulses of the step before."""

@@ -9,6 +9,7 @@ from math import inf
 
 import numpy as np
 
+from pellucid.contact.boxes import Boxes
 from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
@@ -29,7 +30,7 @@ from pellucid.contact.triangles.forces import (
     make_law,
 )
 from pellucid.contact.triangles.mesh import FORGETS, MARGIN, SEARCHED, TriangleMesh, find_images
-from pellucid.contact.triangles.slots import APART, CHUNK, Boxes, Sight, find_feet, make_slots
+from pellucid.contact.triangles.slots import APART, CHUNK, Sight, find_feet, make_slots
 
 NO_BOXES = Boxes(np.zeros(3), 1.0, (1, 1, 1), np.zeros(2, np.int64), np.zeros(0, np.int64))
 OUTSIDE = 1e-6  # of an edge: how far behind its faces a solid still finds a point, as surfaces may start in contact

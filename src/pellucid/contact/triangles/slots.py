@@ -71,16 +71,6 @@ def make_slots(m: int, s: int) -> Slots:
     return Slots(*whole, *(np.zeros((m, s)) for _ in range(3)), *(np.zeros((m, s, 3)) for _ in range(5)))
 
 
-class Boxes(NamedTuple):
-    """Triangles by the boxes of a lattice in whose sight they are."""
-
-    lower: np.ndarray  # (3,) [m]
-    size: float  # edge of a box [m]
-    counts: tuple[int, int, int]
-    first: np.ndarray  # (boxes + 1,) of each box in `order`
-    order: np.ndarray
-
-
 class Sight(NamedTuple):
     """How surfaces see each other."""
 
@@ -283,40 +273,3 @@ def find_feet(chunk, points, facets, slots, boxes, sight, way, coming, ahead, lo
                     if gap + ahead * along < sight.thickness:
                         slots.state[p, k], slots.depth[p, k] = COMES, sight.thickness - gap
                 slots.slip[p, k, 0] = slots.slip[p, k, 1] = slots.slip[p, k, 2] = 0.0
-
-
-@kernel()
-def count_in_boxes(low, high, lower, size, counts, first):
-    """Count the triangles in each box, of which `low` and `high` are the ends of the space that they see, shape (T, 3)."""
-    for t in range(len(low)):
-        for i in range(_first(low[t, 0], lower[0], size), _last(high[t, 0], lower[0], size, counts[0])):
-            for j in range(_first(low[t, 1], lower[1], size), _last(high[t, 1], lower[1], size, counts[1])):
-                for k in range(_first(low[t, 2], lower[2], size), _last(high[t, 2], lower[2], size, counts[2])):
-                    first[(i * counts[1] + j) * counts[2] + k + 1] += 1
-    for b in range(1, len(first)):
-        first[b] += first[b - 1]
-
-
-@kernel()
-def sort_into_boxes(low, high, lower, size, counts, first, order):
-    """Sort the triangles by box into `order`; `first` as `count_in_boxes` leaves it."""
-    for t in range(len(low) - 1, -1, -1):
-        for i in range(_first(low[t, 0], lower[0], size), _last(high[t, 0], lower[0], size, counts[0])):
-            for j in range(_first(low[t, 1], lower[1], size), _last(high[t, 1], lower[1], size, counts[1])):
-                for k in range(_first(low[t, 2], lower[2], size), _last(high[t, 2], lower[2], size, counts[2])):
-                    b = (i * counts[1] + j) * counts[2] + k
-                    first[b + 1] -= 1
-                    order[first[b + 1]] = t
-    for b in range(len(first) - 1):
-        first[b] = first[b + 1]
-    first[len(first) - 1] = len(order)
-
-
-@pointwise
-def _first(x, lower, size):
-    return max(0, int(np.floor((x - lower) / size)))
-
-
-@pointwise
-def _last(x, lower, size, count):
-    return min(count, int(np.floor((x - lower) / size)) + 1)
