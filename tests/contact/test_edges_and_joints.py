@@ -5,7 +5,7 @@ import pytest
 from small_cases import RATE_SOLID, box, simulation
 
 from pellucid.contact import proximity
-from pellucid.contact.proximity import COLUMNS, GAP, SHARE, Asking, Candidates, FoundFeet, Meeting, Neighbourhood, Points
+from pellucid.contact.proximity import GAP, SHARE, Asking, Candidates, Meeting, Neighbourhood, Points, make_room
 
 STIFF = RATE_SOLID | {"young_modulus": 4e6}
 SIZE = {"counts": (40, 20, 1), "cell": 0.05, "functions": "gimp", "thickness": 1.0, "gravity": (0, -9.81, 0)}
@@ -57,12 +57,9 @@ def test_a_lone_point_tells_no_slope():
     lone = Points(np.array([[0.3, 0.0, 0.5]]), np.array([[0.0, 1.0, 0.0]]), np.array([2.0]), np.array([1.0]))
     places, normals = np.array([[0.1, -0.02, 0.5], [0.55, -0.01, 0.5]]), np.tile([0.0, -1.0, 0.0], (2, 1))
     both = Candidates(np.arange(2), np.array([0, 1, 2]), np.zeros(2, np.int64))
-    meeting, found = Meeting((False, False), 1.0, 1, 1.0), np.zeros((2, COLUMNS))
-    about = Neighbourhood(Asking(places, normals), lone, both, meeting)
+    about, found = Neighbourhood(Asking(places, normals), lone, both, Meeting((False, False), 1.0, 1, 1.0)), make_room(2, 2)
     proximity.find_beside(1, about, 0.0, found)
-    assert found[:, GAP] == pytest.approx([-0.02, -0.01])
-    assert (found[:, SHARE] > 0.0).all()
-    of_points = np.zeros(2, np.int64), np.zeros((2, 3)), np.zeros(3, np.int64), np.zeros(2, np.int64), np.zeros(2)
-    feet = FoundFeet(*of_points)
-    assert proximity.find_feet(about, found, np.ones(2), 0.0, feet) == (2, 2)
-    assert feet.place == pytest.approx(np.tile(lone.place, (2, 1)), abs=1e-9)
+    assert found.beside[:, GAP] == pytest.approx([-0.02, -0.01])
+    assert (found.beside[:, SHARE] > 0.0).all()
+    assert proximity.find_feet(about, found, np.ones(2), 0.0) == (2, 2)
+    assert found.place == pytest.approx(np.tile(lone.place, (2, 1)), abs=1e-9)

@@ -16,8 +16,7 @@ def surface(place):
         place=np.array(place),
         velocity=velocity,
         reach=np.full(n, 0.1),
-        sizes=lambda: np.full(n, 2.0),
-        normals=lambda: area / 2.0,
+        directions=lambda: (area / 2.0, np.full(n, 2.0)),
     )
 
 

@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from pellucid.jit import kernel
+
 FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a point counts wholly, and down to when at all
 
 
@@ -106,8 +108,13 @@ class ContactSurface(ABC):
 
     def normals(self) -> np.ndarray:
         """Unit normals of the points, shape (m, 3), zero where they have no area; at edges the means of both faces."""
-        length = self.sizes()
-        return np.asarray(self.area / np.where(length > 0.0, length, 1.0)[:, None])
+        return self.directions()[0]
+
+    def directions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the `normals` and `sizes` of the points."""
+        normal, size = np.empty_like(self.area), np.empty(len(self.area))
+        _find_directions(self.area, normal, size)
+        return normal, size
 
     def side(self) -> float:
         """The area of the largest of its sides along the axes [m²]."""
@@ -177,3 +184,12 @@ class ContactSurface(ABC):
         """Go on from a checkpoint."""
         for name, array in self.state_arrays().items():
             array[...] = arrays[name]
+
+
+@kernel()
+def _find_directions(area, normal, size):
+    for p in range(len(area)):
+        a, b, c = area[p, 0], area[p, 1], area[p, 2]
+        size[p] = sqrt(a * a + b * b + c * c)
+        scale = 1.0 / size[p] if size[p] > 0.0 else 0.0
+        normal[p, 0], normal[p, 1], normal[p, 2] = scale * a, scale * b, scale * c

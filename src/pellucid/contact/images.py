@@ -8,6 +8,7 @@ import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
 
+NO_IMAGES = np.zeros(0, np.int64), np.zeros((0, 3))
 ACROSS = 2.0  # of the largest reach of a point, from a seam: a place beside it meets no point that is further beyond
 
 
@@ -37,8 +38,6 @@ class Described(NamedTuple):
     velocity: np.ndarray  # (n, 3) [m/s]
     point: np.ndarray  # (n - m,) of which point each image is one
     flip: np.ndarray  # (n - m, 3) -1 along the axes across which it is mirrored, 1 along others
-    lower: np.ndarray  # (3,) of a box about the places [m],
-    upper: np.ndarray  # (3,)
     wraps: bool = False  # whether points come back at the other end of a periodic grid
 
     def fold(self, force: np.ndarray) -> np.ndarray:
@@ -53,8 +52,10 @@ class Described(NamedTuple):
 
 def describe(surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[Seam] = ()) -> Described:
     """The points of a surface with their images."""
-    normal, m = surface.normals(), len(surface.place)
-    found = _Points(surface.place, normal, surface.sizes(), surface.reach, surface.velocity, np.arange(m), np.ones((m, 3)))
+    (normal, size), m = surface.directions(), len(surface.place)
+    if not planes and not seams:
+        return Described(surface.place, normal, size, surface.reach, surface.velocity, *NO_IMAGES)
+    found = _Points(surface.place, normal, size, surface.reach, surface.velocity, np.arange(m), np.ones((m, 3)))
     for axis, at, period in seams:
         found.place = found.place.copy()
         found.place[:, axis] -= period * np.floor((found.place[:, axis] - at) / period)
@@ -67,10 +68,8 @@ def describe(surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[S
         across = np.ones(3)
         across[axis] = -1.0
         found.add(np.flatnonzero(np.abs(found.place[:, axis] - at) < found.reach), across, 2.0 * at * np.eye(3)[axis])
-    place = found.place
-    ends = place.min(axis=0, initial=np.inf), place.max(axis=0, initial=-np.inf)
     of_images = found.point[m:], found.flip[m:]
-    return Described(place, found.normal, found.size, found.reach, found.velocity, *of_images, *ends, len(seams) > 0)
+    return Described(found.place, found.normal, found.size, found.reach, found.velocity, *of_images, len(seams) > 0)
 
 
 @dataclass

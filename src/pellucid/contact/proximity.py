@@ -28,10 +28,9 @@ CHUNK = 256  # points that a thread takes at a time
 CLEAR = 0.5  # of the reach: distance from the plane of the nearest point, beyond which a place lies above the surface
 CORNER = 0.5  # cosine between the normals of two sides, below which they meet at a corner
 ALONE = 1e-4  # of the square of the reach: spread of the points in it along a surface, below which they tell no slope
-GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, GAIN, COLUMNS = 0, 1, 2, 3, 6, 9, 10, 11
+GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
 """Columns of what is found of a point: distance [m], how much it counts, sum of the weights, normal of the other surface; by
-how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot; and the
-gain of `_weight`."""
+how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot."""
 LEAST_FACING = 1e-6
 
 
@@ -70,14 +69,22 @@ class Meeting(NamedTuple):
     slack: float = 0.0  # depth up to which points count that lie outside of the nearest point [m]
 
 
-class FoundFeet(NamedTuple):
-    """Feet that `find_feet` finds, at most as many as there is room for."""
+class Found(NamedTuple):
+    """What is found of n candidates with k points of the other surface in their lists, and of at most as many feet."""
 
-    row: np.ndarray  # (n,) of `found`
-    place: np.ndarray  # (n, 3) [m]
-    first: np.ndarray  # (n + 1,)
-    point: np.ndarray  # (k,)
+    beside: np.ndarray  # (n, COLUMNS)
+    weight: np.ndarray  # (k,) of the points in the lists
+    candidate: np.ndarray  # (n,) of each foot
+    place: np.ndarray  # (n, 3) of the feet [m]
+    first: np.ndarray  # (n + 1,) of each foot in `point` and `share`
+    point: np.ndarray  # (k,) of the other surface
     share: np.ndarray  # (k,)
+
+
+def make_room(n: int, k: int) -> Found:
+    """Return arrays for n candidates with k points in their lists."""
+    whole = np.zeros(n, np.int64), np.zeros((n, 3)), np.zeros(n + 1, np.int64), np.zeros(k, np.int64), np.zeros(k)
+    return Found(np.zeros((n, COLUMNS)), np.zeros(k), *whole)
 
 
 class Neighbourhood(NamedTuple):
@@ -90,36 +97,37 @@ class Neighbourhood(NamedTuple):
 
 
 @pointwise
-def _weight(other, meeting, q, x, n, gain):
-    """The weight of point q of the other surface at a place x with normal n, its normal towards x, and x from it.
+def _beside(other, q, x):
+    """The way from point q of the other surface to a place, its square, and how far this lies outside of the plane of q."""
+    d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
+    beyond = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
+    return d, d[0] * d[0] + d[1] * d[1] + d[2] * d[2], beyond
 
-    gain: of the cosine between normals for nodes of a sheet, so that the one that faces it most counts wholly.
+
+@pointwise
+def _weight(other, meeting, q, square, along, n, gain):
+    """The weight of point q of the other surface at a place with normal n, and its normal towards the place.
+
+    square, along: what `_beside` finds. gain: of the cosine between normals for nodes of a sheet, so that the one that faces it
+    most counts wholly.
     """
     two_sided, deepest, dimension, thickness = meeting.two_sided, meeting.deepest, meeting.dimension, meeting.thickness
-    d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
-    m = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2])
+    m, reach = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2]), other.reach[q]
+    apart = square - along * along
+    if apart >= reach * reach:
+        return 0.0, m
     facing = -(n[0] * m[0] + n[1] * m[1] + n[2] * m[2])
     if two_sided[1] and facing < 0.0:
-        m, facing = (-m[0], -m[1], -m[2]), -facing
+        m, facing, along = (-m[0], -m[1], -m[2]), -facing, -along
     if two_sided[0]:
         facing = min(1.0, abs(facing) * gain) if gain > 0.0 else 1.0
-    along, reach = d[0] * m[0] + d[1] * m[1] + d[2] * m[2], other.reach[q]
-    apart = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - along * along
-    if facing <= 0.0 or along < -deepest or along > reach or apart >= reach * reach:
-        return 0.0, m, d
+    if facing <= 0.0 or along < -deepest or along > reach:
+        return 0.0, m
     ratio = 1.0 - apart / (reach * reach)
     whole = thickness**2
     if dimension > 0:
         whole = pi * reach * reach / 3.0 if dimension == 2 else 16.0 / 15.0 * reach * thickness
-    return ratio * ratio * facing * other.area[q] / whole, m, d
-
-
-@pointwise
-def _beyond(other, q, x):
-    """The square of the distance of a place from point q of the other surface, and how far it lies outside of its plane."""
-    d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
-    beyond = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
-    return d[0] * d[0] + d[1] * d[1] + d[2] * d[2], beyond
+    return ratio * ratio * facing * other.area[q] / whole, m
 
 
 @pointwise
@@ -135,32 +143,30 @@ def _gain(about, e, x, n):
     other, meeting, largest = about.other, about.meeting, 0.0
     for r in range(about.candidates.first[e], about.candidates.first[e + 1]):
         q = uintp(about.candidates.near[r])
-        w, m, _ = _weight(other, meeting, q, x, n, 0.0)
+        _, square, beyond = _beside(other, q, x)
+        w, m = _weight(other, meeting, q, square, beyond, n, 0.0)
         if w > 0.0:
             largest = max(largest, abs(n[0] * m[0] + n[1] * m[1] + n[2] * m[2]))
     return 1.0 / largest if largest > LEAST_FACING else 0.0
 
 
 @kernel(inner=True)
-def _sum_moments(about, e, clear, s):
+def _sum_moments(about, e, clear, s, weight):
     """The moments s of the weights about candidate e of the one surface, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d; the
-    point of the other that is nearest, and how far outside of its plane the candidate lies."""
+    point of the other that is nearest, and how far outside of its plane the candidate lies. Keeps the weights."""
     other, candidates = about.other, about.candidates
     x, n = _asking(about.one, uintp(candidates.asks[e]))
     for a in range(17):
         s[a] = 0.0
     nearest, outside, closest = inf, 0.0, uintp(0)
-    for r in range(candidates.first[e], candidates.first[e + 1]):
-        q = uintp(candidates.near[r])
-        distance, beyond = _beyond(other, q, x)
-        if distance < nearest and other.area[q] > 0.0:
-            nearest, outside, closest = distance, beyond, q
-    if abs(outside) > clear + CLEAR * other.reach[closest] and (about.meeting.two_sided[1] or outside > 0.0):
-        return closest, outside, 1.0  # it lies too far above to overlap
     gain = _gain(about, e, x, n) if about.meeting.any_way else 1.0
     for r in range(candidates.first[e], candidates.first[e + 1]):
         q = uintp(candidates.near[r])
-        w, m, d = _weight(other, about.meeting, q, x, n, gain)
+        d, square, beyond = _beside(other, q, x)
+        if square < nearest and other.area[q] > 0.0:
+            nearest, outside, closest = square, beyond, q
+        w, m = _weight(other, about.meeting, q, square, beyond, n, gain)
+        weight[r] = w
         if w > 0.0:
             s[0] += w
             s[1] += w * (d[0] * m[0] + d[1] * m[1] + d[2] * m[2])
@@ -169,19 +175,21 @@ def _sum_moments(about, e, clear, s):
                 s[5 + a] += w * d[a]
                 for c in range(3):
                     s[8 + 3 * a + c] += w * d[a] * d[c]
-    return closest, outside, gain
+    if abs(outside) > clear + CLEAR * other.reach[closest] and (about.meeting.two_sided[1] or outside > 0.0):
+        s[0] = 0.0  # it lies too far above to overlap
+    return closest, outside
 
 
 @parallel_loop()
-def find_beside(chunk, about, clear, found):
-    """Find what lies beside the candidates of one surface, into `found`, shape (n, COLUMNS), where they count.
+def find_beside(chunk, about, clear, results):
+    """Find what lies beside the candidates of one surface, where they count.
 
-    about: a `Neighbourhood`; clear: largest distance that is an overlap [m].
+    about: a `Neighbourhood`; clear: largest distance that is an overlap [m]; results: a `Found`.
     """
-    other, meeting, s = about.other, about.meeting, zeros(17)
+    other, meeting, found, s = about.other, about.meeting, results.beside, zeros(17)
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(about.candidates.asks))):
         found[p, SHARE] = 0.0
-        closest, outside, found[p, GAIN] = _sum_moments(about, p, clear, s)
+        closest, outside = _sum_moments(about, p, clear, s, results.weight)
         if s[0] <= NONE:
             continue
         size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
@@ -249,30 +257,29 @@ def _corrected(w, found, p, d):
 
 
 @kernel()
-def find_feet(about, found, counts, most, feet):
+def find_feet(about, results, counts, most):
     """Find the feet on the other surface of candidates that count and overlap, or are at most so far above it [m].
 
-    counts: by how much points of the one count, shape (m,). feet: arrays to fill, `row` of `found` and `place`, shape (n, 3),
-    of each, and its shares in points of the other as in `pellucid.contact.feet`. Returns the numbers of feet and shares.
+    results: a `Found`, in which `find_beside` found what lies beside them; counts: by how much points of the one count, shape
+    (m,). Returns the numbers of feet and of their shares in points of the other (`pellucid.contact.feet`).
     """
-    other, candidates, n, k = about.other, about.candidates, 0, 0
+    other, candidates, found, weight, n, k = about.other, about.candidates, results.beside, results.weight, 0, 0
     for e in range(len(candidates.asks)):
         p = uintp(candidates.asks[e])
         if not found[e, SHARE] * counts[p] > 0.0 or found[e, GAP] >= most:
             continue
-        x, normal = _asking(about.one, p)
-        feet.row[n], feet.first[n] = e, k
+        x, _ = _asking(about.one, p)
+        results.candidate[n], results.first[n] = e, k
         for d in range(3):
-            feet.place[n, d] = 0.0
+            results.place[n, d] = 0.0
         for r in range(candidates.first[e], candidates.first[e + 1]):
             q = uintp(candidates.near[r])
-            w, _, d = _weight(other, about.meeting, q, x, normal, found[e, GAIN])
-            if w > 0.0:
-                w = _corrected(w, found, e, d)
-                feet.point[k], feet.share[k] = q, w
+            if weight[r] > 0.0:
+                w = _corrected(weight[r], found, e, _beside(other, q, x)[0])
+                results.point[k], results.share[k] = q, w
                 k += 1
                 for a in range(3):
-                    feet.place[n, a] += w * other.place[q, a]
+                    results.place[n, a] += w * other.place[q, a]
         n += 1
-    feet.first[n] = k
+    results.first[n] = k
     return n, k

@@ -27,9 +27,11 @@ from pellucid.contact.feet import Feet
 from pellucid.contact.following import Following
 from pellucid.contact.images import Described, Plane, Seam, describe
 from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap, mean_way, rests_on_flat_side, stop_apart
-from pellucid.contact.proximity import CHUNK, COLUMNS, GAP, NORMAL, SHARE, Asking, FoundFeet, Meeting, Neighbourhood, Points
+from pellucid.contact.proximity import CHUNK, GAP, NORMAL, SHARE, Asking, Meeting, Neighbourhood, Points
 from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.touch import Touch
+from pellucid.jit import kernel
+from pellucid.jit.bundle import Bundle
 from pellucid.state import of_owner, with_owner
 
 RIM = 0.01  # of the reach of points: how far beyond the rim of a plane an edge may lie that rests on it
@@ -87,11 +89,7 @@ class HalfPair:
         self._meeting = self._meeting._replace(slack=SLACK * float(np.median(self.other.reach)))
 
     def _make_room(self) -> None:
-        n, k = len(self._following.candidates.asks), self._following.most_near
-        self._found = np.zeros((n, COLUMNS))
-        self._feet = FoundFeet(
-            np.zeros(n, np.int64), np.zeros((n, 3)), np.zeros(n + 1, np.int64), np.zeros(k, np.int64), np.zeros(k)
-        )
+        self._found = Bundle(proximity.make_room(len(self._following.candidates.asks), self._following.most_near))
 
     def find(self, one: Described, other: Described) -> bool:
         """Find the points of the one surface that overlap with the other; whether there are any."""
@@ -114,7 +112,7 @@ class HalfPair:
             return False
         if not kept.all():
             depth, listed, normal, rows, self.feet = depth[kept], listed[kept], normal[kept], rows[kept], self.feet.only(kept)
-        area = self._found[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
+        area = self._found.beside[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
         relative = one.velocity[listed] - self.feet.gather(other.velocity)
         apart = self._apart and rests_on_flat_side(self.one, listed)
         new = ~np.isin(listed, self.pushed) if self.one.is_sheet else None
@@ -125,20 +123,20 @@ class HalfPair:
         """Find depths [m] of points, which points, normals of the other surface, and their rows; and their feet."""
         candidates, widths = self._following.candidates, self.one.half_width + self.other.half_width
         points = Points(other.place, other.normal, other.size, other.reach)
-        about = Neighbourhood(Asking(one.place, one.normal), points, candidates, self._meeting)
-        proximity.find_beside(len(candidates.asks) // CHUNK + 1, about, widths + self._near, self._found)
-        n, k = proximity.find_feet(about, self._found, self._counts, widths + self._near, self._feet)
-        rows = self._feet.row[:n]
-        self.feet = Feet(self._feet.first[: n + 1], self._feet.point[:k], self._feet.share[:k])
-        listed, normal = candidates.asks[rows], self._found[rows, NORMAL : NORMAL + 3]
+        about, found = Neighbourhood(Asking(one.place, one.normal), points, candidates, self._meeting), self._found
+        proximity.find_beside(len(candidates.asks) // CHUNK + 1, about, widths + self._near, found)
+        n, k = proximity.find_feet(about, found, self._counts, widths + self._near)
+        rows = found.candidate[:n]
+        self.feet = Feet(found.first[: n + 1], found.point[:k], found.share[:k])
+        listed, normal = candidates.asks[rows], found.beside[rows, NORMAL : NORMAL + 3]
         if not self._from_feet:
-            return widths - self._found[rows, GAP], listed, normal, rows
+            return widths - found.beside[rows, GAP], listed, normal, rows
         # from the feet, which the forces move: with another distance a surface that bends and swings wins energy
         if self.one.is_hard:
             # areas of a surface that deforms lean as cells are crossed, by a hundredth and more, and brake what slides
             own = one.normal[listed]
             normal = np.where(np.einsum("ij,ij->i", own, normal)[:, None] > 0.0, own, -own)
-        away = np.einsum("ij,ij->i", normal, one.place[listed] - self._feet.place[:n])
+        away = np.einsum("ij,ij->i", normal, one.place[listed] - found.place[:n])
         return widths - away, listed, normal, rows
 
     def _find_within_planes(self, corners: np.ndarray) -> bool:
@@ -343,7 +341,7 @@ class SurfacePairs:
             if self._is_steady:
                 self._untouched[id(surface)] = surface, ~touched[id(surface)]
             elif holds or id(surface) in self._holding:
-                surface.slip[~touched[id(surface)]] = 0.0
+                _let_go(surface.slip, touched[id(surface)])
                 (self._holding.add if holds else self._holding.discard)(id(surface))
             if id(surface) in forces:
                 surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
@@ -488,3 +486,11 @@ class SurfacePairs:
     def external_work(self) -> float:
         """What walls that move did over this step [J]."""
         return sum(pair.external_work() for pair in self._pairs)
+
+
+@kernel()
+def _let_go(slip, touched):
+    """Forget how far points were carried that friction does not hold, shape (m, 3) and (m,)."""
+    for p in range(len(slip)):
+        if not touched[p]:
+            slip[p, 0] = slip[p, 1] = slip[p, 2] = 0.0

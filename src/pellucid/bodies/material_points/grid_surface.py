@@ -9,6 +9,7 @@ changes by tr(L) a - Lᵀ a, as areas of the material do.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,6 +60,25 @@ def _follow(chunk, surface, step, dt):
         a[p, 0] += dt * (growth * a0 - xx * a0 - yx * a1 - zx * a2)
         a[p, 1] += dt * (growth * a1 - xy * a0 - yy * a1 - zy * a2)
         a[p, 2] += dt * (growth * a2 - xz * a0 - yz * a1 - zz * a2)
+
+
+@kernel()
+def _put_on_hosts(surface, position, stored, stays, depth, place):
+    """Find the places of the points [m], shape (m, 3), from those of their hosts as these are stored.
+
+    stays: whether the ends of the offsets stay where they are as the hosts move. depth: from these ends to the surface [m],
+    shape (m, 1).
+    """
+    host, offset, area = surface.host, surface.offset, surface.area
+    for p in range(len(place)):
+        size = sqrt(area[p, 0] * area[p, 0] + area[p, 1] * area[p, 1] + area[p, 2] * area[p, 2])
+        above = depth[p, 0] / size if size > 0.0 else 0.0
+        for d in range(3):
+            x = position[stored[p], d]
+            if stays:
+                offset[p, d] -= x - host[p, d]
+            host[p, d] = x
+            place[p, d] = x + offset[p, d] + above * area[p, d]
 
 
 @kernel()
@@ -156,23 +176,18 @@ class GridSurface(ContactSurface):
         """The areas at the start [m²]."""
         return self._weights
 
-    def normals(self) -> np.ndarray:
-        """As for every surface, with those of the edges."""
-        normal = super().normals()
+    def directions(self) -> tuple[np.ndarray, np.ndarray]:
+        """As for every surface, with the normals of the edges."""
+        normal, size = super().directions()
         normal[len(normal) - self.n_edge_points :] = self._edge_normal
-        return normal
+        return normal, size
 
     def begin(self) -> None:
         """Put the points on the surface."""
         self.stands = self._rests
         if self.stands:
             return
-        host = self._points["position"][self._stored]
-        if not self.is_hard:
-            self._offset -= host - self._host
-        self._host[...] = host
-        np.add(self._host, self._offset, out=self.place)
-        self.place += self._above()
+        _put_on_hosts(self._moved, self._points["position"], self._stored, not self.is_hard, self._depth, self.place)
 
     def follow(self, dt: float) -> None:
         """Move with the nodes over a step dt [s]; what a motion leads as a whole, with its material points."""
