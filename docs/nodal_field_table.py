@@ -9,7 +9,6 @@ from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
 from pellucid.contact.normals import NumberedNodes
 from pellucid.contact.shared import SharedNodes
-from pellucid.contact.subcell_damping import SubcellMotion
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import NodeFlags
 from pellucid.grid.momentum import AdvancedNodes, ExternalAction
@@ -36,7 +35,6 @@ SETS: dict[type[Any], str] = {
     BodySums: "of a rigid body on the grid",
     SharedNodes: "of two velocity fields in contact",
     NumberedNodes: "of the nodes that they share",
-    SubcellMotion: "of membranes with own nodes in contact",
 }
 """The sets that declare fields, and whose they are; none where they are those of the set before."""
 CLEARED = {STEP: "each step", REMAP: "before momentum is mapped again", RUN: "-"}

@@ -1,4 +1,4 @@
-"""Meshless solids in contact on the grid, with points, membranes and each other."""
+"""Meshless solids in contact with points, membranes and each other, and on the grid with a fluid."""
 
 import json
 import os
@@ -281,3 +281,10 @@ def test_faces_on_walls_that_their_nodes_do_not_leave_are_met_by_none():
     areas = vector_areas(points.values @ nodes, points.triangles)
     assert areas.sum(axis=0) == pytest.approx([1.0, -1.0, 0.0], abs=1e-9), "of the faces across from those left out"
     assert np.linalg.norm(areas, axis=1).sum() == pytest.approx(4.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(("other", "gives"), [("points", False), ("membrane", False), ("solid", False), ("fluid", True)])
+def test_a_body_gives_the_nodes_its_momentum_where_it_meets_a_fluid_alone(other, gives):
+    sim = advance(meeting(OTHERS[other]()), 2)
+    assert bool(sim.bodies[0].grid.nodes.mass.any()) == gives
+    assert (len(sim.contact_pairs) > 0) == gives

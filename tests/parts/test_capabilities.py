@@ -22,7 +22,7 @@ from pellucid.parts.capabilities import TakesDrag, TakesGravity
 from pellucid.state import FIELDS, Field
 
 ON_GRID = {"TakesExternalForces", "TakesDrag", "TakesSecondImpulses"}
-OWN_NODES = ON_GRID | {"TakesGravity", "TakesSupports", "ReleasesSupports", "TakesMotions", "Relaxable"}
+OWN_NODES = ON_GRID | {"TakesGravity", "TakesSupports", "ReleasesSupports", "TakesMotions", "Relaxable", "BoundByContact"}
 MEMBRANE = {"Membrane", "TakesPressure"}
 FILM = {"Membrane", "TakesTractions"}
 OFFERED = {

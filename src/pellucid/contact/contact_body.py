@@ -5,7 +5,6 @@ from typing import Protocol, TypeGuard, runtime_checkable
 import numpy as np
 
 from pellucid.approximants import GridFunctions
-from pellucid.contact.faces import Faces
 from pellucid.jit.bundle import Bundle
 
 
@@ -63,14 +62,6 @@ class ContactMembrane(ContactBody, Protocol):
 
     def vector_areas(self) -> np.ndarray:
         """The share of its vector area of each point [m²], shape (n, 3), in the order in which these are stored."""
-
-
-@runtime_checkable
-class HasFaces(Protocol):
-    """A volume that knows its surface."""
-
-    def faces(self) -> Faces:
-        """Points on it."""
 
 
 @runtime_checkable

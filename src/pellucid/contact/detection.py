@@ -9,18 +9,15 @@ thinner than a cell turns its gradient round.
 
 The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the
 distance along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with
-half of its point's width, or of the membrane's thickness. Where a body has points on its surface, and the other too, it is
-the distance of their means, and they may approach until it is closed (`pellucid.contact.faces`).
+half of its point's width, or of the membrane's thickness.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pellucid.contact import extents, faces, normals, shared
-from pellucid.contact.contact_body import ContactBody, ContactMembrane, HasFaces, is_membrane
-from pellucid.contact.faces import FaceAreas, Faces
+from pellucid.contact import extents, normals, shared
+from pellucid.contact.contact_body import ContactBody, is_membrane
 from pellucid.contact.normals import NORMAL, VOLUME, Along, Areas, NumberedNodes
 from pellucid.grid.nodal_fields import fields_of
 from pellucid.grid.velocity_field import VelocityField
@@ -43,8 +40,7 @@ class ContactDetection:
     """The nodes where two velocity fields touch.
 
     bodies: those of either field. `node` (n,), `normal` (n, 3) from the first field to the second, zero where they do not
-    touch, `gap` (n,), the distance of the surfaces [m], and `room` (n,), how far they may still approach [m], are of the step
-    for which `find` was called last.
+    touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
     """
 
     def __init__(
@@ -63,10 +59,7 @@ class ContactDetection:
         # of the points of the bodies of either velocity field, those that reach the nodes
         self._beside = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
         self._close = CLOSE if self._surfaces == (1, 1) else 0.0
-        volumes = [body for side in bodies for body in side if not body.is_surface]
-        self._faces = [[_surface_of(body) for body in side] for side in bodies]
-        self._faced = len(volumes) > 0 and all(face is not None for side in self._faces for face in side)
-        self.node, self.normal, self.gap, self.room = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
+        self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
 
     def find(self) -> None:
         """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
@@ -77,7 +70,7 @@ class ContactDetection:
         else:
             n = shared.list_shared(*masses, self._shared)
         self.node = self._shared[:n]
-        self.normal, self.gap, self.room = np.zeros((n, 3)), np.full(n, -np.inf), np.zeros(n)
+        self.normal, self.gap = np.zeros((n, 3)), np.full(n, -np.inf)
         if domain.any(n > 0):
             lattice = self._grid.lattice
             shared.mark_stencils(self.node, self._slot, self._near, self._reach, lattice, True)
@@ -108,9 +101,7 @@ class ContactDetection:
         crumpled, direction = np.zeros(n, bool), np.empty((n, 3))
         if len(surfaces) == 1:
             normals.membrane_normals(moments[surfaces[0]], direction, crumpled)
-        if self._faced:
-            self._measure_faces(moments, crumpled)
-        elif len(surfaces) == 1 and not domain.any(bool(crumpled.any())):
+        if len(surfaces) == 1 and not domain.any(bool(crumpled.any())):
             foremost = self._detect_smooth(surfaces[0], moments[surfaces[0]], direction)
             normals.keep_widest_gap(direction, foremost, self.normal, self.gap)
         else:
@@ -119,29 +110,7 @@ class ContactDetection:
             for direction in self._directions(moments[0], moments[1], crumpled):
                 normals.orient(moments[0], moments[1], direction)
                 normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
-        cell = self._grid.lattice.cell
-        normals.drop_open_gaps(self.gap, (1.0 if self._faced else self._close) * cell, self.normal)
-        if self._faced:
-            np.clip(self.gap, 0.0, cell, out=self.room)
-
-    def _measure_faces(self, moments: np.ndarray, crumpled: np.ndarray) -> None:
-        """Normals and gaps from the points on the surfaces alone; what faces outwards tells on which side a body lies."""
-        points = [[face() for face in side if face is not None] for side in self._faces]
-        for side in range(2):
-            if not self._surfaces[side]:
-                for found in points[side]:
-                    beside, areas = np.empty(len(found.areas.vector), np.int64), Areas(found.areas.vector, at_rest=1.0)
-                    to = self._listed(moments[side].reshape(-1)), beside
-                    normals.sum_moments(found.n_slabs, found.mapped, self._where, areas, *to)
-                faces.move_inwards(moments[side], self._grid.lattice.cell)
-        for direction in self._directions(moments[0], moments[1], crumpled):
-            normals.orient(moments[0], moments[1], direction)
-            sums = NUMBERED["places"].allocate(len(direction), 2)
-            for side, sign in enumerate(SIGNS):
-                for found in points[side]:
-                    how = self._where, found.areas, Along(direction, sign)
-                    faces.sum_places(found.n_slabs, found.mapped, *how, self._listed(sums[side]))
-            normals.keep_widest_gap(direction, faces.mean_places(sums), self.normal, self.gap)
+        normals.drop_open_gaps(self.gap, self._close * self._grid.lattice.cell, self.normal)
 
     def _sum_moments(self, side: int, sums: np.ndarray) -> None:
         for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
@@ -188,15 +157,3 @@ class ContactDetection:
         for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
             how = self._where, beside, Along(normal, SIGNS[side]), body.half_width()
             normals.foremost_along(body.n_slabs, body.mapped, *how, self._listed(foremost))
-
-
-def _surface_of(body: ContactBody) -> Callable[[], Faces] | None:
-    """What gives the points on the surface of a body, where it knows these."""
-    if isinstance(body, HasFaces):
-        return body.faces
-    return partial(_points_of, body) if is_membrane(body) else None
-
-
-def _points_of(body: ContactMembrane) -> Faces:
-    """The points of a membrane, all of which lie on its surface, with half of its thickness."""
-    return Faces(body.mapped, body.n_slabs, FaceAreas(body.vector_areas(), body.half_width()[0], two_sided=True))

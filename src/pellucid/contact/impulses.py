@@ -91,14 +91,14 @@ def _impulse(friction, n, u, w):
 def _impulse_at(friction, at, e, allowed, one, other, given):
     """The impulse on the first side that stops what both approach at node e by more than is allowed, without what was given.
 
-    allowed: speeds [m/s], shape (n,); one, other: velocities of all nodes of both sides.
+    allowed: speed [m/s]; one, other: velocities of all nodes of both sides.
     """
     I, first, second = at.node[e], at.mobility[0], at.mobility[1]
     n = (at.normal[e, 0], at.normal[e, 1], at.normal[e, 2])
     w = (first[e, 0] + second[e, 0], first[e, 1] + second[e, 1], first[e, 2] + second[e, 2])
-    ux = one[I, 0] - other[I, 0] - w[0] * given[0] - allowed[e] * n[0]
-    uy = one[I, 1] - other[I, 1] - w[1] * given[1] - allowed[e] * n[1]
-    uz = one[I, 2] - other[I, 2] - w[2] * given[2] - allowed[e] * n[2]
+    ux = one[I, 0] - other[I, 0] - w[0] * given[0] - allowed * n[0]
+    uy = one[I, 1] - other[I, 1] - w[1] * given[1] - allowed * n[1]
+    uz = one[I, 2] - other[I, 2] - w[2] * given[2] - allowed * n[2]
     return _impulse(friction, n, (ux, uy, uz), w)
 
 
@@ -127,7 +127,7 @@ def resolve(chunk, friction, anew, one, other, at, allowed, total):
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         given = (share * total[e, 0], share * total[e, 1], share * total[e, 2])
-        impulse = _impulse_at(friction, at, e, allowed, first.velocity, second.velocity, given)
+        impulse = _impulse_at(friction, at, e, allowed[e], first.velocity, second.velocity, given)
         more = impulse[0] - given[0], impulse[1] - given[1], impulse[2] - given[2]
         if not _any(more):
             continue
@@ -149,15 +149,12 @@ def apply(chunk, one, other, at, impulse, total):
 
 
 @parallel_loop()
-def stop_straining(chunk, friction, one, other, at, allowed, total):
-    """Change the velocities that strain the points of two sides by the impulses that stop their approach; these add up.
-
-    allowed: as for `resolve`.
-    """
+def stop_straining(chunk, friction, one, other, at, total):
+    """Change the velocities that strain the points of two sides by the impulses that stop their approach; these add up."""
     first, second = one.nodes.strain_velocity, other.nodes.strain_velocity
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
-        impulse = _impulse_at(friction, at, e, allowed, first, second, (0.0, 0.0, 0.0))
+        impulse = _impulse_at(friction, at, e, 0.0, first, second, (0.0, 0.0, 0.0))
         if not _any(impulse):
             continue
         for d in range(3):
@@ -172,8 +169,8 @@ def _velocity_at_start(nodes, mobility, e, I, d):
 
 
 @parallel_loop()
-def measure_parting(chunk, one, other, at, least, allowed):
-    """The speed at which two sides part along the normal as the step begins, and at least `least` [m/s], shape (n,).
+def measure_parting(chunk, one, other, at, allowed):
+    """The speed at which two sides part along the normal as the step begins, 0 where they approach [m/s], shape (n,).
 
     Where they have no mobility, nodes have one velocity.
     """
@@ -182,4 +179,4 @@ def measure_parting(chunk, one, other, at, least, allowed):
         for d in range(3):
             v = _velocity_at_start(one.nodes, at.mobility[0], e, I, d)
             parting += (_velocity_at_start(other.nodes, at.mobility[1], e, I, d) - v) * at.normal[e, d]
-        allowed[e] = max(least[e], parting)
+        allowed[e] = max(0.0, parting)

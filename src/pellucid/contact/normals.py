@@ -50,9 +50,6 @@ class NumberedNodes(NamedTuple):
     extents: Annotated[
         np.ndarray, NodalField(4, (MAX, MAX, SUM, SUM), STEP, "m, m, m⁴, m³", "of a body along the normal and against it")
     ]
-    places: Annotated[
-        np.ndarray, NodalField(2, SUM, STEP, "m³, m²", "place of a surface along the normal, and its area", several=True)
-    ]
 
 
 @pointwise

@@ -35,7 +35,7 @@ class ContactPair:
         self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
         self._second_sides = [Bundle(side._replace(moves_points=False)) for side in self._sides]  # the bodies count theirs
         self._meet_at(self.detection.node)
-        self._up_to_gap, self._allowed = np.zeros(0), np.zeros(0)  # speeds of approach [m/s], (n,)
+        self._allowed = np.zeros(0)  # speeds of approach [m/s], (n,)
         self.impulses, self.second = np.zeros((2, 0, 3))
         """On the first side at each node of `detection` in this step [N s], shape (n, 3); and what stopped the approach of the
         velocities mapped again."""
@@ -49,14 +49,14 @@ class ContactPair:
 
     # detection
 
-    def detect(self, dt: float) -> None:
-        """Find where the velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
+    def detect(self) -> None:
+        """Find where the velocity fields touch in a step, after the bodies' mass was mapped to the nodes."""
         self.detection.find()
         n = len(self.detection.node)
         self.touches = domain.any(bool(self.detection.normal.any()))
         self._meet_at(self.detection.node)
         self.impulses, self.second = np.zeros((n, 3)), np.zeros((n, 3))
-        self._up_to_gap = self._allowed = self.detection.room / dt if dt > 0.0 else np.zeros(n)
+        self._allowed = np.zeros(n)
         if self.touches:
             impulses.measure_mobility(self._chunks, *self._sides, self._at)
 
@@ -68,8 +68,7 @@ class ContactPair:
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
         """The bodies of both velocity fields, each with the nodes at which these touch, shape (n,)."""
-        closed = (self.detection.room == 0.0) | self.impulses.any(axis=1)
-        here = np.flatnonzero(self.detection.normal.any(axis=1) & closed)
+        here = np.flatnonzero(self.detection.normal.any(axis=1))
         nodes = domain.of_nodes(self.detection.node[here], self.detection.node[here])
         return ((body, nodes) for body in self.bodies)
 
@@ -89,8 +88,7 @@ class ContactPair:
         the step is nothing then, and the impulses do no work. Stopped earlier, they would win energy at each such return. Not
         bodies that respond to impulses themselves: the velocities of their nodes are not those with which their material parts.
         """
-        self._allowed = np.empty(len(self._at.node))
-        impulses.measure_parting(self._chunks, *self._sides, self._at, self._up_to_gap, self._allowed)
+        impulses.measure_parting(self._chunks, *self._sides, self._at, self._allowed)
 
     def resolve(self, anew: bool) -> None:
         """Impulses on the nodes after their momentum was advanced, or `anew` after the bodies responded to these."""
@@ -137,8 +135,7 @@ class ContactPair:
     def stop_straining(self) -> None:
         """Stop the approach of the velocities that strain the points."""
         if self.touches:
-            how = self._chunks, self._friction, *self._sides, self._at, self._up_to_gap
-            impulses.stop_straining(*how, self.second)
+            impulses.stop_straining(self._chunks, self._friction, *self._sides, self._at, self.second)
 
     def begin_second(self) -> bool:
         """Add what second impulses change to the second increments of both fields; whether there are any, which all bodies

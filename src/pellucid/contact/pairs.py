@@ -52,10 +52,10 @@ class ContactPairs:
     def __len__(self) -> int:
         return len(self._pairs)
 
-    def detect(self, dt: float) -> None:
-        """Find where velocity fields touch in a step dt [s], after the bodies' mass was mapped to the nodes."""
+    def detect(self) -> None:
+        """Find where velocity fields touch in a step, after the bodies' mass was mapped to the nodes."""
         for pair in self._pairs:
-            pair.detect(dt)
+            pair.detect()
         for field in self._fields:
             field.await_impulses(pair.detection.node for pair in self._pairs if field in pair.fields and pair.touches)
 

@@ -105,7 +105,7 @@ class HalfPair:
         if self.start is not None:
             depth = self.start.reduce(depth)
         if self.lead is not None:
-            area = self._found[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
+            area = self._found.beside[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
             depth, self.lent = self.lead.applied(listed, depth, area)
         kept = depth > 0.0
         if not kept.any():

@@ -17,6 +17,8 @@ class OwnNodesField(VelocityField):
     """What one body with its own nodes gives the nodes of the grid; it takes from them the increments of contact alone."""
 
     moves_points = False
+    touches_on_nodes = True
+    """Whether it may touch other fields on the nodes; else the body gives these nothing."""
 
     def __init__(self, name: str, grid: Grid) -> None:
         super().__init__(name, grid)

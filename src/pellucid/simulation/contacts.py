@@ -21,6 +21,7 @@ from pellucid.contact.triangles.pair import TrianglePair
 from pellucid.energy import WorkLayout
 from pellucid.errors import CaseError, Problem
 from pellucid.grid.lattice import Grid
+from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.parts.body import Body
 from pellucid.parts.capabilities import BoundByContact, HasContactSurface
@@ -48,6 +49,9 @@ def contacts_of(
     ends = seams(case.grid) if surfaces else []
     planes = symmetry_planes(case.support, case.grid) if surfaces else []
     pairs, touching = _pairs_of(fields, built, case, surfaces, gravity, planes, ends)
+    for field in fields:
+        if isinstance(field, OwnNodesField):
+            field.touches_on_nodes = any(field in pair.fields for pair in pairs)
     touching += _self_contacts(case, surfaces, planes, ends)
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
     surface_pairs = SurfacePairs([*touching, *walls], planes if touching else [], ends if touching else [])
@@ -117,7 +121,7 @@ def _pairs_of(
         sheets = all(surface.two_sided for surface in known)
         if serve and not sheets:
             touching += _surface_pairs(one.grid, found, contact, gravity, case, ends)
-        elif serve and all(s.triangles is not None for s in known) and not all(s.is_hard for s in known):
+        elif serve and all(surface.triangles is not None for surface in known):
             touching += _triangle_pairs(found, contact, case, planes, ends)
         else:
             met = {field: [met for body in bodies if (met := body.contact_body)] for field, bodies in members.items()}

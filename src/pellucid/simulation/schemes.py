@@ -17,7 +17,7 @@ def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
     stages.find_cell_pressures()
     stages.particle_to_grid(inertia=True, force=True)  # m_I, p_I, f_I
     stages.predict_own_nodes(dt)
-    stages.detect_contact(dt)
+    stages.detect_contact()
     stages.solve_viscosity(dt)
     stages.advance_momentum(dt)  # p_I + dt f_I, supports
     stages.apply_contact_impulses()
@@ -46,7 +46,7 @@ def usf(stages: Stages, dt: float) -> None:
     stages.clear_nodes()
     stages.particle_to_grid(inertia=True, force=False)
     stages.predict_own_nodes(dt)
-    stages.detect_contact(dt)
+    stages.detect_contact()
     stages.find_strain_velocities()
     stages.update_stress(dt, move=False)
     stages.find_cell_pressures()

@@ -64,9 +64,9 @@ class Stages:
         for body in self.nodal_bodies:
             body.predict(dt)
 
-    def detect_contact(self, dt: float) -> None:
+    def detect_contact(self) -> None:
         """Find where velocity fields touch in this step."""
-        self.contact_pairs.detect(dt)
+        self.contact_pairs.detect()
 
     def solve_viscosity(self, dt: float) -> None:
         """Find the stresses of implicit viscosity, and their forces on the nodes."""

@@ -63,8 +63,6 @@ def test_nodes_in_any_order_give_and_take_what_sorted_ones_do(functions):
         coupling.velocity_field.grid.nodes.velocity_increment[:], coupling.velocity_field.pressed = increment, True
     assert free.gather().any()
     assert np.array_equal(free.gather()[order], in_order.gather())
-    assert free.subcell_loss().any()
-    assert np.array_equal(free.subcell_loss()[order], in_order.subcell_loss())
     for array, before in zip(given, kept, strict=True):
         assert np.array_equal(array, before), "the body's arrays are left as they are"
 
@@ -159,16 +157,3 @@ def test_a_node_outside_the_grid_is_named():
     coupling = coupled(position, velocity, mass)
     position[123, 2] = LOWER[2] - 0.01
     assert coupling.check_positions() == (LOST, 123)
-
-
-def test_what_within_a_cell_is_lost_keeps_momentum():
-    """The same law as in the body's step, from any order of the nodes."""
-    position, velocity, mass = nodes_at_random()
-    coupling = coupled(position, velocity, mass)
-    scattered(coupling, None)
-    coupling.velocity_field.grid.nodes.velocity_increment[:] = (0.3, 0.0, -0.4)
-    loss = coupling.subcell_loss()
-    assert np.abs(loss).max() > 0.1
-    assert mass @ loss == pytest.approx(np.zeros(3), abs=1e-12 * mass.sum())
-    after = velocity - loss
-    assert np.sum(mass[:, None] * after**2) < np.sum(mass[:, None] * velocity**2)

@@ -255,8 +255,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.skin.begin()
 
     def predict(self, dt: float) -> None:
-        """Mass, momentum and all forces of the surface to the grid, where there is one, with the drag on the nodes."""
-        if self.skin:
+        """Mass, momentum and all forces of the surface to the grid, where it touches others on its nodes, with the drag."""
+        if self.skin and self.touches_on_nodes:
             self.skin.scatter(self.motion.forces() + self.motion.drag_forces(dt))
 
     def gather(self) -> np.ndarray:

@@ -142,21 +142,19 @@ class ExplicitNodes(
         self.motion.loads.fill(0.0)
 
     def predict(self, dt: float) -> None:
-        """Mass, momentum and all forces to the nodes of the grid, where there is one."""
-        if self.coupling:
+        """Mass, momentum and all forces to the nodes of the grid, where it touches others on these."""
+        if self.coupling and self.touches_on_nodes:
             self.coupling.scatter(self.motion.forces())
 
     def correct(self, remap: bool) -> None:
-        """New velocities of the nodes; where `remap`, their momentum mapped to the grid again, and the damping of membranes
-        within cells."""
-        pressed = self.coupling is not None and bool(self.gather().any())
+        """New velocities of the nodes; where `remap`, their momentum mapped to the grid again."""
+        if self.touches_on_nodes:
+            self.gather()
         self.motion.advance_velocities(self._dt)
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
-        if remap and self.coupling:
+        if remap and self.touches_on_nodes:
             self.scatter_momentum()
-            if pressed and self.is_surface:
-                self.motion.add_velocities(-self.coupling.subcell_loss(), self._dt)
         self.motion.sum_momentum(self.totals)
 
     def update(self, dt: float) -> None:
@@ -219,6 +217,11 @@ class ExplicitNodes(
         return float(np.linalg.norm(left)), float(np.linalg.norm(force))
 
     # contact
+
+    @property
+    def touches_on_nodes(self) -> bool:
+        """Whether it may touch others on the nodes of the grid."""
+        return isinstance(self.velocity_field, OwnNodesField) and self.velocity_field.touches_on_nodes
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
         """Leave its surface where that touches nothing; else no step becomes longer than at the start, for which springs of

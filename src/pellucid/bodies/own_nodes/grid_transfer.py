@@ -5,8 +5,6 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from pellucid.approximants import GridFunctions
-from pellucid.contact.subcell_damping import SubcellMotion, damp_subcell_velocities
-from pellucid.grid.nodal_fields import allocate
 from pellucid.grid.own_nodes_field import OwnNodesField
 from pellucid.grid.passes.moving import Stay, move_points, moving
 from pellucid.grid.points import ByIndex, MappedPoints, PointArrays
@@ -43,7 +41,6 @@ class GridCoupling:
             self._points = self._points._replace(volume=volume)
         self._order = np.arange(len(mass))
         self._spare = np.zeros(0, np.int64)
-        self._within = Bundle(allocate(SubcellMotion, velocity_field.grid.n_nodes))
         self.increment = np.zeros((len(mass), 3))
         """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
         grid, index = velocity_field.grid, ByIndex(self._order)
@@ -93,15 +90,6 @@ class GridCoupling:
         second = np.empty_like(self.increment)
         gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
         return self._shared.fill(second, self._order)
-
-    def subcell_loss(self) -> np.ndarray:
-        """Velocities that contact takes from the motion of the nodes within a cell [m/s], shape (n, 3).
-
-        To be called when their momentum is mapped to the grid again; see `pellucid.contact.subcell_damping`.
-        """
-        loss = np.zeros_like(self.increment)
-        damp_subcell_velocities(self.n_slabs, self.mapped, self.velocity_field.reached, self._within, loss)
-        return self._shared.fill(loss, self._order)
 
     def check_positions(self) -> tuple[int, int] | None:
         """After the nodes moved: mark slabs that a node left; a fault (of `pellucid.grid.points`) and its node, if any."""

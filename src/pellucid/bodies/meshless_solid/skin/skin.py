@@ -19,10 +19,8 @@ from pellucid.bodies.meshless_solid.skin.points import SkinPoints
 from pellucid.bodies.meshless_solid.skin.response import SkinResponse
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
-from pellucid.contact.contact_body import ContactResponse, HasFaces, WarnsOfContact
-from pellucid.contact.faces import FaceAreas, Faces
+from pellucid.contact.contact_body import ContactResponse, WarnsOfContact
 from pellucid.contact.overlong import overlong
-from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.lattice import Grid
 from pellucid.grid.vectors import gather_vectors
 from pellucid.jit.bundle import Bundle
@@ -30,7 +28,7 @@ from pellucid.ranks.domain import domain
 from pellucid.state import of_owner, with_owner
 
 
-class Skin(HasFaces, WarnsOfContact):
+class Skin(WarnsOfContact):
     """The surface of a body on the grid on which others may touch it: what contact knows of the body.
 
     coupling: of the numbers of the nodes; arrays: of the body, with masses; volume: of the nodes, shape (n,) [m³]; at_nodes:
@@ -62,9 +60,7 @@ class Skin(HasFaces, WarnsOfContact):
         volumes = np.concatenate([volume, points.mass[added] / density])
         self._everywhere = np.zeros((len(volumes), 3))
         self._follow()
-        self._faces, self._triangles, t = points.faces, points.triangles, len(points.triangles)
-        thirds = np.full(3 * t, 1.0 / 3.0), (self._triangles.ravel(), np.repeat(np.arange(t), 3))
-        self._thirds = sparse.csr_array(thirds, shape=(m, t))
+        self._faces, self._triangles = points.faces, points.triangles
         self.surface = GridCoupling(self._field, self.functions, self._x, self._v, points.mass, whole=True)
         still = np.zeros_like(self._everywhere)
         self.whole = GridCoupling(self._field, self.functions, self._everywhere, still, density * volumes, volumes, whole=True)
@@ -88,12 +84,14 @@ class Skin(HasFaces, WarnsOfContact):
     def _follow(self) -> None:
         """Put the points where the material is: the functions reproduce places, Σ_a S_ka X_a = X_k."""
         self._x[:], self._v[:] = self._values @ self._position, self._values @ self._velocity
-        self._everywhere[:] = self._all @ self._position
+        if self._field.touches_on_nodes:
+            self._everywhere[:] = self._all @ self._position
 
     def begin(self) -> None:
         """Renew the indices where points left their slabs."""
-        self.surface.sort_if_needed()
-        self.whole.sort_if_needed()
+        if self._field.touches_on_nodes:
+            self.surface.sort_if_needed()
+            self.whole.sort_if_needed()
 
     def scatter(self, force: np.ndarray) -> None:
         """Mass and momentum of the points to the grid, and forces on the nodes until the end of the step [N], (n, 3)."""
@@ -155,11 +153,6 @@ class Skin(HasFaces, WarnsOfContact):
         """None: points lie on the surface."""
         return 0.0, 0.0, 0.0
 
-    def faces(self) -> Faces:
-        """The points on the surface."""
-        areas = FaceAreas(np.asarray(self._thirds @ vector_areas(self._x, self._triangles)))
-        return Faces(self.surface.mapped, self.surface.n_slabs, areas)
-
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Where its faces are longer than the cells."""
         what, effect = f"body {self.name} touches another, its outer face", "others sink into it; make its mesh finer there"
@@ -170,8 +163,9 @@ class Skin(HasFaces, WarnsOfContact):
     def update(self) -> None:
         """Follow the nodes to new places."""
         self._follow()
-        for coupling in (self.surface, self.whole):
-            coupling.check_positions()
+        if self._field.touches_on_nodes:
+            for coupling in (self.surface, self.whole):
+                coupling.check_positions()
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps."""
