@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pellucid.contact import extents, normals, shared
+from pellucid.contact import normals, shared
 from pellucid.contact.contact_body import ContactBody, is_membrane
 from pellucid.contact.normals import NORMAL, VOLUME, Along, Areas, NumberedNodes
 from pellucid.grid.nodal_fields import fields_of
@@ -32,6 +32,8 @@ So each keeps its side of the other: sheets as thin as these do not tell by them
 SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
 """Of the gradients of two volumes in the normals that are tried."""
 NUMBERED = fields_of(NumberedNodes)
+SMOOTH = 0.7
+"""Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
 SIGNS = 1.0, -1.0  # of the normals, along which the first and the second side reach
 OF_VOLUME = Areas(np.zeros((0, 3)))
 
@@ -50,8 +52,8 @@ class ContactDetection:
         n = self._grid.n_nodes
         self._shared = np.empty(n, np.int64)
         self._slot, self._near = shared.no_numbers(n)
-        self._box, self._narrow = np.empty((2, 3)), np.zeros(1, np.int64)
-        self._where = Bundle(shared.SharedNodes(self._slot, self._near, self._box, self._narrow))
+        self._box = np.empty((2, 3))
+        self._where = Bundle(shared.SharedNodes(self._slot, self._near, self._box))
         functions = [body.functions for side in bodies for body in side]
         self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
         # a membrane beside a volume in one velocity field counts as a volume too
@@ -74,7 +76,7 @@ class ContactDetection:
         if domain.any(n > 0):
             lattice = self._grid.lattice
             shared.mark_stencils(self.node, self._slot, self._near, self._reach, lattice, True)
-            shared.bounding_box(self._extent(), lattice, self._reach, self._box, self._narrow)
+            shared.bounding_box(self._extent(), lattice, self._reach, self._box)
             self._measure(n)
             shared.mark_stencils(self.node, self._slot, self._near, self._reach, lattice, False)
 
@@ -95,21 +97,15 @@ class ContactDetection:
 
     def _measure(self, n: int) -> None:
         moments = NUMBERED["moments"].allocate(n, 2)
-        surfaces = [side for side in range(2) if self._surfaces[side]]
-        for side in surfaces:
+        for side in range(2):
             self._sum_moments(side, moments[side])
-        crumpled, direction = np.zeros(n, bool), np.empty((n, 3))
-        if len(surfaces) == 1:
-            normals.membrane_normals(moments[surfaces[0]], direction, crumpled)
-        if len(surfaces) == 1 and not domain.any(bool(crumpled.any())):
-            foremost = self._detect_smooth(surfaces[0], moments[surfaces[0]], direction)
-            normals.keep_widest_gap(direction, foremost, self.normal, self.gap)
-        else:
-            for side in {0, 1}.difference(surfaces):
-                self._sum_moments(side, moments[side])
-            for direction in self._directions(moments[0], moments[1], crumpled):
-                normals.orient(moments[0], moments[1], direction)
-                normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
+        crumpled = np.zeros(n, bool)
+        if sum(self._surfaces) == 1:
+            of_membrane = moments[self._surfaces.index(1)]
+            crumpled = np.linalg.norm(of_membrane[:, NORMAL:VOLUME], axis=1) < SMOOTH * of_membrane[:, VOLUME]
+        for direction in self._directions(moments[0], moments[1], crumpled):
+            normals.orient(moments[0], moments[1], direction)
+            normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
         normals.drop_open_gaps(self.gap, self._close * self._grid.lattice.cell, self.normal)
 
     def _sum_moments(self, side: int, sums: np.ndarray) -> None:
@@ -118,16 +114,6 @@ class ContactDetection:
             if self._surfaces[side] and is_membrane(body):
                 areas = Areas(body.vector_areas(), 1.0 / body.areal_density)
             normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, self._listed(sums.reshape(-1)), beside)
-
-    def _detect_smooth(self, membrane: int, moments: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """Orient the normals of a membrane; as `_foremost`, with one pass over the points of the volume, not two."""
-        volume, foremost = 1 - membrane, NUMBERED["foremost"].allocate(len(normal), 2)
-        found = NUMBERED["extents"].allocate(len(normal))
-        for body in self._bodies[volume]:
-            extents.extents_along(body.n_slabs, body.mapped, self._where, normal, body.half_width(), self._listed(found))
-        extents.orient_membrane_normals(moments, found, SIGNS[volume], normal, foremost[volume])
-        self._reach_of(membrane, normal, foremost[membrane])
-        return foremost
 
     def _directions(self, one: np.ndarray, other: np.ndarray, crumpled: np.ndarray) -> Iterator[np.ndarray]:
         """Directions that may be normals, of any length and either way, each of shape (n, 3).
@@ -150,10 +136,7 @@ class ContactDetection:
         """How far the first side reaches along the normals, and the second against them [m], shape (2, n)."""
         foremost = NUMBERED["foremost"].allocate(len(normal), 2)
         for side in range(2):
-            self._reach_of(side, normal, foremost[side])
+            for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
+                how = self._where, beside, Along(normal, SIGNS[side]), body.half_width()
+                normals.foremost_along(body.n_slabs, body.mapped, *how, self._listed(foremost[side]))
         return foremost
-
-    def _reach_of(self, side: int, normal: np.ndarray, foremost: np.ndarray) -> None:
-        for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
-            how = self._where, beside, Along(normal, SIGNS[side]), body.half_width()
-            normals.foremost_along(body.n_slabs, body.mapped, *how, self._listed(foremost))

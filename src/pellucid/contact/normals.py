@@ -19,8 +19,6 @@ from pellucid.jit.elementary import cube_root
 from pellucid.jit.loops import parallel_loop_by_colour
 from pellucid.jit.vector import load, row, splat, store
 
-SMOOTH = 0.7
-"""Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
 NORMAL, VOLUME, CENTRE, COLUMNS = 0, 3, 4, 8
 """Columns of moments, two vectors; of a surface its area at rest is the volume."""
 
@@ -47,9 +45,6 @@ class NumberedNodes(NamedTuple):
         NodalField(COLUMNS, SUM, STEP, "m², m³, m⁴", "normal, volume, centre of a body about it", several=True),
     ]
     foremost: Annotated[np.ndarray, NodalField(1, MAX, STEP, "m", "how far a body reaches along the normal", several=True)]
-    extents: Annotated[
-        np.ndarray, NodalField(4, (MAX, MAX, SUM, SUM), STEP, "m, m, m⁴, m³", "of a body along the normal and against it")
-    ]
 
 
 @pointwise
@@ -59,8 +54,9 @@ def reach_of_point(radius, volume):
     if half >= 0.0:
         return half
     size = volume * scale
-    edge, side = cube_root(size), sqrt(size)  # both, since a loop over points with a branch becomes no vectors
-    return 0.5 * (edge if exponent == 1.0 / 3.0 else (side if exponent == 0.5 else size))
+    if exponent == 1.0 / 3.0:
+        return 0.5 * cube_root(size)
+    return 0.5 * (sqrt(size) if exponent == 0.5 else size)
 
 
 @parallel_loop_by_colour(gives="moments")
@@ -146,17 +142,6 @@ def foremost_along(s, mapped, where, beside, along, radius, foremost):
                         x0, x1, x2 = seen_from(lattice.folding, lattice, about, position, a, b, c)
                         place = x0 * normal[e, 0] + x1 * normal[e, 1] + x2 * normal[e, 2]
                         foremost.values[e] = max(foremost.values[e], sign * place + r)
-
-
-@kernel()
-def membrane_normals(moments, normal, crumpled):
-    """Unit normals of a membrane, and flags of the nodes about which its vector areas nearly cancel."""
-    for e in range(len(moments)):
-        a, b, c = moments[e, NORMAL], moments[e, NORMAL + 1], moments[e, NORMAL + 2]
-        size = sqrt(a * a + b * b + c * c)
-        crumpled[e] = size < SMOOTH * moments[e, VOLUME]
-        scale = 1.0 / size if size > 0.0 else 0.0
-        normal[e, 0], normal[e, 1], normal[e, 2] = scale * a, scale * b, scale * c
 
 
 @kernel()

@@ -4,14 +4,11 @@ from math import inf
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy import uintp
 
 from pellucid.grid.folding import cells_beyond, nodes_before
 from pellucid.grid.momentum import MASS_EPS
 from pellucid.grid.nodal_fields import FOUND, RUN, NodalField, fields_of
-from pellucid.grid.points import place_of
 from pellucid.jit import kernel, pointwise
-from pellucid.jit.columns import BLOCK
 
 MARGIN = 1e-6  # of a cell, for rounding
 
@@ -22,7 +19,6 @@ class SharedNodes(NamedTuple):
     slot: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "number of a node that two fields share, else -1", np.int32)]
     near: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 where a stencil that begins here holds such a node", np.uint8)]
     box: np.ndarray  # (2, 3) the points beyond it reach none [m]
-    narrow: np.ndarray  # (1,) the axis along which it is the smallest part of the grid: most points beyond it are so there
 
 
 def no_numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +66,7 @@ def mark_stencils(node, slot, near, reach, lattice, on):
 
 
 @kernel()
-def bounding_box(node, lattice, reach, box, narrow):
+def bounding_box(node, lattice, reach, box):
     """The box, (2, 3) [m], of the points that may have weight at a listed node; stencils have `reach` nodes along each axis."""
     s, slow = lattice.strides, lattice.slab_axis
     middle = 1 if slow == 0 else 0  # the order of the axes in memory
@@ -81,11 +77,7 @@ def bounding_box(node, lattice, reach, box, narrow):
         rest = node[e] % s[slow]
         for d, i in ((slow, node[e] // s[slow]), (middle, rest // s[middle]), (fast, rest % s[middle])):
             box[0, d], box[1, d] = min(box[0, d], i), max(box[1, d], i)
-    least = inf
     for d in range(3):
-        part = (box[1, d] - box[0, d] + reach[d]) / lattice.counts[d] + cells_beyond(lattice.folding, d)
-        if part < least:
-            least, narrow[0] = part, d
         wide = 0.5 * reach[d] + MARGIN
         box[0, d] = lattice.lower[d] + (box[0, d] - wide) * lattice.cell
         box[1, d] = lattice.lower[d] + (box[1, d] + wide) * lattice.cell
@@ -99,18 +91,3 @@ def beyond(where, x, p):
     box = where.box
     below = x[p, 0] < box[0, 0] or x[p, 1] < box[0, 1] or x[p, 2] < box[0, 2]
     return below or x[p, 0] > box[1, 0] or x[p, 1] > box[1, 1] or x[p, 2] > box[1, 2]
-
-
-@pointwise
-def list_within(where, index, x, q, end, listed):
-    """Up to BLOCK points in the box, of those that slabs count from q to `end`, into `listed`; how many, and the number at
-    which to go on."""
-    d, n = uintp(where.narrow[0]), 0
-    low, high = where.box[0, d], where.box[1, d]
-    while q < end and n < BLOCK:
-        p = place_of(index, q)
-        q += 1
-        if low <= x[p, d] <= high and not beyond(where, x, p):
-            listed[n] = p
-            n += 1
-    return n, q

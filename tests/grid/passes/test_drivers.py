@@ -14,15 +14,12 @@ ON_BLOCKS = {
     "bodies/membrane_points/blocks.py",  # five stages, and loops over the triangles about a point
     "bodies/membrane_points/kernels.py",
     "conditions/driven_points.py",  # the unit of work is a run with one motion
-    "contact/extents.py",  # numbered nodes
-    "contact/shared.py",
 }
 BY_COLOUR = {
     "bodies/membrane_points/pressure.py",
     "conditions/driven_points.py",
     "conditions/open_walls.py",
     "conditions/surface_tension/kernels.py",
-    "contact/extents.py",
     "contact/normals.py",
     "grid/full_cells.py",
     "grid/reached.py",
