@@ -327,7 +327,7 @@ def test_alone_it_needs_no_grid(tmp_path):
         ({"absorbing": [{"where": "x-lower", "body": "lattice"}]}, "absorbing.0.where: needs a grid"),
         (
             {"contact": [{"between": ["lattice", "none"]}]},
-            "contact.0.between: needs a grid, .* contact is found on the nodes of a grid",
+            "contact.0.between: needs a grid, .* contact needs the cells and faces of a grid",
         ),
     ],
 )
