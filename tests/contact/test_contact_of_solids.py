@@ -110,7 +110,7 @@ def test_threads_do_not_change_a_bit():
     assert len(set(one)) == len(OTHERS)
 
 
-def pressed(depth=0.1, rise=2.0, hold=3.0, **body):
+def pressed(depth=0.1, rise=2.0, hold=3.0, courant=0.4, **body):
     """A block without lateral strain, its bottom held, pressed by a plate of elements that is driven."""
     block = tissue((1, 1, 0), (3, 3, 2), (2, 2, 2), damping=4.0, **body)
     block["material"] = SOLID | {"poisson_ratio": 0.0}
@@ -121,15 +121,15 @@ def pressed(depth=0.1, rise=2.0, hold=3.0, **body):
     floor = {"name": "floor", "body": "tissue", "where": {"box": {"lower": (-1, -1, -1e-6), "upper": (9, 9, 1e-6)}}}
     touch = {"name": "touch", "between": ["tissue", "plate"]}
     settings = {"counts": (4, 4, 4), "support": [floor | {"fix": ["x", "y", "z"]}], "motion": [motion], "contact": [touch]}
-    return simulation(block, plate, end=rise + hold, courant=0.1, energy=LOUD, **settings)
+    return simulation(block, plate, end=rise + hold, courant=courant, energy=LOUD, **settings)
 
 
 @pytest.mark.parametrize("approximant", ["cell-based-maximum-entropy", "linear-simplex"])
 def test_a_lasting_load_is_borne_without_creep(approximant):
     """Under a plate that has stopped, the force is that of uniaxial strain with λ = 0, P = μ(1/s - s), and stays.
 
-    The block is two cells high, and contact gives way as a part of a layer of cells does, with the square of the step: within a
-    tenth. Its face is that much above the plate.
+    The block is two cells high. Contact with springs that an explicit step bears would give way by 13 % of that, as a part of a
+    layer of cells; implicit forces do by below 1 %.
     """
     depth, height, area, modulus = 0.1, 2.0, 4.0, 1e4
     sim = pressed(depth, approximant={"kind": approximant})
@@ -142,10 +142,12 @@ def test_a_lasting_load_is_borne_without_creep(approximant):
     stretch = 1.0 - depth / height
     exact = 0.5 * modulus * (1.0 / stretch - stretch) * area
     assert force[1] == pytest.approx(force[0], rel=0.015)
-    assert force[1] == pytest.approx(exact, rel=0.1)
+    assert force[1] == pytest.approx(exact, rel=0.01)
     block = sim.bodies[0]
     face = block.places()[block.mesh.nodes[:, 2] > height - 1e-9, 2]
-    assert face == pytest.approx(np.full(len(face), height - depth), abs=0.1 * depth)
+    assert face == pytest.approx(
+        np.full(len(face), height - depth), abs=0.04 * depth
+    )  # corners bend away from the points within faces
     assert abs(sim.conservation()["energy"]) < 0.005
 
 
@@ -166,7 +168,9 @@ def test_nodes_of_a_sheet_overlap_by_their_own_depth():
     inside = np.flatnonzero((x[:, 2] < 3.0) & (r < 4.0))
     assert len(inside) > 20
     assert set(inside) <= set(overlap.listed.tolist())
-    assert overlap.depth == pytest.approx(3.0 - x[overlap.listed, 2], abs=1e-6)
+    # points are places without the hourglass modes of the elements, which a sphere has by h⁴/16 R³
+    assert overlap.depth == pytest.approx(3.0 - x[overlap.listed, 2], abs=4e-6)
+    assert overlap.depth == pytest.approx(3.0 + 0.5e-6 - overlap.one.place[overlap.listed, 2], abs=1e-9)
     assert overlap.normal == pytest.approx(np.tile([0.0, 0.0, 1.0], (len(overlap.listed), 1)), abs=1e-12)
 
 

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from math import sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy import sparse
@@ -11,6 +11,22 @@ from scipy import sparse
 from pellucid.jit import kernel
 
 FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a point counts wholly, and down to when at all
+
+
+class Response(Protocol):
+    """How the m points of a surface move in a step, by n nodes."""
+
+    shares: sparse.csr_array
+    """Of the nodes in the points, shape (m, n)."""
+
+    def velocities(self, dt: float, pushed: np.ndarray | None) -> np.ndarray:
+        """Return the velocities of the points at the end of a step dt [s] [m/s], shape (m, 3).
+
+        pushed: forces of contact on the points [N], shape (m, 3).
+        """
+
+    def answers(self, dt: float) -> np.ndarray:
+        """Return the changes of nodal velocities over a step dt [s] by unit forces on the nodes [m/s/N], shape (n, 3)."""
 
 
 class MovingTriangles(NamedTuple):
@@ -73,6 +89,8 @@ class ContactSurface(ABC):
     drag: np.ndarray | None = None
     """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
     limit it [kg/s], shape (m,)."""
+    response: Response | None = None
+    """How its points move in a step by the forces on the nodes, where these are known before contact; None elsewhere."""
     triangles: MovingTriangles | None = None
     """Its triangles; None of a surface that is known by points alone."""
     place: np.ndarray

@@ -37,6 +37,8 @@ OUT = 10
 TINY = 1e-300
 ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
 ROUNDED_START = 1e-9  # of a length of the mesh: depth at the start that is rounding
+IMPLICIT = 25.0
+"""How many times faster than its own rate a body swings on implicit normal forces, as far as the step is small for that."""
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 
 
@@ -51,7 +53,15 @@ class Overlap(NamedTuple):
     relative: np.ndarray  # (n, 3) velocity against the other body [m/s]
     share: float = 1.0  # of the stiffness
     apart: bool = False  # whether each point stops by itself: a flat side on a plane
-    new: np.ndarray | None = None  # (n,) whether each did not overlap in the step before; of sheets alone
+    new: np.ndarray | None = None  # (n,) whether each did not overlap in the step before; of sheets and
+    # implicit normal forces alone
+
+
+class Implicit(NamedTuple):
+    """Implicit normal forces of n points over a step."""
+
+    press: np.ndarray  # (n,) [N]
+    after: np.ndarray  # (n,) depths at the end of the step [m]
 
 
 class GivenBefore:
@@ -62,6 +72,7 @@ class GivenBefore:
 
     def __init__(self) -> None:
         self._listed, self._force = np.zeros(0, np.int64), np.zeros((0, 3))
+        self._before, self._pressed = self._listed, self._force
         self._feet: Feet | None = None
         self._images = np.zeros(0, np.int64), np.zeros((0, 3))
 
@@ -72,10 +83,23 @@ class GivenBefore:
             self._images = other.point, other.flip
 
     def forget(self) -> np.ndarray:
-        """Keep nothing; which points had such forces."""
-        listed = self._listed
+        """Keep nothing but what `pressed` returns; which points had such forces."""
+        listed = self._before = self._listed
+        self._pressed = self._force
         self.keep(self._listed[:0], self._force[:0])
         return listed
+
+    def pressed(self, overlap: Overlap) -> np.ndarray:
+        """Return the normal forces in the last step [N], shape (n,), of the points of an overlap; 0 for points without one.
+
+        They were kept as their opposites, as `OverlapLaw` gives implicit forces.
+        """
+        listed = overlap.listed
+        if not len(self._before):
+            return np.zeros(len(listed))
+        at = np.minimum(np.searchsorted(self._before, listed), len(self._before) - 1)
+        press = -np.einsum("ij,ij->i", self._pressed[at], overlap.normal)
+        return np.where(self._before[at] == listed, np.maximum(press, 0.0), 0.0)
 
     def power(self, velocity: np.ndarray, of_other: np.ndarray) -> float:
         """Return the power [W] along velocities of the points less those at the feet [m/s].
@@ -191,12 +215,17 @@ class OverlapLaw:
         with_sheet = any(side.is_sheet for side in soft)
         damping = SHEET_DAMPING if with_sheet else DAMPING
         rates = [side.rate for side in soft]
+        self._implicit = IMPLICIT**2 / sum(1.0 / (side.mass_per_area * side.rate**2) for side in soft)
         for i, side in enumerate(soft):
             if side.follows_steps:
                 part = step * side.rate if step > 0.0 else courant
                 rates[i] *= (SHEET_STIFF if with_sheet else _stiff(part)) / part
         self.stiffness = 1.0 / sum(1.0 / (side.mass_per_area * rate**2) for side, rate in zip(soft, rates, strict=True))
         """κ [Pa/m]."""
+        self.is_implicit = not self._hard and all(side.response is not None for side in soft)
+        """Whether normal forces are implicit in the step, see `pellucid.contact.implicit`."""
+        self.lost = 0.0
+        """Energy that implicit forces of the last step take, without their power at the end of it [J]."""
         rigid = [side for side in sides if side.rigid_mass < np.inf]
         by_edges = self._hard and stop_apart(*sides)
         areas = {id(side): side.bearing_area() if by_edges else side.side() for side in rigid}
@@ -227,13 +256,22 @@ class OverlapLaw:
         self._limits: list[tuple[ContactSurface, np.ndarray, np.ndarray, np.ndarray]] = []
 
     def forces(
-        self, overlaps: Sequence[Overlap], dt: float, last: float, touched: Mapping[int, np.ndarray], before: float = 0.0
+        self,
+        overlaps: Sequence[Overlap],
+        dt: float,
+        last: float,
+        touched: Mapping[int, np.ndarray],
+        before: float = 0.0,
+        implicit: Sequence[Implicit] = (),
     ) -> list[np.ndarray]:
         """Forces on the points of each overlap over a step dt [s], shape (n, 3) [N]; last: length of the step before [s].
 
         touched: of the points of each surface, by its identity, shape (m,): those that friction holds are marked. before: power
-        of the forces `given` in the step before along the velocities of now [W].
+        of the forces `given` in the step before along the velocities of now [W]. implicit: normal forces of each overlap,
+        where the law is implicit.
         """
+        if self.is_implicit:
+            return self._forces_with(implicit, overlaps, dt, last, touched, before)
         springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
         hardened = [self._softness * overlap.depth**2 for overlap in overlaps]
         pressures = [k * overlap.depth * (1.0 + h) for k, overlap, h in zip(springs, overlaps, hardened, strict=True)]
@@ -280,6 +318,51 @@ class OverlapLaw:
         """Let points that slide go on from where friction holds them."""
         for one, at, spring, most in self._limits:
             one.slip[at] = _held(one.slip[at], spring, most)
+
+    def normal_stiffness(self, overlap: Overlap) -> np.ndarray:
+        """Return the stiffness of the implicit normal forces of an overlap, shape (n,) [N/m]."""
+        return np.asarray(self._implicit * overlap.share * overlap.area)
+
+    def _forces_with(
+        self,
+        implicit: Sequence[Implicit],
+        overlaps: Sequence[Overlap],
+        dt: float,
+        last: float,
+        touched: Mapping[int, np.ndarray],
+        before: float,
+    ) -> list[np.ndarray]:
+        """Return the forces of overlaps whose normal forces are known, with friction.
+
+        Of f (d' - d), where the depth goes from d to d' in a step, the overlap stores ½ k (d'² - d²) and the rest is taken, and
+        half of Δt f times the loss of the velocity of approach besides. What lies ahead of the surface stores nothing.
+        """
+        stored = pending = now = lost = entered = 0.0
+        found, self.given = [], []
+        for overlap, (press, after) in zip(overlaps, implicit, strict=True):
+            n, k = overlap.normal, self.normal_stiffness(overlap)
+            energy = 0.5 * k * np.maximum(overlap.depth, 0.0) ** 2
+            opening = np.einsum("ij,ij->i", overlap.relative, n)
+            normal, drag = press[:, None] * n, np.zeros((len(press), 3))
+            stored += float(np.sum(energy))
+            if overlap.new is not None:  # the energy of the way that points came in within the step before nothing gave
+                came_in = overlap.new & (-2.0 * (last or dt) * opening > overlap.depth)
+                entered += float(np.sum(energy[came_in]))
+            later = 0.5 * k * np.maximum(after, 0.0) ** 2
+            lost += float(np.sum(press * (after - overlap.depth - 0.5 * dt * opening) - later + energy))
+            if self._friction > 0.0:
+                along, area = overlap.relative - opening[:, None] * n, overlap.share * overlap.area
+                most, holds = self._friction * press, self.stiffness * area
+                drag, _ = self._drag(overlap, along, most, holds, self._damping * area, last)
+                touched[id(overlap.one)][overlap.listed] = True
+                now += float(np.sum(drag * along))
+                pending += 0.5 * (last or dt) * float(np.sum(drag * along))
+            found.append(normal + drag)
+            self.given.append(drag - normal)
+        taken = self.lost - entered - 0.5 * last * (before + now)
+        self.lost = lost
+        self.held = Held(stored, taken, pending)
+        return found
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
         """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
@@ -345,7 +428,9 @@ class OverlapLaw:
     def separate(self, last: float, before: float = 0.0) -> None:
         """Nothing overlaps any more; last: length of the step before [s]; before: see `forces`."""
         self.given = []
-        self.held = Held(taken=-0.5 * last * before - self.lent if self.stop is None else self.stop.end(last))
+        ended = self.lost - 0.5 * last * before - self.lent
+        self.held = Held(taken=ended if self.stop is None else self.stop.end(last))
+        self.lost = 0.0
         self._limits.clear()
 
     def _tangents(self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], dt: float) -> list[np.ndarray]:
@@ -402,6 +487,11 @@ def _lost_on_entry(overlap: Overlap, spring: np.ndarray, last: float) -> float:
         return 0.0
     way = -last * np.einsum("ij,ij->i", overlap.relative, overlap.normal)
     return 0.5 * float(np.sum(np.where(overlap.new, spring * overlap.depth * np.maximum(way - overlap.depth, 0.0), 0.0)))
+
+
+def may_press(depth: np.ndarray, relative: np.ndarray, normal: np.ndarray, step: float) -> np.ndarray:
+    """Return which points overlap, or come in within a step [s] and half of it more; shape (n,)."""
+    return np.asarray(depth - 1.5 * step * np.minimum(np.einsum("ij,ij->i", relative, normal), 0.0) > 0.0)
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:

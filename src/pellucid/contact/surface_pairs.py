@@ -26,7 +26,18 @@ from pellucid.contact.dead_stop import ASKEW, FACING, SETTLED
 from pellucid.contact.feet import Feet
 from pellucid.contact.following import Following
 from pellucid.contact.images import Described, Plane, Seam, describe
-from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap, mean_way, rests_on_flat_side, stop_apart
+from pellucid.contact.implicit import Block, NormalForces
+from pellucid.contact.overlap import (
+    GivenBefore,
+    Implicit,
+    Overlap,
+    OverlapLaw,
+    StartOverlap,
+    may_press,
+    mean_way,
+    rests_on_flat_side,
+    stop_apart,
+)
 from pellucid.contact.proximity import CHUNK, GAP, NORMAL, SHARE, Asking, Meeting, Neighbourhood, Points
 from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.touch import Touch
@@ -45,7 +56,8 @@ class HalfPair:
     """The points of one surface against the other, with this share of the stiffness.
 
     by_edges: whether edges count, as they do where neither body deforms; they bear with all of the stiffness. seams: of a
-    periodic grid. After `find`, `overlap` has the points that overlap, and `feet` their feet on the other surface.
+    periodic grid. ahead: whether points count that come in within the step, or were in touch in the step before. After `find`,
+    `overlap` has the points that overlap, and `feet` their feet on the other surface.
     """
 
     def __init__(
@@ -56,6 +68,7 @@ class HalfPair:
         share: float,
         by_edges: bool = False,
         seams: Sequence[Seam] = (),
+        ahead: bool = False,
     ) -> None:
         self.one, self.other, self._meeting, self.share = one, other, meeting, share
         self.overlap: Overlap | None = None
@@ -73,7 +86,8 @@ class HalfPair:
         self._following = Following(other, float(np.max(one.half_width + other.half_width)))
         # over a body that deforms a sheet follows the third-order distance: feet lie deeper by a part of its thickness
         self._from_feet = not (other.is_hard or one.is_sheet)
-        self._near = NEAR * float(np.median(other.reach)) if self._from_feet else 0.0
+        self._ahead, near = ahead, NEAR * float(np.median(other.reach))
+        self._near = near if self._from_feet or ahead else 0.0
         self.start = None if one.is_hard and other.is_hard else StartOverlap(float(other.reach.max()))
         self.lead: ContactLead | None = None
         """In steady states, of the half whose overlap is removed."""
@@ -83,7 +97,7 @@ class HalfPair:
 
     def begin_steady(self) -> None:
         """Ask for the other surface alone, with leads."""
-        self.lead, self.share = ContactLead(self.one), 1.0
+        self.lead, self.share, self._ahead = ContactLead(self.one), 1.0, False
         self._near = float(np.median(self.one.reach))  # of points across a gap, which counts in the mean overlap
         # where overlaps vanish, points that press lie now on this, now on that side of the plane of the nearest point
         self._meeting = self._meeting._replace(slack=SLACK * float(np.median(self.other.reach)))
@@ -91,8 +105,9 @@ class HalfPair:
     def _make_room(self) -> None:
         self._found = Bundle(proximity.make_room(len(self._following.candidates.asks), self._following.most_near))
 
-    def find(self, one: Described, other: Described) -> bool:
-        """Find the points of the one surface that overlap with the other; whether there are any."""
+    def find(self, one: Described, other: Described, step: float = 0.0) -> bool:
+        """Find the points of the one surface that overlap with the other; whether there are any. step: length of the
+        step, or of the one before if that was longer [s]."""
         if self._corners is not None:
             return self._find_within_planes(self._corners)
         self.overlap, self.images, self.lent, before = None, other, 0.0, self._following.candidates
@@ -107,15 +122,18 @@ class HalfPair:
         if self.lead is not None:
             area = self._found.beside[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
             depth, self.lent = self.lead.applied(listed, depth, area)
-        kept = depth > 0.0
+        kept, relative = depth > 0.0, np.zeros((0, 3))
+        if self._ahead and len(depth):
+            relative = one.velocity[listed] - self.feet.gather(other.velocity)
+            kept = may_press(depth, relative, normal, step) | np.isin(listed, self.pushed)
         if not kept.any():
             return False
         if not kept.all():
             depth, listed, normal, rows, self.feet = depth[kept], listed[kept], normal[kept], rows[kept], self.feet.only(kept)
         area = self._found.beside[rows, SHARE] * self._counts[listed] * self.one.weights()[listed]
-        relative = one.velocity[listed] - self.feet.gather(other.velocity)
+        relative = relative[kept] if self._ahead else one.velocity[listed] - self.feet.gather(other.velocity)
         apart = self._apart and rests_on_flat_side(self.one, listed)
-        new = ~np.isin(listed, self.pushed) if self.one.is_sheet else None
+        new = ~np.isin(listed, self.pushed) if self.start is not None else None
         self.overlap = Overlap(self.one, listed, depth, normal, area, relative, self.share, apart, new)
         return True
 
@@ -178,6 +196,10 @@ class HalfPair:
         self.overlap = Overlap(one, at, depth, normal, area, relative, self.share, self._apart and rests_on_flat_side(one, at))
         return True
 
+    def pressed_before(self, overlap: Overlap) -> np.ndarray:
+        """Return the implicit normal forces of the points of the overlap in the step before [N], shape (n,)."""
+        return self.given.pressed(overlap)
+
     def apply(self, at: np.ndarray, force: np.ndarray, forces: tuple[np.ndarray, np.ndarray]) -> None:
         """Forces on listed points [N], shape (n, 3), and against the other surface, into those of both."""
         forces[0][at] += force
@@ -211,6 +233,7 @@ class SurfacePair(Touch):
         step: float = 0.0,
     ) -> None:
         super().__init__(surfaces, OverlapLaw(surfaces, friction, courant, swing, cell, step), name)
+        self._described = dict[int, Described]()
         one, other = surfaces
         asking = [(one, other), (other, one)]
         if one.is_sheet != other.is_sheet:
@@ -219,16 +242,18 @@ class SurfacePair(Touch):
         self._halves = []
         for (first, second), share in zip(asking, fine, strict=True):
             meeting = Meeting((first.two_sided, second.two_sided), _deepest(second), dimension, thickness, first.is_sheet)
-            self._halves.append(HalfPair(first, second, meeting, share / sum(fine), self.law.stop is not None, seams))
+            how = share / sum(fine), self.law.stop is not None, seams, self.law.is_implicit
+            self._halves.append(HalfPair(first, second, meeting, *how))
 
     def find(self, described: dict[int, Described]) -> bool:
         """Find where they overlap; whether they do. described: the points of surfaces, by identity."""
+        self._described = described
         self.impulse, self.before, self.law.lent = np.zeros(3), 0.0, 0.0
         found = False
         for half in self._halves:
             self.before += half.given.power(half.one.velocity, half.other.velocity)
             half.pushed = half.given.forget()
-            found |= half.find(described[id(half.one)], described[id(half.other)])
+            found |= half.find(described[id(half.one)], described[id(half.other)], self.step)
             self.law.lent += half.share * self.law.stiffness * half.lent
         return found
 
@@ -250,6 +275,7 @@ class SurfacePair(Touch):
         one would touch now and then, by the curvature of the surfaces.
         """
         super().begin_steady()
+        self.law.is_implicit = False  # leads remove the overlap
         soft = [half for half in self._halves if not half.one.is_hard]
         for half in sorted(soft, key=lambda half: -half.share)[:1]:
             half.begin_steady()
@@ -269,7 +295,15 @@ class SurfacePair(Touch):
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
         """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
         touching = [(half, half.overlap) for half in self._halves if half.overlap is not None]
-        found = self.law.forces([overlap for _, overlap in touching], dt, last, touched, self.before)
+        implicit: list[Implicit] = []
+        if self.law.is_implicit:
+            k = self.law.normal_stiffness
+            blocks = [
+                Block(overlap, k(overlap), half.pressed_before(overlap), half.other, half.images, half.feet)
+                for half, overlap in touching
+            ]
+            implicit = NormalForces(blocks, dt, self._described, forces).solve()
+        found = self.law.forces([overlap for _, overlap in touching], dt, last, touched, self.before, implicit)
         if self.law.counts_both_ends:
             for (half, overlap), given in zip(touching, self.law.given, strict=True):
                 half.given.keep(overlap.listed, given, half.feet, half.images)
@@ -318,6 +352,7 @@ class SurfacePairs:
             touched[id(surface)] = np.zeros(len(surface.place), bool)
             surface.swings, surface.pushed_along, surface.pushed = 0.0, [], np.zeros(6)
         for pair in self._pairs:
+            pair.step = max(dt, last)
             pair.follow(last)
         touching = [pair.find(described) for pair in self._pairs]
         for pair, touches in zip(self._pairs, touching, strict=True):
@@ -459,7 +494,9 @@ class SurfacePairs:
         starts = [start.state_numbers() for start in self._start_overlaps()]
         given = [given.state_numbers() for given in self._given_before()]
         leads = [lead.state_numbers() for lead in self._leads()]
-        numbers: dict[str, object] = {"energy": self.energy.state_numbers(), "stops": stops, "starts": starts, "given": given}
+        lost = [pair.law.lost for pair in self._pairs]
+        energy = self.energy.state_numbers()
+        numbers: dict[str, object] = {"energy": energy, "stops": stops, "starts": starts, "given": given, "lost": lost}
         if self._is_steady:
             numbers["leads"] = leads
         return numbers
@@ -482,6 +519,8 @@ class SurfacePairs:
             given.restore(kept)
         for lead, kept in zip(self._leads(), numbers.get("leads", ()), strict=True):
             lead.restore(kept)
+        for pair, lost in zip(self._pairs, numbers["lost"], strict=True):
+            pair.law.lost = lost
 
     def external_work(self) -> float:
         """What walls that move did over this step [J]."""

@@ -23,6 +23,8 @@ class ContactLaw(Protocol):
     """Whether friction follows from what points moved since the last equilibrium."""
     lent: float
     """Energy that the overlaps got in this step as leads changed [J]."""
+    lost: float
+    """See `OverlapLaw`."""
 
     @property
     def stop(self) -> DeadStop | None:
@@ -45,6 +47,8 @@ class Touch(ABC):
         self.surfaces, self.name = surfaces, name
         self.law: ContactLaw = law
         self.impulse = np.zeros(3)
+        self.step = 0.0
+        """Length of the step, or of the one before if that was longer [s]."""
         self.before = 0.0
         """Power of the dampers and friction of the last step along the velocities of now [W]."""
 

@@ -4,7 +4,17 @@ import numpy as np
 
 from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import GivenBefore, Overlap, OverlapLaw, StartOverlap, rests_on_flat_side, stop_apart
+from pellucid.contact.implicit import Block, NormalForces
+from pellucid.contact.overlap import (
+    GivenBefore,
+    Implicit,
+    Overlap,
+    OverlapLaw,
+    StartOverlap,
+    may_press,
+    rests_on_flat_side,
+    stop_apart,
+)
 from pellucid.contact.steady_contact import ContactLead
 from pellucid.contact.touch import Touch
 from pellucid.contact.wall_plane import WallPlane
@@ -29,7 +39,7 @@ class WallContact(Touch):
         super().__init__((surface,), OverlapLaw((surface,), friction, courant, swing, cell, step), name)
         self.plane, self.label, self._work = plane, "a wall" if name is None else f"wall {name}", 0.0
         self._overlap: Overlap | None = None
-        self._given = GivenBefore()
+        self._given, self._described = GivenBefore(), dict[int, Described]()
         self._start = None if surface.is_hard or surface.drag is not None else StartOverlap(float(surface.reach.max()))
         self._lead: ContactLead | None = None
 
@@ -44,6 +54,7 @@ class WallContact(Touch):
     def find(self, described: dict[int, Described]) -> bool:
         """Find which points of the surface lie behind the plane and face it; whether any do."""
         self._work, self.impulse, self._overlap, self.law.lent = 0.0, np.zeros(3), None, 0.0
+        self._described = described
         surface, plane = self.surfaces[0], self.plane
         self.before = self._given.power(surface.velocity, plane.velocity)
         listed = self._given.forget()
@@ -55,13 +66,21 @@ class WallContact(Touch):
         depth = surface.half_width - plane.height(surface.place)
         # as beside another surface that is flat: sides of a body across the plane do not touch it
         counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
-        at = np.flatnonzero(((depth > 0.0) | (self._lead is not None)) & (counts > 0.0) & (sizes > 0.0))
+        over = depth > 0.0
+        if self.law.is_implicit:
+            relative = surface.velocity - plane.velocity
+            over = may_press(depth, relative, np.broadcast_to(plane.normal, (m, 3)), self.step)
+            over[listed[depth[listed] > -surface.reach[listed]]] = True
+        elif self._lead is not None:
+            over[:] = True
+        at = np.flatnonzero(over & (counts > 0.0) & (sizes > 0.0))
         if self._start is not None:
             depth[at] = self._start.reduce(depth[at])
         if self._lead is not None:
             depth[at], lent = self._lead.applied(at, depth[at], counts[at] * sizes[at])
             self.law.lent = self.law.stiffness * lent
-        at = at[depth[at] > 0.0]
+        if not self.law.is_implicit:
+            at = at[depth[at] > 0.0]
         if not len(at):
             return False
         normal = np.broadcast_to(plane.normal, (len(at), 3))
@@ -74,7 +93,7 @@ class WallContact(Touch):
             counts[at] * sizes[at],
             relative,
             apart=stop_apart(surface) and rests_on_flat_side(surface, at),
-            new=~np.isin(at, listed) if surface.is_sheet else None,
+            new=~np.isin(at, listed) if self._start is not None else None,
         )
         return True
 
@@ -86,6 +105,7 @@ class WallContact(Touch):
 
     def begin_steady(self) -> None:
         super().begin_steady()
+        self.law.is_implicit = False
         self._lead = None if self.surfaces[0].is_hard else ContactLead(self.surfaces[0])
 
     def leads(self) -> list[ContactLead]:
@@ -103,7 +123,11 @@ class WallContact(Touch):
         """Add the forces of the overlap over a step dt [s] to those of the surface; last: length of the step before."""
         if self._overlap is None:
             return
-        (force,) = self.law.forces([self._overlap], dt, last, touched, self.before)
+        implicit: list[Implicit] = []
+        if self.law.is_implicit:
+            block = Block(self._overlap, self.law.normal_stiffness(self._overlap), self._given.pressed(self._overlap))
+            implicit = NormalForces([block], dt, self._described, forces).solve()
+        (force,) = self.law.forces([self._overlap], dt, last, touched, self.before, implicit)
         if self.law.counts_both_ends:
             self._given.keep(self._overlap.listed, self.law.given[0])
         forces[id(self.surfaces[0])][self._overlap.listed] += force

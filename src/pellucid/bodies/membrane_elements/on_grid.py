@@ -107,9 +107,9 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         def vector_areas() -> np.ndarray:
             return self.vector_areas()[self.order()]
 
-        triangles, areas = self.surface.cells.surface(), self.surface_areas()
+        areas = self.surface_areas()
         how = vector_areas, areas, take, self.contact_warning
-        surface = PointsOfNodes(self.grid, triangles, self.places, lambda: self.node_velocity, *how)
+        surface = PointsOfNodes(self.grid, self.surface.cells, self.places, lambda: self.node_velocity, *how)
         surface.half_width = self.surface.contact_reach
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
         self.sheet = surface

@@ -98,13 +98,13 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         def take(force: np.ndarray) -> None:
             loads[...] += force
 
-        grid, triangles, places = self.grid, self.surface.cells.surface(), (lambda: position, lambda: velocity)
+        grid, cells, places = self.grid, self.surface.cells, (lambda: position, lambda: velocity)
         surface: PointsOfFaces | PointsOfNodes
         if self.follows:
-            surface = PointsOfFaces(grid, triangles, *places, take, hard=True)
+            surface = PointsOfFaces(grid, cells.surface(), *places, take, hard=True)
         else:
             areas, warning = self.surface_areas(), self.contact_warning
-            surface = PointsOfNodes(grid, triangles, *places, self.vector_areas, areas, take, warning)
+            surface = PointsOfNodes(grid, cells, *places, self.vector_areas, areas, take, warning)
         surface.two_sided, surface.half_width = True, self.surface.contact_reach
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
         self.contact_surface = surface

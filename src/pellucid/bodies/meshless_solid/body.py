@@ -238,7 +238,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         if self.skin is None or self.grid is None:
             return None
         self._contact_row = column - FIRST_LOAD
-        surface = self.skin.surface_of(self.grid, self.motion.loads[self._contact_row], self.motion.inertia, self.follows)
+        surface = self.skin.surface_of(self.grid, self.motion.loads[self._contact_row], self.motion, self.follows)
         surface.rate = self.totals.rate
         self.contact_surface = surface
         return surface

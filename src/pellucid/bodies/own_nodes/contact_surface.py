@@ -6,7 +6,8 @@ pass forces on to them by their shares, so that they lie on the surface and othe
 
 Membranes that deform have points at their nodes (`PointsOfNodes`), because their mass is lumped there: a damper that is
 critical for the mass of a node stops it within a step. Points in the middle of triangles would leave patterns of nodes free
-that move no such point, and nodes would rebound.
+that move no such point, and nodes would rebound. The nodes of quadrilaterals have points at places from which hourglass modes
+are filtered, and pass forces on by the same shares, so that what strikes single nodes does not excite these modes.
 """
 
 from collections.abc import Callable
@@ -14,9 +15,10 @@ from collections.abc import Callable
 import numpy as np
 from scipy import sparse
 
+from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.contact.contact_surface import ContactSurface, MovingTriangles
 from pellucid.contact.overlong import nodes_about
-from pellucid.geometry.meshes.cells import vector_areas
+from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.grid.lattice import Grid
 
 SPACINGS = 2.5  # between points, over which the weights of one reach
@@ -83,6 +85,10 @@ class PointsOfFaces(ContactSurface):
         """To the corners."""
         self._take(self._to_corners @ force)
 
+    def respond_with(self, values: sparse.csr_array, motion: NodalMotion) -> None:
+        """Let contact know how the points move by the forces on the nodes; values: as in `mass_per_area_of`."""
+        self.response = NodalResponse(sparse.csr_array(self._shares @ values), motion)
+
     def mass_per_area_of(self, values: sparse.csr_array, mass: np.ndarray) -> float:
         """Return the mass per area of the surface that is fastest to respond to springs on all points [kg/m²].
 
@@ -106,6 +112,22 @@ class PointsOfFaces(ContactSurface):
         return 1.0 / (ABOVE * largest)
 
 
+class NodalResponse:
+    """How points with shares of nodes move, shape (m, nodes)."""
+
+    def __init__(self, shares: sparse.csr_array, motion: NodalMotion) -> None:
+        self.shares, self._to_nodes, self._motion = shares, sparse.csr_array(shares.T), motion
+
+    def velocities(self, dt: float, pushed: np.ndarray | None) -> np.ndarray:
+        velocity = self._motion.free_velocities(dt)
+        if pushed is not None and pushed.any():
+            velocity = velocity + self.answers(dt) * (self._to_nodes @ pushed)
+        return np.asarray(self.shares @ velocity)
+
+    def answers(self, dt: float) -> np.ndarray:
+        return self._motion.answers(dt)
+
+
 class PointsOfNodes(ContactSurface):
     """The nodes of a membrane as contact points.
 
@@ -113,8 +135,8 @@ class PointsOfNodes(ContactSurface):
     ----------
     grid
         Grid of the case; its thin axes have no contact.
-    triangles
-        Corners of the triangles of the membrane, shape (t, 3).
+    cells
+        Elements of the membrane.
     places, velocities, vector_areas
         Functions that return the places [m], velocities [m/s] and shares of the vector area [m²] of the nodes, shape (n, 3).
     weights
@@ -131,7 +153,7 @@ class PointsOfNodes(ContactSurface):
     def __init__(
         self,
         grid: Grid,
-        triangles: np.ndarray,
+        cells: Cells,
         places: Callable[[], np.ndarray],
         velocities: Callable[[], np.ndarray],
         vector_areas: Callable[[], np.ndarray],
@@ -139,7 +161,9 @@ class PointsOfNodes(ContactSurface):
         take: Callable[[np.ndarray], None],
         warning: Callable[[np.ndarray], str | None],
     ) -> None:
-        self._grid, self._warning = grid, warning
+        self._grid, self._warning, triangles = grid, warning, cells.surface()
+        self._smooth = _without_hourglass(cells.quadrilaterals, places())
+        self._from_smooth = None if self._smooth is None else sparse.csr_array(self._smooth.T)
         self._places, self._velocities, self._vector_areas, self._take = places, velocities, vector_areas, take
         self._thin, self._weights, n = np.array(grid.thin), weights, len(weights)
         self.triangles = None if self._thin.any() else MovingTriangles(triangles, places, velocities, take)
@@ -156,7 +180,10 @@ class PointsOfNodes(ContactSurface):
 
     def begin(self) -> None:
         """Follow the nodes; nothing varies along thin axes."""
-        self.place[...], self.velocity[...], self.area[...] = self._places(), self._velocities(), self._vector_areas()
+        places, velocities = self._places(), self._velocities()
+        if self._smooth is not None:
+            places, velocities = self._smooth @ places, self._smooth @ velocities
+        self.place[...], self.velocity[...], self.area[...] = places, velocities, self._vector_areas()
         self.place[:, self._thin] = self._middle[self._thin]
         self.area[:, self._thin] = 0.0
 
@@ -165,7 +192,27 @@ class PointsOfNodes(ContactSurface):
 
     def add_forces(self, force: np.ndarray) -> None:
         """Add forces to those on the nodes."""
-        self._take(force)
+        self._take(force if self._from_smooth is None else self._from_smooth @ force)
+
+
+def _without_hourglass(quads: np.ndarray, places: np.ndarray) -> sparse.csr_array | None:
+    """Return shares of nodes in contact points without the hourglass modes of quadrilaterals, shape (n, n); None without these.
+
+    Of each corner the mean over its quadrilaterals of (γ·x) γ is subtracted, with the unit vector γ that is orthogonal to all
+    linear fields in the plane of the four corners. Linear fields are left as they are.
+    """
+    if not len(quads):
+        return None
+    corners = places[quads]
+    _, _, axes = np.linalg.svd(corners - corners.mean(axis=1, keepdims=True))
+    linear = np.einsum("qid,qad->qai", corners - corners.mean(axis=1, keepdims=True), axes[:, :2])
+    linear = np.concatenate([np.full((len(quads), 1, 4), np.linalg.norm(linear, axis=(1, 2)).mean()), linear], axis=1)
+    modes = np.linalg.svd(linear)[2][:, 3]
+    n, counts = len(places), np.maximum(np.bincount(quads.ravel(), minlength=len(places)), 1)
+    products = np.einsum("qi,qj->qij", modes, modes) / counts[quads][:, :, None]
+    rows, columns = np.repeat(quads, 4, axis=1).ravel(), np.tile(quads, (1, 4)).ravel()
+    modal = sparse.csr_array((products.ravel(), (rows, columns)), shape=(n, n))
+    return sparse.csr_array(sparse.eye_array(n, format="csr") - modal)
 
 
 def _middles(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -196,6 +196,19 @@ class NodalMotion:
             force = force + self._arrays["mass"][:, None] * self.gravity
         return np.asarray(force)
 
+    def free_velocities(self, dt: float) -> np.ndarray:
+        """Return the velocities that the nodes have after a step dt [s] without contact [m/s], shape (n, 3).
+
+        Nodes whose constraints lead them keep theirs.
+        """
+        velocity = self._arrays["velocity"]
+        keep, gain = self.drag
+        return np.where(self.free, keep * velocity + dt * gain * self.forces() / self.inertia[:, None], velocity)
+
+    def answers(self, dt: float) -> np.ndarray:
+        """Return the change of these by a unit of force on each node [m/s/N], shape (n, 3)."""
+        return np.where(self.free, dt * self.drag.gain / self.inertia[:, None], 0.0)
+
     def drag_forces(self, dt: float) -> np.ndarray:
         """Forces of the drag on free nodes, means over a step dt [s]: shape (n, 3) [N]."""
         keep, gain = self.drag

@@ -46,7 +46,7 @@ class SlotEnergy:
     is_steady, lent = False, 0.0
 
     def __init__(self) -> None:
-        self.held, self.taken = Held(), 0.0
+        self.held, self.taken, self.lost = Held(), 0.0, 0.0
 
     def separate(self, last: float, before: float = 0.0) -> None:
         """Nothing overlaps any more."""

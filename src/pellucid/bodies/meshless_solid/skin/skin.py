@@ -19,6 +19,7 @@ from pellucid.bodies.meshless_solid.skin.points import SkinPoints
 from pellucid.bodies.meshless_solid.skin.response import SkinResponse
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
+from pellucid.bodies.own_nodes.motion import NodalMotion
 from pellucid.contact.contact_body import ContactResponse, WarnsOfContact
 from pellucid.contact.overlong import overlong
 from pellucid.grid.lattice import Grid
@@ -67,9 +68,12 @@ class Skin(WarnsOfContact):
         self._response = SkinResponse(self.surface, points.mass, self._values, mass, arrays["prescribed"])
         self._first = True
 
-    def surface_of(self, grid: Grid, loads: np.ndarray, inertia: np.ndarray, hard: bool) -> PointsOfFaces:
-        """The points as others touch them; their forces are added to loads on the nodes [N], shape (n, 3), which have this
-        inertia [kg], shape (n,). hard: whether all of these are prescribed."""
+    def surface_of(self, grid: Grid, loads: np.ndarray, motion: NodalMotion, hard: bool) -> PointsOfFaces:
+        """Return the points by which others touch the body.
+
+        Their forces are added to loads on the nodes [N], shape (n, 3), which move so. hard: whether all of these are
+        prescribed.
+        """
 
         def take(force: np.ndarray) -> None:
             loads[...] += self._shares @ force
@@ -78,7 +82,9 @@ class Skin(WarnsOfContact):
             return np.asarray(self._values @ self._velocity)
 
         surface = PointsOfFaces(grid, self._triangles, lambda: self._x, velocities, take, hard)
-        surface.mass_per_area = surface.mass_per_area_of(self._values, inertia)
+        surface.mass_per_area = surface.mass_per_area_of(self._values, motion.inertia)
+        if not hard:
+            surface.respond_with(self._values, motion)
         return surface
 
     def _follow(self) -> None:

@@ -1,0 +1,152 @@
+"""Normal forces of a contact that are implicit in the step, for solids whose nodes move by known internal forces.
+
+A spring that an explicit step bears is soft: its compliance is a part of that of a layer of cells, and falls with the square of
+the step alone. Here the forces of a step follow from the overlap at its end instead. The points of the contact have the depths
+d as the step begins and, without contact, the velocities u* of approach as it ends, which follow from the internal forces and
+loads on the nodes. Forces f on the points change these velocities by -Δt G f, so that
+
+    f = k (d + Δt u* - Δt² G f),    f ≥ 0,    G = n·S M⁻¹ Sᵀ·n
+
+with the shares S of the nodes in the points, which pass on the forces, and the masses M of the nodes. (With k → ∞ these are the
+forward increment Lagrange multipliers of Carpenter, Taylor & Katona 1991, Int. J. Numer. Methods Eng. 32, 103.) Stiffness and
+step are independent of each other: stable steps of the body stay stable, and at rest f = k d. A node that strikes stops at the
+surface; what that takes of its motion vanishes with its mass.
+
+The system is symmetric and positive; conjugate gradients solve it for the points that press, which are found in rounds: points
+that would be pulled are left out, and others that would overlap are added.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from pellucid.contact.contact_surface import ContactSurface, Response
+from pellucid.contact.feet import Feet
+from pellucid.contact.images import Described
+from pellucid.contact.overlap import TINY, Implicit, Overlap
+
+ROUNDS = 6  # at most, in which points that would be pulled are left out and those that would overlap are added
+ITERATIONS = 60  # of conjugate gradients, at most
+RESIDUAL = 3e-4  # of that of no forces, in the norm of the scaled system
+
+
+class Block(NamedTuple):
+    """Points of one surface that overlap with another, or with a wall."""
+
+    overlap: Overlap
+    stiffness: np.ndarray  # k of each [N/m], (n,)
+    given: np.ndarray  # forces of the step before, from which the solution begins [N], (n,)
+    other: ContactSurface | None = None  # None for a wall
+    images: Described | None = None  # of the other
+    feet: Feet | None = None  # on the other
+
+
+class NormalForces:
+    """The system of the forces of blocks over a step dt [s].
+
+    described: the points of surfaces by identity; forces: those of other contacts on them in this step [N].
+    """
+
+    def __init__(
+        self, blocks: Sequence[Block], dt: float, described: Mapping[int, Described], forces: Mapping[int, np.ndarray]
+    ) -> None:
+        self._blocks, self._dt = blocks, dt
+        surfaces = [block.overlap.one for block in blocks] + [block.other for block in blocks if block.other is not None]
+        self._velocity, factors = dict[int, np.ndarray](), []
+        for key, surface in {id(surface): surface for surface in surfaces}.items():
+            if surface.response is None:
+                self._velocity[key] = surface.velocity
+                if surface.rigid_mass < np.inf:
+                    factors.append(dt * sparse.csr_array(np.concatenate([self._turns(surface, b) for b in blocks])))
+                continue
+            pushed = described[key].fold(forces[key]) if key in forces else None
+            self._velocity[key] = surface.response.velocities(dt, pushed)
+            root = np.sqrt(dt * surface.response.answers(dt))
+            rows = [[self._rows(surface, surface.response, b, axis) for b in blocks] for axis in range(3)]
+            ways = [sparse.csr_array(sparse.vstack(of_axis)) for of_axis in rows]
+            factors += [sparse.csr_array(way * root[:, axis]) for axis, way in enumerate(ways) if way.nnz]
+        n = sum(len(block.given) for block in blocks)
+        self._factor = sparse.csr_array(sparse.hstack(factors)) if factors else sparse.csr_array((n, 1))
+        """C with Δt² G = C Cᵀ."""
+
+    @staticmethod
+    def _turns(surface: ContactSurface, block: Block) -> np.ndarray:
+        """Return the rows of a rigid body for unit forces of a block, shape (n, 6)."""
+        place, normal = block.overlap.one.place[block.overlap.listed], block.overlap.normal
+        sign = (block.overlap.one is surface) - (block.other is surface)
+        return surface.mobility_rows(place, sign * normal) if sign else np.zeros((len(normal), 6))
+
+    @staticmethod
+    def _rows(surface: ContactSurface, response: Response, block: Block, axis: int) -> sparse.csr_array:
+        """Return the shares of the nodes in the velocities of points of a block against the other body, by this component."""
+        overlap, shares, n = block.overlap, response.shares, len(block.overlap.listed)
+        rows = sparse.csr_array((n, shares.shape[1]))
+        normal = overlap.normal[:, axis]
+        if not normal.any():
+            return rows
+        if overlap.one is surface:
+            rows = shares[overlap.listed] * normal[:, None]
+        if block.other is surface and block.feet is not None:
+            point, sign = block.feet.point, np.ones(len(block.feet.point))
+            if block.images is not None and len(block.images.point):
+                m = len(block.images.place) - len(block.images.point)
+                image = point >= m
+                sign[image] = block.images.flip[point[image] - m, axis]
+                point = np.where(image, block.images.point[np.maximum(point - m, 0)], point)
+            scaled = block.feet.share * sign * np.repeat(normal, np.diff(block.feet.first))
+            rows = rows - sparse.csr_array((scaled, point, block.feet.first), shape=(n, shares.shape[0])) @ shares
+        return sparse.csr_array(rows)
+
+    def _approach(self, block: Block) -> np.ndarray:
+        """Return the velocities of approach of the points of a block without its forces [m/s], shape (n,)."""
+        overlap = block.overlap
+        along = self._velocity[id(overlap.one)][overlap.listed]
+        if block.other is None or block.feet is None:
+            along = along - (overlap.one.velocity[overlap.listed] - overlap.relative)
+        else:
+            of_other = self._velocity[id(block.other)]
+            if block.images is not None and len(block.images.point):
+                of_other = np.concatenate([of_other, block.images.flip * of_other[block.images.point]])
+            along = along - block.feet.gather(of_other)
+        return np.asarray(-np.einsum("ij,ij->i", along, overlap.normal))
+
+    def solve(self) -> list[Implicit]:
+        """Return the forces on the points of each block, and their depths at the end of the step."""
+        ahead = np.concatenate([block.overlap.depth + self._dt * self._approach(block) for block in self._blocks])
+        stiffness = np.concatenate([block.stiffness for block in self._blocks])
+        force = np.concatenate([block.given for block in self._blocks])
+        stiff, after = stiffness > 0.0, ahead
+        pressed = stiff & (ahead > 0.0)
+        turned = sparse.csr_array(self._factor.T)
+        for _ in range(ROUNDS):
+            root = np.where(pressed, np.sqrt(stiffness), 0.0)
+            force = root * self._solve(root, root * ahead, np.where(pressed, force / np.maximum(root, TINY), 0.0))
+            after = ahead - self._factor @ (turned @ force)
+            # of those that press the overlaps would be negative where forces pull
+            before, pressed = pressed, stiff & np.where(pressed, force > 0.0, after > 0.0)
+            if (before == pressed).all():
+                break
+        force = np.maximum(force, 0.0)
+        after = ahead - self._factor @ (turned @ force)
+        ends = np.cumsum([len(block.given) for block in self._blocks])[:-1]
+        return [Implicit(*both) for both in zip(np.split(force, ends), np.split(after, ends), strict=True)]
+
+    def _solve(self, root: np.ndarray, wanted: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return y of (1 + √k C Cᵀ √k) y = √k d*, from a first guess; root: √k, zero of points that are left out."""
+        scaled = sparse.csr_array(self._factor * root[:, None])
+        turned = sparse.csr_array(scaled.T)
+        residual = wanted - y - scaled @ (turned @ y)
+        way, square = residual, float(np.sum(residual * residual))
+        least = RESIDUAL**2 * float(np.sum(wanted * wanted))
+        for _ in range(ITERATIONS):
+            if square <= least:
+                break
+            image = way + scaled @ (turned @ way)
+            step = square / float(np.sum(way * image))
+            y = y + step * way
+            residual = residual - step * image
+            before, square = square, float(np.sum(residual * residual))
+            way = residual + (square / before) * way
+        return y
