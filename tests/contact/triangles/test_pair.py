@@ -105,6 +105,25 @@ def test_a_flat_sheet_does_not_touch_itself():
         assert not step(pair)
 
 
+def test_parts_nearer_along_the_sheet_than_it_is_thick_do_not_touch_each_other():
+    """Elements much shorter than the thickness buckle into a zigzag; most elements of the sheet are longer."""
+    vertices, triangles = square(18)
+    column = np.rint(vertices[:, 0] * 18).astype(int)
+    vertices[:, 0] = np.concatenate([[0.0], np.cumsum(np.where(np.abs(np.arange(18) - 8.5) < 6.0, 0.01, 0.2))])[column]
+    sheet = FreeTriangles(vertices, triangles, 0.06)
+    pair = TrianglePair(sheet, sheet, 0.0, 0.5)
+    assert not step(pair)
+    flat, inside = sheet.vertices.copy(), np.clip(column - 3, 0, 12)
+    up = np.where(np.arange(12) // 3 % 2, -1.0, 1.0)  # three elements up and three down
+    height = np.concatenate([[0.0], np.cumsum(0.01 * up)])[inside]
+    for angle in np.linspace(0.0, np.pi / 3.0, 30):
+        before = sheet.vertices.copy()
+        sheet.vertices[:, 0] = flat[:, 0] - 0.01 * inside * (1.0 - np.cos(angle))
+        sheet.vertices[:, 2] = height * np.sin(angle)
+        sheet.speeds[:] = (sheet.vertices - before) / 1e-5
+        assert not step(pair)
+
+
 def test_sheets_keep_their_side():
     """One that was pushed through by less than the thickness is pushed back to where it came from, from either side."""
     for sign in (1.0, -1.0):

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from pellucid.contact.boxes import Boxes, make_boxes
@@ -24,7 +25,8 @@ SAME = 1e-9  # of the extent of a surface: distance up to which vertices are at 
 MARGIN = 0.25  # of the median edge: how much further than where it touches a point sees
 SEARCHED = 0.8  # of the margin: way of the surfaces after which a search is due
 FORGETS = 2.5  # margins beyond the thickness from where on a slot is empty
-RINGS = 1.5  # of the thickness: length along a surface within which it does not touch itself
+ALONG = 1.5  # of the thickness: length along a surface within which it does not touch itself, as in the half circle of a fold
+BATCH = 64  # points whose distances along the surface are found at once
 
 
 class Image(NamedTuple):
@@ -126,14 +128,42 @@ class TriangleMesh:
         self.follow()
 
     def points_of_itself(self, thickness: float) -> Points:
-        """Return the points for contact of the surface with itself: they do not touch the triangles about them, within rings as
-        wide as the thickness [m] asks."""
-        corner, m = self._number[self.points.corner], len(self.points.corner)
-        held = (np.ones(corner.size), (np.repeat(np.arange(m), 3), corner.ravel()))
-        excluded = _pattern(sparse.csr_array(held, shape=(m, self._incidence.shape[1])) @ self._incidence.T)
-        for _ in range(int(RINGS * thickness / self.edge)):
-            excluded = _pattern(excluded @ self._beside_by_vertex)
+        """Return the points for contact of the surface with itself. They do not touch the triangles that they are part of, nor
+        those nearer along the surface at the start than `ALONG` thicknesses [m]."""
+        excluded = self._find_excluded(ALONG * thickness)
         return self.points._replace(first=excluded.indptr.astype(np.int64), excluded=excluded.indices.astype(np.int64))
+
+    def _find_excluded(self, limit: float) -> sparse.csr_array:
+        """Return the triangles that points are part of or that are nearer to them along the surface than a length [m].
+
+        Distances are those of the shortest way from vertex or middle of an edge to vertex or middle of an edge through the
+        triangles. The result is a pattern of shape (points, triangles).
+        """
+        triangle, n = self._number[self.facets.triangle], len(self.facets.place)
+        ends = np.sort(triangle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, edge_of = np.unique(ends, axis=0, return_inverse=True)
+        node = np.concatenate([triangle, n + edge_of.reshape(-1, 3)], axis=1)  # six of each triangle
+        place = self._all_places(self._moving.places())
+        place = np.concatenate([place, place[edges].mean(axis=1)])
+        first, second = np.triu_indices(6, 1)
+        ways = np.unique(np.sort(np.stack([node[:, first], node[:, second]], axis=-1).reshape(-1, 2), axis=1), axis=0)
+        length = np.linalg.norm(place[ways[:, 0]] - place[ways[:, 1]], axis=1)
+        graph = sparse.csr_array((np.maximum(length, TINY), (ways[:, 0], ways[:, 1])), shape=(len(place), len(place)))
+        number = {(int(a), int(b)): n + i for i, (a, b) in enumerate(edges)}
+        corner = np.sort(self._number[self.points.corner[:, :2]], axis=1)
+        at = np.array([a if a == b else number[int(a), int(b)] for a, b in corner])
+        points, near = [], []
+        for i in range(0, len(at), BATCH):
+            row, column = np.nonzero(dijkstra(graph, directed=False, indices=at[i : i + BATCH], limit=limit) <= limit)
+            points.append(i + row)
+            near.append(column)
+        row, column = np.concatenate(points), np.concatenate(near)
+        reached = sparse.csr_array((np.ones(len(row)), (row, column)), shape=(len(at), len(place)))
+        of_triangles = sparse.csr_array(
+            (np.ones(node.size), (node.ravel(), np.repeat(np.arange(len(node)), 6))), shape=(len(place), len(node))
+        )
+        about = (np.ones(2 * len(at)), (np.repeat(np.arange(len(at)), 2), corner.ravel()))
+        return _pattern(reached @ of_triangles + sparse.csr_array(about, shape=(len(at), n)) @ of_triangles[:n])
 
     def follow(self) -> None:
         """Follow the body: places, velocities and normals of the vertices, their images and the points."""
