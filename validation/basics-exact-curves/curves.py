@@ -26,6 +26,14 @@ def rolling() -> None:
     write("rolling-ball", time__s=time, way__m=5.0 / 7.0 * way, speed__m_per_s=5.0 / 7.0 * ALONG * time)
 
 
+def rolling_as_weight_grows() -> None:
+    """Speeds of balls on a slope of 30 degrees while gravity grows over 0.2 s: solid ones have 5/7, hollow ones 3/5."""
+    time, grown = np.linspace(0.0, 0.5, 101), 0.2
+    speed = ALONG * np.where(time < grown, 0.5 * time**2 / grown, time - 0.5 * grown)
+    rolls = {"solid_rolls__m_per_s": 5.0 / 7.0 * speed, "hollow_rolls__m_per_s": 3.0 / 5.0 * speed}
+    write("rolling-balls", time__s=time, **rolls, glides__m_per_s=speed)
+
+
 def sliding() -> None:
     """Coulomb's friction of 0.3 on a slope of 30 degrees, and how far a block with ν = 0.3 swings about its compression."""
     end, height, density, young = 1.0, 0.25, 2000.0, 1e7
@@ -91,6 +99,7 @@ def gliding() -> None:
 
 if __name__ == "__main__":
     rolling()
+    rolling_as_weight_grows()
     sliding()
     impacts()
     pressed()
