@@ -84,8 +84,8 @@ def tension_along(run: Run) -> tuple[Array, Array]:
         near = (angle > -0.5) & (angle < 2.0)
         row = np.unique(np.round(angle[near], 2), return_inverse=True)[1]
         count = np.bincount(row)
-        means = [np.bincount(row, values[near]) / count for values in (angle, tension)]
-        found.append(np.interp(angles, *means))
+        at, mean = (np.bincount(row, values[near]) / count for values in (angle, tension))
+        found.append(np.interp(angles, at, mean))
     return angles, np.mean(found, axis=0)
 
 

@@ -1,5 +1,7 @@
 """Soft balls on a slope, solid and blown up, that roll or glide, against rigid ones."""
 
+from typing import Any
+
 import numpy as np
 
 from pellucid.gallery.exact_curves import column, compared, energy_metric
@@ -32,7 +34,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 def exact_way(run: Run, time: np.ndarray) -> np.ndarray:
     """Return the way of what glides down the slope [m] while gravity grows linearly, as the case has it."""
-    grown, pull = float(run.case.gravity_amplitude.times[1]), float(run.case.gravity[0])
+    case: Any = run.case
+    grown, pull = float(case.gravity_amplitude.times[1]), float(case.gravity[0])
     late = np.maximum(time - grown, 0.0)
     early = np.minimum(time, grown)
     return np.asarray(pull * (early**3 / (6.0 * grown) + 0.5 * grown * late + 0.5 * late**2))
