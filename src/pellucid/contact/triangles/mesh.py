@@ -26,7 +26,7 @@ MARGIN = 0.25  # of the median edge: how much further than where it touches a po
 SEARCHED = 0.8  # of the margin: way of the surfaces after which a search is due
 FORGETS = 2.5  # margins beyond the thickness from where on a slot is empty
 ALONG = 1.5  # of the thickness: length along a surface within which it does not touch itself, as in the half circle of a fold
-BATCH = 64  # points whose distances along the surface are found at once
+BATCH = 256  # points whose distances along the surface are found at once
 
 
 class Image(NamedTuple):
@@ -153,10 +153,16 @@ class TriangleMesh:
         corner = np.sort(self._number[self.points.corner[:, :2]], axis=1)
         at = np.array([a if a == b else number[int(a), int(b)] for a, b in corner])
         points, near = [], []
+        order = np.lexsort(np.floor(place[at] / (8.0 * self.edge)).T)
         for i in range(0, len(at), BATCH):
-            row, column = np.nonzero(dijkstra(graph, directed=False, indices=at[i : i + BATCH], limit=limit) <= limit)
-            points.append(i + row)
-            near.append(column)
+            ours = order[i : i + BATCH]
+            low, high = place[at[ours]].min(axis=0) - limit, place[at[ours]].max(axis=0) + limit
+            around = np.flatnonzero(((place >= low) & (place <= high)).all(axis=1))  # no way to other nodes is shorter
+            nodes = np.searchsorted(around, at[ours])
+            distance = dijkstra(graph[around][:, around], directed=False, indices=nodes, limit=limit)
+            row, column = np.nonzero(distance <= limit)
+            points.append(ours[row])
+            near.append(around[column])
         row, column = np.concatenate(points), np.concatenate(near)
         reached = sparse.csr_array((np.ones(len(row)), (row, column)), shape=(len(at), len(place)))
         of_triangles = sparse.csr_array(
