@@ -69,6 +69,11 @@ def test_the_grid_has_room_behind_walls_on_its_faces(gap):
     assert grid_of(deep, counts=(10, 10, 10)) == [(0, 0, -1), (10, 10, 10)]
 
 
+def test_also_for_rigid_bodies():
+    """Their edges pass the wall by what they sink in, too."""
+    assert grid_of(facing(0, "lower"), rigid=True) == [(-1, 0, 0), (10, 10, 1)]
+
+
 def test_also_at_the_foot_of_a_trough_that_walls_make():
     trough = [{"point": (0.5, 0.02, 0), "normal": (side * 0.5, 0.866, 0)} for side in (-1, 1)]
     assert grid_of(*trough) == [(0, -1, 0), (10, 10, 1)]
@@ -86,10 +91,9 @@ def test_also_before_a_wall_that_leaves_the_grid_by_less_than_a_cell():
         ([facing(0, "lower")], {"support": [{"where": "x-lower", "fix": "normal"}]}),
         ([facing(0, "lower")], {"support": [{"where": "x-lower", "fix": ["y"]}]}),
         ([facing(0, "lower")], {"absorbing": [{"body": "block", "where": ["x-lower"]}]}),
-        ([facing(0, "lower")], {"rigid": True}),
         ([], {}),
     ],
-    ids=["far", "slope", "held", "along", "absorbing", "rigid", "none"],
+    ids=["far", "slope", "held", "along", "absorbing", "none"],
 )
 def test_other_grids_stay_as_they_are(walls, more):
     assert grid_of(*walls, **more) == [(0, 0, 0), (10, 10, 1)]

@@ -29,6 +29,7 @@ def afloat(material=WOOD, lower=0.32, liquid=WATER, gravity=(0, -9.81, 0), cell=
 
 
 GUIDE = {"name": "guide", "body": "box", "hold": ["x"], "hold_rotation": ["z"]}
+SIDE = {"name": "side", "body": "box", "hold": ["x"]}
 LIFT = {"name": "lift", "body": "box", "hold": ["y"]}
 PIN = {"where": {"box": {"lower": (0.35, 0.45, -1), "upper": (0.65, 0.7, 1)}}}
 
@@ -38,6 +39,7 @@ PIN = {"where": {"box": {"lower": (0.35, 0.45, -1), "upper": (0.65, 0.7, 1)}}}
     [
         {"rigid": True},
         {"rigid": True, "motion": [GUIDE]},
+        {"motion": [SIDE]},
         {"material": STONE, "rigid": True, "lower": 0.5},
         {"lower": 0.2},
         {},

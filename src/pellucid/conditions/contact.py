@@ -26,14 +26,6 @@ class Contact(Sliding):
             name = self.between[0]
             raise ValueError(f'`between` names {name} twice; write `between = ["{name}"]` for contact of {name} with itself')
 
-    @check
-    def _force_has_a_direction(self) -> None:
-        if self.is_of_one_body and self.name is not None:
-            raise ValueError(
-                f"contact of {self.between[0]} with itself has no force for a probe, since its forces sum up to zero; "
-                f"remove `name`"
-            )
-
     @property
     def is_of_one_body(self) -> bool:
         """Whether it is contact of a body with itself."""
@@ -70,6 +62,9 @@ class Contact(Sliding):
         elif not all(parts.active_axes):
             text = "contact of a body with itself needs three dimensions, and the grid is one cell thick along an axis"
             yield Finding((*path, "between"), text, "compute the case in three dimensions, or name two bodies")
+        elif self.name is not None:
+            text = f"contact of {self.between[0]} with itself has no force for a probe, since its forces sum up to zero"
+            yield Finding((*path, "name"), text, "remove `name`")
 
     def _fields(self, parts: Parts) -> set[str] | None:
         """The velocity fields of its two bodies, where both are known."""

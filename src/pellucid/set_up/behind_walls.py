@@ -14,7 +14,7 @@ from pellucid.parts.condition import Condition, is_driven
 from pellucid.set_up.hard_bodies import hard_bodies
 from pellucid.set_up.overlap import DEPTH
 
-ROOM = 1.0  # in cells, of the grid behind a wall: deformable bodies press less deep into it
+ROOM = 1.0  # in cells, of the grid behind a wall: bodies press less deep into it
 FACING = 0.5  # of 1, the least cosine between the normal of a wall and that of a face that it lies before
 TINY, ROUNDING = 1e-9, 1e-6  # of a cell
 MOST_PLACES = 100  # along an edge of a face, at which the depth of walls before it is sampled
@@ -49,7 +49,7 @@ def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) ->
 def with_room_behind_walls(case: Case) -> Case:
     """Return the case, or a copy with a grid that is larger at faces on or close before which a wall lies.
 
-    A wall pushes back what lies behind it, so points of bodies that deform pass it by a small part of a cell. A face that a
+    A wall pushes back what lies behind it, so points of bodies that touch it pass it by a small part of a cell. A face that a
     condition names stays where it is. The grid of the copy has room enough: the same function returns it unchanged.
     """
     grid = case.grid_or_none
@@ -70,15 +70,16 @@ def _extended(grid: GridCase, axis: int, end: str) -> GridCase:
 
 
 def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
-    """Return True for a face that no condition names, if bodies that deform meet walls less than ROOM before it."""
+    """Return True for a face that no condition names, if walls less than ROOM before it meet bodies with a free motion."""
     parts, face = parts_of(case), f"{'xyz'[axis]}-{end}"
     if any(one.constrains_face(face) or one.opens_face(face) for one in parts.of(Condition)):
         return False
     if any(face in one.where for one in parts.of(Absorbing)):
         return False
-    soft = [body for body in case.body if not (body.is_rigid or is_driven(body.name, parts))]
+    moving = [body for body in case.body if not is_driven(body.name, parts)]
     places = _places_of_face(grid, axis, end)
-    return any(_is_close([wall for wall in case.wall if body in wall.touching(soft)], places, axis, end, grid) for body in soft)
+    touching = ([wall for wall in case.wall if body in wall.touching(moving)] for body in moving)
+    return any(_is_close(walls, places, axis, end, grid) for walls in touching)
 
 
 def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: GridCase) -> bool:

@@ -113,7 +113,7 @@ def _is_free(body: Floating, case: Case) -> bool:
         return False
     if body.is_rigid:
         return True
-    if any(motion.body == body.name for motion in case.motion):
+    if any(along & motion.axes() for motion in case.motion if motion.body == body.name):  # of a part
         return False
     lower, upper = body.bounds()
     for support in case.support:

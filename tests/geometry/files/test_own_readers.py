@@ -409,6 +409,7 @@ COLOURED = "".join(f"{line} 0 0 1 255 0 0 255\n" for line in OFF_VERTICES.splitl
         "OFF\n5 2 0\n" + OFF_VERTICES + OFF_FACES,
         "OFF 5 2 0\n" + OFF_VERTICES + OFF_FACES,
         "OFF5 2 0\n" + OFF_VERTICES + OFF_FACES,
+        "off\n5 2 0\n" + OFF_VERTICES + OFF_FACES,
         "5 2 0\n" + OFF_VERTICES + OFF_FACES,
         "OFF\n5 2\n" + OFF_VERTICES + OFF_FACES,
         "OFF\n5\n2\n0\n" + OFF_VERTICES + OFF_FACES,

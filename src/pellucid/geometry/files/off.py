@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_blocks
 from pellucid.geometry.files.words import numbers, text_of, whole
 
-HEADER = re.compile(r"(ST)?(C)?(N)?(4)?(n)?OFF(?![A-Za-z])")
+HEADER = re.compile(r"(?:(ST)?(C)?(N)?(4)?(n)?OFF|off)(?![A-Za-z])")
 """First word: texture, colours and normals of vertices, fourth coordinates, another number of dimensions. It may be missing."""
 SMALL = {1: "vertex", 2: "line"}
 """Kinds of faces with fewer corners than a triangle."""
