@@ -422,7 +422,20 @@ COLOURED = "".join(f"{line} 0 0 1 255 0 0 255\n" for line in OFF_VERTICES.splitl
         "4OFF\n5 2 0\n0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n1 4 0 2\n" + OFF_FACES,
     ],
     ids=[
-        *("plain", "counts behind", "no space", "lower case", "no word", "no edges", "counts apart", "comments", "Windows", "C", "N", "STCN"),
+        *(
+            "plain",
+            "counts behind",
+            "no space",
+            "lower case",
+            "no word",
+            "no edges",
+            "counts apart",
+            "comments",
+            "Windows",
+            "C",
+            "N",
+            "STCN",
+        ),
         *("colours of faces", "4"),
     ],
 )
