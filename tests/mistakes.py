@@ -397,7 +397,7 @@ MISTAKES |= {
         ("within one field", '["drop", "block"]', "", "", ["contact.0.between", "move together", "another `field`"]),
         ("of a body named twice", '["drop", "drop"]', "", "[[contact]]", ["contact.0", 'write `between = ["drop"]`']),
         ("of a fluid with itself", '["drop"]', "", "", ["contact.0.between", "cannot touch itself", "membrane-elements"]),
-        ("with itself and a name", '["drop"]', 'name = "fold"', "[[contact]]", ["contact.fold", "sum up to zero"]),
+        ("with itself and a name", '["drop"]', 'name = "fold"', "", ["contact.fold.between", "cannot touch itself"]),
         ("of three bodies", '["drop", "block", "wall"]', "", "between", ["contact.0.between", "at most 2"]),
         ("with friction of no kind", '["drop", "block"]', "friction = 0.3", "[[contact]]", ["friction", "coulomb"]),
     ]

@@ -257,6 +257,13 @@ def test_what_bears_neither_compression_nor_bending_is_refused(tmp_path):
         case(body, counts=(16, 16, 4), cell=0.25, lower=(-1, -1, -0.5), contact=itself())
 
 
+def test_a_name_is_refused_since_there_is_no_force_to_probe(tmp_path):
+    write_obj(tmp_path / "sheet.obj", *square(4))
+    named = [itself()[0] | {"name": "fold"}]
+    with pytest.raises(ValueError, match="sum up to zero"):
+        case(cloth(tmp_path / "sheet.obj", 1e-4), counts=(16, 16, 4), cell=0.25, lower=(-1, -1, -0.5), contact=named)
+
+
 def pillow(n, size, gap):
     """A flat bag of two sheets with a gap between them [m] that are joined at their rims; its normals look outwards."""
     vertices, triangles = square(n, size)
