@@ -35,7 +35,7 @@ SUPPORT = '[[support]]\nname = "jaws"\nwhere = '
 def test_a_single_row_is_a_hinge(body, label, holds):
     (text,) = look(loads(body + holds + BOX.format(-0.05)))
     assert text.startswith(f"{label} holds a single row of 3 nodes on the rim of body strip: for its bending this is a hinge")
-    assert "widen the region by 0.1 m" in text
+    assert "ends at the second row, 0.1 m from the rim" in text
     assert not list(held_edges(loads(body + holds + BOX.format(0.05 - 0.049))))  # as the text says
 
 
