@@ -80,9 +80,9 @@ def _warnings(body: str, holding: _Holding, of: Selectable, mirrored: np.ndarray
         width = _find_row_width(of.position, rims.edges[row], rims.beside[row])
         yield (
             f"{holding.label} holds a single row of {nodes} nodes on the rim of body {body}: for its bending this is a hinge, "
-            f"about which the membrane turns freely. For a clamp hold two rows of nodes: give a box or another shape as "
-            f"region that ends at the second row, {width:.3g} m from the rim; or let the rim lie on a face of the grid with a support of "
-            'fix = "normal", a plane of symmetry. A hinge that is intended needs no change'
+            "about which the membrane turns freely. For a clamp hold two rows of nodes: give a box or another shape as region "
+            f"that ends at the second row, {width:.3g} m from the rim; or let the rim lie on a face of the grid with a support "
+            'of fix = "normal", a plane of symmetry. A hinge that is intended needs no change'
         )
     elif led.any() and not held.all():
         yield from _distance_warning(body, holding, of, clamped)
