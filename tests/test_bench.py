@@ -174,9 +174,10 @@ def test_the_block_presses_on_all_of_the_sheet(points: int) -> None:
     for _ in range(5):
         sim.step()
     sheet, block = sim.bodies
+    touching = sum(len(places) for surface, places in sim.surface_pairs.touching() if surface.is_sheet)
     assert block.n_points == pytest.approx(points, rel=0.1)
     cells = len(sheet.cells().quadrilaterals) ** 0.5 / 2
-    assert np.count_nonzero(sheet.grid.nodes.velocity_increment[:, 2]) >= (cells + 1) ** 2
+    assert touching >= (cells + 1) ** 2
     assert sim.budget.sums["contact_work"] < 0.0
 
 

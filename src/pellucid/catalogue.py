@@ -40,7 +40,7 @@ def to_copy(case: str) -> str:
         file = (home / found[2]).resolve()
         return f'{found[1]}{file}"' if file.is_file() else found[0]
 
-    return re.sub(r'(\b(?:path = |extensions = \[)")([^"]+)"', whole, text(case))
+    return re.sub(r'(\b(?:path"? = |extensions = \[)")([^"]+)"', whole, text(case))
 
 
 def folder(case: str) -> str:

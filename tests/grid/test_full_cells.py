@@ -171,7 +171,7 @@ def test_the_shifted_volumes_of_a_cell_grow_as_it_does(functions):
     fluid, generator = sim.bodies[0], np.random.default_rng(4)
     fluid.arrays["velocity"][:, :2] = generator.normal(size=(fluid.n_points, 2))
     forces(sim)
-    sim.stages.detect_contact(1e-3)
+    sim.stages.detect_contact()
     sim.stages.advance_momentum(1e-3)
     sim.stages.apply_contact_impulses()
     sim.stages.sum_works(1e-3)

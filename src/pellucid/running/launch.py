@@ -123,7 +123,8 @@ def try_set_up(case: "Case", progress: Progress) -> list[str]:
             warnings.warn(text, stacklevel=2)
         return [*contact_offsets(case), *foretell_case(case), NOT_SET_UP]
     with _first_set_up(case, None, progress, alone=True) as (simulation, _, _):
-        return [*contact_offsets(case), *foretell_simulation(simulation)]
+        within = [f"contact: {overlap.text}" for overlap in simulation.start_overlaps if len(overlap.between) == 1]
+        return [*contact_offsets(case), *within, *foretell_simulation(simulation)]
 
 
 def resume_case(

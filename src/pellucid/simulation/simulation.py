@@ -128,7 +128,8 @@ class Simulation:
         for text in warnings_of(case, standing, start.keys()):
             warnings.warn(text, stacklevel=2)
         for overlap in self.start_overlaps:
-            warnings.warn(overlap.text, stacklevel=2)
+            if len(overlap.between) > 1:  # within one body, as beside a rim or a fold, nothing acts later for it elsewhere
+                warnings.warn(overlap.text, stacklevel=2)
         if (without_work := idle(domain.group.size, self.velocity_fields)) is not None:
             warnings.warn(without_work, stacklevel=2)
         dt = self.clock.next_step(self.bodies)  # an unstable fixed step is an error of the case

@@ -125,10 +125,10 @@ def test_a_path_starts_from_the_folder_of_the_case(meshlane, tmp_path, monkeypat
 
 
 def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):
-    (tmp_path / "a.off").write_text("OFF\n")
+    (tmp_path / "a.xdmf").write_text("<Xdmf/>\n")
     monkeypatch.setitem(sys.modules, "meshlane", None)
     with pytest.raises(ValueError, match=r"needs meshlane; pip install '\.\[mesh\]' in the clone"):
-        SurfaceFile(path=str(tmp_path / "a.off"))
+        SurfaceFile(path=str(tmp_path / "a.xdmf"))
 
 
 def test_corners_that_are_no_points_of_the_file_are_told(tmp_path):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_cases import SOLID, box, simulation
+from small_cases import GAS, SOLID, box, simulation
 
 from pellucid.grid.vectors import scatter_vectors
 
@@ -11,7 +11,7 @@ def block(functions):
     """A block of which an edge is held, and beside it what gives it a grid to touch on; its surface on that grid."""
     mesh = {"box": {"lower": (1, 1, 1), "upper": (4, 4, 3), "cells": (3, 3, 2)}}
     solid = {"name": "block", "field": "block", "kind": "meshless-solid", "mesh": mesh, "material": SOLID}
-    other = box((2, 2, 4), (3, 3, 5), name="other", field="other")
+    other = box((2, 2, 4), (3, 3, 5), GAS, name="other", field="other")
     edge = {"body": "block", "where": {"box": {"lower": (0.9, 0.9, 2.9), "upper": (1.1, 9, 9)}}, "fix": ["x", "z"]}
     sim = simulation(solid, other, counts=(6, 6, 7), end=10.0, functions=functions, support=[edge])
     body = sim.bodies[0]
