@@ -36,7 +36,7 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
 
     sorting_cost = 3.0  # few of its passes go by vectors
     sheet: PointsOfNodes | None = None
-    """Its contact surface."""
+    """Contact surface of the body."""
 
     def __init__(
         self,
@@ -66,12 +66,12 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
 
     @property
     def resistance(self) -> Resistance | None:
-        """Its bending, if it resists bending."""
+        """Resistance of the membrane to bending, if it has one."""
         return self.surface.bending
 
     @property
     def start_positions(self) -> np.ndarray:
-        """Of the nodes at the start [m], shape (n, 3), by number."""
+        """Places of the nodes at the start [m], shape (n, 3), by number."""
         return self.surface.vertices
 
     def _follow_order(self) -> None:

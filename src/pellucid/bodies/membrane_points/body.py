@@ -131,12 +131,12 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
 
     @property
     def resistance(self) -> Resistance | None:
-        """Its bending, if it resists bending."""
+        """Resistance of the membrane to bending, if it has one."""
         return self.bending
 
     @property
     def start_positions(self) -> np.ndarray:
-        """Of the points at the start [m], shape (n, 3), by number."""
+        """Places of the points at the start [m], shape (n, 3), by number."""
         return self._start
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -173,7 +173,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return super().fault(code, p)
 
     def half_width(self) -> tuple[float, float, float]:
-        """Its contact offset."""
+        """Contact offset of the body."""
         return self._contact_reach, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:

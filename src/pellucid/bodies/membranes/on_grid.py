@@ -180,12 +180,12 @@ class BendsOnGrid(PointsOnGrid):
 
     @property
     def resistance(self) -> Resistance | None:
-        """Its bending, if it resists bending."""
+        """Resistance of the membrane to bending, if it has one."""
         raise NotImplementedError
 
     @property
     def start_positions(self) -> np.ndarray:
-        """Of the points at the start [m], shape (n, 3), by number."""
+        """Places of the points at the start [m], shape (n, 3), by number."""
         raise NotImplementedError
 
     def hold_in_regions(self, rows: np.ndarray) -> None:

@@ -113,7 +113,7 @@ class PointsOfFaces(ContactSurface):
 
 
 class NodalResponse:
-    """How points with shares of nodes move, shape (m, nodes)."""
+    """Response of points, which have shares of nodes of shape (m, nodes), to forces."""
 
     def __init__(self, shares: sparse.csr_array, motion: NodalMotion) -> None:
         self.shares, self._to_nodes, self._motion = shares, sparse.csr_array(shares.T), motion
