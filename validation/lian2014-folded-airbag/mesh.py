@@ -19,6 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.gallery.lian2014.folded_airbag import crossings
+
 TAPER = 3.0  # gaps
 PER_BEND = 4  # elements along a half circle: the shortest, on its inner side, are 0.77 gaps long and longer than the thickness
 
@@ -103,28 +105,6 @@ def volume(bag: Bag) -> float:
     a, b, c = (bag.vertices[corner] for corner in bag.triangles.T)
     areas, middles = 0.5 * np.cross(b - a, c - a), (a + b + c) / 3.0
     return 0.5 * float(np.sum((areas * middles)[:, [0, 2]]))
-
-
-def crossings(vertices: np.ndarray, triangles: np.ndarray) -> int:
-    """Pairs of an edge and a triangle without a common vertex that cross: independent of any contact."""
-    edges = np.unique(np.sort(np.concatenate([triangles[:, [i, j]] for i, j in ((0, 1), (1, 2), (2, 0))]), axis=1), axis=0)
-    a, ab, ac = vertices[triangles[:, 0]], *(vertices[triangles[:, i]] - vertices[triangles[:, 0]] for i in (1, 2))
-    low, high = vertices[triangles].min(axis=1), vertices[triangles].max(axis=1)
-    found = 0
-    for first, second in edges:
-        p, d = vertices[first], vertices[second] - vertices[first]
-        near = np.all((low <= np.maximum(p, p + d)) & (high >= np.minimum(p, p + d)), axis=1)
-        near &= ~np.any((triangles == first) | (triangles == second), axis=1)
-        h = np.cross(d, ac[near])
-        det = np.einsum("ij,ij->i", ab[near], h)
-        safe = np.where(np.abs(det) < 1e-300, 1.0, det)
-        t = p - a[near]
-        u = np.einsum("ij,ij->i", t, h) / safe
-        q = np.cross(t, ab[near])
-        v, w = q @ d / safe, np.einsum("ij,ij->i", ac[near], q) / safe
-        cut = (np.abs(det) > 1e-300) & (u > 0) & (v > 0) & (u + v < 1) & (w > 0) & (w < 1)
-        found += int(np.count_nonzero(cut))
-    return found
 
 
 def nearest_sheets(bag: Bag, beyond: float) -> float:

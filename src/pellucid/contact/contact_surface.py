@@ -14,10 +14,10 @@ FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a p
 
 
 class Response(Protocol):
-    """How the m points of a surface move in a step, by n nodes."""
+    """Motion of the m points of a surface in a step, by n nodes."""
 
     shares: sparse.csr_array
-    """Of the nodes in the points, shape (m, n)."""
+    """Shares of the nodes in the points, shape (m, n)."""
 
     def velocities(self, dt: float, pushed: np.ndarray | None) -> np.ndarray:
         """Return the velocities of the points at the end of a step dt [s] [m/s], shape (m, 3).
@@ -90,9 +90,9 @@ class ContactSurface(ABC):
     """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
     limit it [kg/s], shape (m,)."""
     response: Response | None = None
-    """How its points move in a step by the forces on the nodes, where these are known before contact; None elsewhere."""
+    """Motion of the points in a step by the forces on the nodes, where these are known before contact; None elsewhere."""
     triangles: MovingTriangles | None = None
-    """Its triangles; None of a surface that is known by points alone."""
+    """Triangles of the surface; None of one that is known by points alone."""
     place: np.ndarray
     area: np.ndarray
     velocity: np.ndarray

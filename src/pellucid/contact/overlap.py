@@ -38,7 +38,7 @@ TINY = 1e-300
 ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
 ROUNDED_START = 1e-9  # of a length of the mesh: depth at the start that is rounding
 IMPLICIT = 25.0
-"""How many times faster than its own rate a body swings on implicit normal forces, as far as the step is small for that."""
+"""Rate of a body on implicit normal forces over its own rate, as far as the step is small enough for that."""
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 
 

@@ -70,7 +70,7 @@ class Meeting(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What is found of n candidates with k points of the other surface in their lists, and of at most as many feet."""
+    """Weights and feet of n candidates with k points of the other surface in their lists, and of at most as many feet."""
 
     beside: np.ndarray  # (n, COLUMNS)
     weight: np.ndarray  # (k,) of the points in the lists

@@ -15,7 +15,7 @@ from pellucid.contact.steady_contact import ContactLead
 
 
 class ContactLaw(Protocol):
-    """What a contact stores of its energy, and how it stops rigid bodies."""
+    """Energy that a contact stores, and dampers by which it stops rigid bodies."""
 
     held: Held
     """Energy of the overlaps as the last step began."""

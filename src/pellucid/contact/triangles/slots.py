@@ -72,7 +72,7 @@ def make_slots(m: int, s: int) -> Slots:
 
 
 class Sight(NamedTuple):
-    """How surfaces see each other."""
+    """Distances and angles within which surfaces see each other."""
 
     thickness: float  # distance at which they touch, half of both thicknesses [m]
     far: float  # distance up to which a search finds a triangle [m]
