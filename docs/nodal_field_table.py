@@ -1,4 +1,4 @@
-"""Write the table of nodal fields into docs/physics/step.md from their declarations. Run it after a change of these."""
+"""Write the table of nodal fields into docs/reference/nodal-arrays.md from their declarations. Run it after a change of these."""
 
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from pellucid.grid.supports import YieldingWalls
 from pellucid.grid.velocity_field import FieldNodes
 from pellucid.grid.viscous_rows import ViscousRows
 
-PAGE = Path(__file__).parent / "physics" / "step.md"
+PAGE = Path(__file__).parent / "reference" / "nodal-arrays.md"
 BEGIN, END = "<!-- Written by docs/nodal_field_table.py. -->\n", "<!-- To here. -->"
 SETS: dict[type[Any], str] = {
     Nodes: "of every velocity field",

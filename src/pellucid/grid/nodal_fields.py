@@ -2,7 +2,7 @@
 
 A set of them is a named tuple, as kernels take it. The annotation of a member says what it is: a `NodalField`, or a `View` of
 some numbers of one. Memory, views and clearing (`pellucid.grid.clearing`) follow from these declarations, and so does the table
-in docs/physics/step.md. Sets may hold other members beside them.
+in docs/reference/nodal-arrays.md. Sets may hold other members beside them.
 
 Points on both sides of a cut of the grid give to the nodes between them: what is not FOUND is whole only with both.
 """
