@@ -1,4 +1,4 @@
-"""Write the table of nodal fields into docs/reference/nodal-arrays.md from their declarations. Run it after a change of these."""
+"""Write the table of nodal fields into docs/reference/nodal-arrays.md. Run it after a change of their declarations."""
 
 from pathlib import Path
 from typing import Any
