@@ -1,1 +1,1 @@
-"""What a run leaves behind, and how it is read again."""
+"""Output of a run: files, pictures, report and view, and the classes that read them."""

@@ -20,7 +20,7 @@ class Metric:
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within the tolerance; an error that is not a number never is."""
+        """True if the error is within the tolerance; False if it is not a number."""
         return bool(self.error <= self.tolerance)
 
     def to_data(self) -> dict[str, Any]:

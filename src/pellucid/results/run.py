@@ -93,7 +93,7 @@ class Run(StoredRun):
 
 
 def dimension(name: str, components: int) -> str:
-    """What the axis of the components of a field is called in a dataset."""
+    """Return the name of the component axis of a field in a dataset."""
     along = COMPONENT_NAMES.get(components)
     is_along_axes = along is not None and (name not in FIELDS or FIELDS[name].names == along)
     return {3: "axis", 6: "axes", 9: "row_by_row"}[components] if is_along_axes else f"component_of_{name}"

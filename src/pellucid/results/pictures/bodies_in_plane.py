@@ -118,7 +118,8 @@ class PlaneStage:
         explain(figure, self._bodies, self._look, self._colours, shrink=0.9)
 
     def _state(self, time: float) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Of each body places on the paper [m], shape (n, 2), and what colours the points, shape (n,), of those there."""
+        """Collect for each body the positions in the picture [m], shape (n, 2), and the values that colour the points,
+        shape (n,); points that have left the grid are omitted."""
         found = []
         for body in self._bodies:
             fields, start = self._fields(body.name, time), self._start[body.name]

@@ -118,7 +118,8 @@ class SpaceStage:
         return meshes_of_walls(self._walls, time, self._box, self._look.view.axes()[2])
 
     def _rims(self, drawn: Sequence[Drawable], skins: Sequence[Mesh], cut: Plane) -> list[Mesh]:
-        """Where membranes are cut, before the balls that reach out of the cut: they would cover what is seen edge on."""
+        """Build ribbons along the cut edges of membranes, moved towards the eye so that balls that protrude from the cut do
+        not hide them."""
         reach = max((float(balls.radii.max(initial=0.0)) for balls in drawn if isinstance(balls, Balls)), default=0.0)
         nearer = 1.01 * reach * self._look.view.axes()[2]
         ribbons = (rim(skin, cut, RIM / self._camera.scale) for skin in skins)
@@ -139,7 +140,7 @@ class SpaceStage:
         return with_images(fields, self._look.mirrors)
 
     def _colours_of(self, name: str, fields: Fields) -> np.ndarray:
-        """Of the points, shape (n, 3)."""
+        """Return the RGB colours of the points, shape (n, 3)."""
         from matplotlib.colors import to_rgb
 
         if self._look.quantity == BY_BODY:
@@ -168,7 +169,7 @@ def is_open_in_front(run: Run) -> bool:
 
 
 def opening(positions: list[np.ndarray]) -> Plane | None:
-    """Where to cut bodies open of which one surrounds another: through the middle of what is surrounded, else nowhere."""
+    """Return the plane through the middle of the bodies that other bodies surround; None if no body is surrounded."""
     boxes = [bounding_box(position) for position in positions]
     hidden = [
         inner

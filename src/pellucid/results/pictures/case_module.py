@@ -1,4 +1,4 @@
-"""What the Python module of a gallery case draws of a run."""
+"""Figures and films that the Python module of a gallery case draws of a run."""
 
 import warnings
 from collections.abc import Callable, Iterator
@@ -38,8 +38,8 @@ def _warn(run: Run, kind: str, error: Exception) -> None:
 
 @contextmanager
 def noticed(notices: list[str], name: str = "") -> Iterator[None]:
-    """Leave a picture out of which the files are damaged or gone, or in which there is nothing; put a notice to the others,
-    with the name of what is left out."""
+    """Omit a picture whose files are damaged or missing, or that would be empty; append a notice with its name to
+    `notices`."""
     try:
         yield
     except (OutputError, UsageError) as error:
@@ -49,5 +49,5 @@ def noticed(notices: list[str], name: str = "") -> Iterator[None]:
 
 
 def captions(run: Run) -> dict[str, str]:
-    """What the module says of its figures and films, by name."""
+    """Captions of the figures and films of the module, by name."""
     return dict(getattr(catalogue.module(run.stored.id), "CAPTIONS", {}))

@@ -13,7 +13,7 @@ LONGEST = 0.12  # of the picture's width, of an arrow
 
 
 def are_curves(run: Run, names: tuple[str, ...] = ()) -> bool:
-    """Whether every body of a run is a curve, or each of these."""
+    """True if every body of a run, or each of the named bodies, is a curve."""
     return all(_is_curve(run, name) for name in names or [body.name for body in run.stored.bodies])
 
 
@@ -77,7 +77,6 @@ class CurveStage:
         axes.label_outer()
 
     def bar(self, figure: Figure) -> None:
-        """What the colours mean."""
         explain(figure, self._bodies, self._look, self._colours, shrink=0.9)
 
     def _state(self, time: float) -> list[Fields]:

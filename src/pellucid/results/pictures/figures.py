@@ -78,9 +78,12 @@ def picture_of(figure: Figure) -> Picture:
 
 
 def bodies(run: Run) -> dict[str, Draw]:
-    """How bodies are drawn: at some instants by speed, in steady states by displacement, and by pressure or stress; in space
-    solids once whole and once cut open, unless a plane of symmetry at the front does that; along a tube the profiles at the
-    end; films that are curves by their density. Of what does not move there is no speed, and of a line no picture."""
+    """Return the functions that draw the bodies, by name of figure.
+
+    Bodies are coloured by speed (in steady states by displacement) and by pressure or stress. In space, solids are drawn
+    whole and cut open, unless a plane of symmetry at the front opens them. Along a tube, profiles at the end are drawn;
+    films that are curves are coloured by density. Bodies at rest have no picture of the speed, and lines have no picture.
+    """
     if are_curves(run):
         return {"bodies": partial(bodies_at, run, Look("load"))}
     if all(len(run.cells(body.name).lines) for body in run.stored.bodies):
@@ -160,7 +163,8 @@ def energies(run: Run) -> Figure:
 
 
 def _widths(curves: list[np.ndarray], equal: bool) -> list[float]:
-    """Of the lines of energies [pt], less for each; and less for all where a curve swings so often that it would be a block."""
+    """Return line widths of the energy curves [pt], decreasing; all are thinner if a curve oscillates so often that it
+    would look like a block."""
     swings = max((int(np.sum(np.diff(np.sign(np.diff(values))) != 0)) for values in curves), default=0)
     share = min(1.0, max(SWINGS / max(swings, 1), 0.4))
     return [EQUAL] * len(curves) if equal else [share * float(width) for width in np.linspace(*WIDE, max(len(curves), 2))]
@@ -209,12 +213,12 @@ def _time(run: Run) -> str:
 
 
 def _line(run: Run, number: int = 0) -> str:
-    """How a curve of the history is drawn: equilibria are marked, since nothing is known between them, and a single row."""
+    """Return the line style of a curve of the history. Equilibria and single rows have markers."""
     return LINES[number] + MARKERS[number] if run.stored.steady or len(run.history["time"]) == 1 else LINES[number]
 
 
 def _told_apart(run: Run, other: Run) -> str:
-    """What a run is called beside another: by the kinds of bodies that differ, else by its folder."""
+    """Return the label of a run in a comparison: the kinds of the bodies that differ, otherwise the name of its folder."""
     kinds = {body.name: body.kind for body in other.stored.bodies}
     differing = [f"{body.name}: {body.kind}" for body in run.stored.bodies if kinds.get(body.name) != body.kind]
     return ", ".join(differing) or run.out.name

@@ -1,4 +1,4 @@
-"""Which frames of a run a picture or film shows."""
+"""Choice of the frames that a picture or film shows."""
 
 from collections.abc import Iterable
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def evenly(times: np.ndarray, most: int) -> np.ndarray:
-    """At most so many of the instants, the first and the last among them, as evenly as they lie; of one the last."""
+    """Choose at most `most` instants at even intervals, including the first and the last; for `most` = 1, the last."""
     return times[-1:] if most == 1 else times[np.unique(np.linspace(0, len(times) - 1, most).round().astype(int))]
 
 

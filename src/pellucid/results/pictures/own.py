@@ -145,7 +145,7 @@ def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
 
 
 def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
-    """What the columns are off the first curve where both are."""
+    """Plot the difference between the columns and the first measured curve where both are defined."""
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     x, y, _ = asked.measured[0].read(x_si, y_si)
     for name in asked.y:
@@ -160,7 +160,7 @@ def _abscissa(asked: Panel, unit: str) -> str:
 
 
 def _units(run: Run, asked: Panel) -> Iterator[tuple[str, str, float]]:
-    """Of abscissa and ordinate: the SI unit, that which is shown, and the size of this in SI."""
+    """Yield for abscissa and ordinate the SI unit, the displayed unit and the size of the displayed unit in SI."""
     for column, shown in ((asked.x, asked.x_unit), (asked.y[0], asked.y_unit)):
         si = "" if run.units[column] == "1" else run.units[column]
         unit = shown or si

@@ -24,7 +24,7 @@ MANY_POINTS = {True: 5_000, False: 20_000}
 
 
 class FilmPicture(NamedTuple):
-    """One picture of a film."""
+    """A picture of a film at one time."""
 
     film: str
     time: float  # s
@@ -39,13 +39,13 @@ class Painter:
 
     @cached_property
     def films(self) -> dict[str, Animation]:
-        """Those of the case, and of its module in the gallery."""
+        """Return the films of the case and of its gallery module."""
         with house_style():
             return films(self._run, self.notices) | drawn_by_module(self._run, "films")
 
     @cached_property
     def figures(self) -> "dict[str, figures.Draw]":
-        """How all figures are drawn, in the order of the report."""
+        """Return the functions that draw all figures, in the order of the report."""
         with house_style():
             return figures.figures_of(self._run, self._beside, self.notices)
 
@@ -110,6 +110,7 @@ def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
 
 
 def _draw_in(out: Path, beside: Path | None) -> Any:
-    """What a helper does. A picture with a warning is left to the process that can tell it."""
+    """Build the drawing function of a worker process. Warnings become errors, so that the parent process draws these
+    pictures and reports the warning."""
     warnings.simplefilter("error", UserWarning)
     return Painter(Run(out), Run(beside) if beside else None).draw

@@ -1,4 +1,4 @@
-"""What pictures of bodies show: a field, speed, displacement, or the load that each kind of body bears."""
+"""Quantities shown in pictures of bodies: fields, speed, displacement, or the load of each kind of body."""
 
 from collections.abc import Iterable, Sequence
 from itertools import cycle
@@ -34,10 +34,10 @@ class Slice(NamedTuple):
 
 
 class Look(NamedTuple):
-    """How bodies are shown: what colours them and in which unit, which of them (all where none is named), from where, and
-    where they are cut open: at a plane, or through the middle of the largest solid where `halved`, else only what surrounds
-    others; with their images in planes of symmetry, and arrows of the velocity in surfaces; or of a slice alone; of flat
-    pictures only what lies in a window between two corners [m]."""
+    """Settings of a picture of bodies: quantity, component and unit of the colours; names of the bodies (default: all);
+    view; cut plane. `halved` cuts the largest solid through its middle; otherwise only bodies that surround others are cut.
+    `mirrors` are images in planes of symmetry, `arrows` shows velocities in surfaces, `slice` shows a slice only, and
+    `window` limits flat pictures to a rectangle between two corners [m]."""
 
     quantity: str
     component: str | None = None
@@ -71,7 +71,7 @@ class Limits(NamedTuple):
 
 
 def is_still(body: StoredBody) -> bool:
-    """Whether it is of a kind that does not move."""
+    """True if bodies of this kind do not move."""
     return body.kind in BODIES.entries and not BODIES.entries[body.kind].moves
 
 
@@ -81,12 +81,12 @@ def _pictured(body: StoredBody) -> tuple[str, str] | None:
 
 
 def is_film(body: StoredBody) -> bool:
-    """Whether it is a fluid film, which has no thickness and no stress but in its surface."""
+    """True for a fluid film, which has no thickness and only surface stresses."""
     return body.kind == "fluid-film"
 
 
 def word_of(bodies: Sequence[StoredBody], look: Look) -> str:
-    """What the colours of several bodies mean, with the unit."""
+    """Return the label of the colour bar of several bodies, with the unit."""
     name, unit = _meaning(bodies, look.quantity)
     if look.quantity == "stress" and not look.component:
         name = "von Mises stress"
@@ -113,7 +113,7 @@ def colours_of(names: Iterable[str]) -> dict[str, str]:
 
 
 def explain(figure: Figure, bodies: Sequence[StoredBody], look: Look, limited: Limits, shrink: float = 0.7) -> None:
-    """Put beside all axes what the colours mean."""
+    """Draw the colour bar, or the legend of the bodies, next to all axes."""
     from matplotlib.lines import Line2D
 
     if look.quantity != BY_BODY:
@@ -125,15 +125,18 @@ def explain(figure: Figure, bodies: Sequence[StoredBody], look: Look, limited: L
 
 
 def there(fields: Fields) -> np.ndarray:
-    """Which points have not left the grid, and are somewhere, shape (n,)."""
+    """Return a mask of the points that are inside the grid and have finite positions, shape (n,)."""
     found = np.isfinite(fields["position"]).all(axis=1)
     return np.asarray(found & (fields["mass"] > 0.0) if "mass" in fields else found)
 
 
 def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -> np.ndarray:
-    """What colours every point, shape (n,), in the unit of the look; not a number of what has left and where a body has no
-    such field. The load is the field that its kind declares, else the pressure of a body with an equation of state, of others
-    von Mises' equivalent stress. start: first positions [m], shape (n, 3), from which displacements count."""
+    """Return the values that colour the points, shape (n,), in the unit of the look; NaN for points that have left the grid
+    and for bodies without this field.
+
+    The load is the field that the kind of body declares, otherwise the pressure of a body with an equation of state,
+    otherwise von Mises' equivalent stress. start: initial positions [m], shape (n, 3), the reference of displacements.
+    """
     name = look.quantity
     if name == BY_BODY:
         return np.zeros(len(start))

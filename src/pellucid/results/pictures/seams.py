@@ -21,7 +21,7 @@ def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: Grid
 
 
 def way_into_box(position: np.ndarray, cells: Cells, grid: GridCase | None) -> np.ndarray:
-    """By what places, shape (n, 3), are moved for that [m]."""
+    """Return the displacement that moves positions, shape (n, 3), into the periodic box [m]."""
     way = np.zeros_like(position)
     for axis, period in enumerate(grid.periods() if grid is not None else ()):
         if period == 0.0:

@@ -23,7 +23,7 @@ class Stage(Protocol):
         """Draw the frame nearest to a time [s] on axes of this width [inch]."""
 
     def bar(self, figure: Figure) -> None:
-        """Put beside all axes what the colours mean."""
+        """Draw the colour bar or the legend of the bodies."""
 
 
 def side_by_side(stage: Stage, times: Sequence[float]) -> Figure:

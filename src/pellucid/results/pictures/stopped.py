@@ -16,8 +16,8 @@ MARK = "#b3261e"
 
 
 def where_it_stopped(run: Run) -> Figure | None:
-    """All bodies as points, in space in three views, and at larger scale about the point, there with the edge of the grid if it
-    is near; None where no state was left."""
+    """Draw all bodies as points, in space in three views, and a close-up around the point that stopped the run, with the
+    edge of the grid if it is near; None if no state was stored."""
     arrays = run.folder.read_state()
     if not arrays:
         return None
@@ -64,7 +64,7 @@ def _dots(axes: Axes, positions: dict[str, np.ndarray], view: tuple[int, int]) -
 
 
 def _beyond(grid: GridCase, place: np.ndarray) -> float:
-    """How far a place is outside the grid [m]."""
+    """Return the distance of a position outside the grid [m], 0 inside."""
     return float(np.max((grid.lower - place, place - grid.extent_upper()), initial=0.0))
 
 
@@ -88,7 +88,8 @@ def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:
 
 
 def place_of_stop(run: Run) -> np.ndarray | None:
-    """Where the point is that stopped the run [m]; if it is nowhere any more, where the last frame had it; None without one."""
+    """Return the position of the point that stopped the run [m]; if it is not finite, its position in the last frame; None
+    if no point is known."""
     failure = run.stopped
     known = failure.get("position") or failure.get("state", {}).get("position")
     if known and None not in known:

@@ -85,7 +85,8 @@ def panels(
 def colour_bar(
     figure: Figure, word: str, limits: tuple[float, float, Extend], palette: str, shrink: float = 0.7, aspect: float = 25
 ) -> None:
-    """What the colours mean, beside all axes of a figure; limits: values at their ends, and at which values go on beyond."""
+    """Draw a colour bar next to all axes of a figure; limits: values at its ends, and the ends beyond which values
+    continue."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 

@@ -11,7 +11,7 @@ from pellucid.results.storage.stored_case import StoredCase
 
 
 def are_films_alone(case: StoredCase) -> bool:
-    """Whether all bodies are films with nodes of their own, which take steps of their own and have no inertia."""
+    """True if all bodies are films with their own nodes, which choose their own steps and have no inertia."""
     return case.grid is None and all(map(is_film, case.bodies))
 
 
@@ -56,7 +56,7 @@ def _badge(run: Run) -> str:
 
 
 def _ending(run: Run) -> str:
-    """Why it is not at the end of the case, and how it can get there."""
+    """Describe why the run has not reached the end of the case and how to resume it."""
     if run.finished:
         return ""
     at, end = number(run.so_far["end_time"]), number(run.stored.time.end)

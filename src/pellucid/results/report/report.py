@@ -165,7 +165,7 @@ def _conservation(run: Run) -> str:
 
 
 def _passed(summary: Mapping[str, Any]) -> str:
-    """What came in and went out through faces of the grid."""
+    """Summarize mass and points that crossed the faces of the grid."""
     ways = {"inflow": "came in", "outflow": "went out"}
     passed = [(summary[way], words) for way, words in ways.items() if way in summary]
     return ", ".join(f"{number(counts['mass'])} kg in {counts['points']} points {words}" for counts, words in passed)
@@ -201,7 +201,7 @@ def _start_overlap_rows(run: Run) -> list[list[str]]:
 
 
 def _viscosity_rows(run: Run) -> list[list[str]]:
-    """How the viscosity of each velocity field was solved for."""
+    """Return table rows with the iterations of the implicit viscosity of each velocity field."""
     solved = run.summary.get("implicit_viscosity", {}) if run.folder.ended else {}
     words = "solved for in {rounds_mean:.1f} rounds on the mean, {rounds_largest} at most"
     return [[f"viscosity, field <em>{escape(field)}</em>", words.format(**found)] for field, found in solved.items()]

@@ -1,1 +1,1 @@
-"""What a run leaves in its folder, and how it is read again."""
+"""Files of a run, and the classes that read them."""

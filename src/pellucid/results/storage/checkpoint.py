@@ -83,7 +83,7 @@ class RowsInParts:
         self._name, self._paths = name, paths
 
     def __getitem__(self, rows: slice) -> np.ndarray:
-        """Its rows from one number up to another: files without any of them are not read but for how many they have."""
+        """Read a range of rows; only files that contain rows of the range are read in full."""
         found, first, begin, end = list[np.ndarray](), 0, rows.start or 0, inf if rows.stop is None else rows.stop
         for path in self._paths:
             with np.load(path, allow_pickle=False) as archive, archive.zip.open(f"{self._name}.npy") as head:
@@ -123,7 +123,7 @@ def read_latest(folder: Path, say: Callable[[str], object] = warnings.warn) -> t
 
 
 def _read(path: Path, digest: str) -> dict[str, Any]:
-    """What it has; of arrays with rows in its parts, where they are."""
+    """Read a checkpoint; arrays whose rows are split among files are returned as references."""
     _check(path, digest)
     with np.load(path, allow_pickle=False) as archive:
         parts = [path.parent / part for part in json.loads(archive[_PARTS].tobytes())] if _PARTS in archive.files else []
@@ -132,7 +132,7 @@ def _read(path: Path, digest: str) -> dict[str, Any]:
 
 
 def _names_in(parts: Sequence[Path]) -> list[str]:
-    """Of the arrays that have rows there."""
+    """Return the names of the arrays whose rows are split among these files."""
     for part in parts:
         found = _PART.fullmatch(part.name)
         if found is None or not part.is_file():
@@ -150,7 +150,7 @@ def _check(path: Path, digest: str) -> None:
 
 
 def files(folder: Path) -> list[Path]:
-    """What this module wrote to `folder`: checkpoints, whole or damaged, and a draft."""
+    """Return the files written to `folder` by this module: checkpoints, intact or damaged, and drafts."""
     if not folder.is_dir():
         return []
     own = (path for path in folder.iterdir() if _NAME.fullmatch(path.with_suffix(".npz").name))

@@ -14,7 +14,7 @@ LIST = ".drawn"
 
 @contextmanager
 def drawing(path: Path) -> Iterator[Path]:
-    """Give a temporary path for a picture, which takes the place of `path` when the block ends well."""
+    """Yield a temporary path for a picture. It replaces `path` if the block succeeds."""
     with replacing(path) as temporary:
         yield temporary
         if path.name not in (known := _names(path.parent)):

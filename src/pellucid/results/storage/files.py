@@ -20,16 +20,16 @@ class OutputError(PellucidError):
 
 
 def draft_of(path: Path) -> Path:
-    """Where a file is written before it gets its name."""
+    """Return the temporary path under which a file is written first."""
     return path.with_name(f".{path.name}{DRAFT}")
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary path beside `path`; when the block ends well, it takes the place of `path` atomically.
+    """Yield a temporary path in the folder of `path`. It replaces `path` atomically if the block succeeds.
 
-    The file is on the disk before it gets its name, and the name before the block is left. If the block fails,
-    `path` stays as it was and the temporary file is removed.
+    The file is synced to the disk before it is renamed, and the folder before the block is left. If the block fails, `path`
+    stays unchanged and the temporary file is removed.
     """
     temporary = draft_of(path)
     try:

@@ -134,7 +134,7 @@ def _write(path: Path, places: Layout, index: int, time: float, frame: Frame) ->
 
 
 def _parts(places: Layout, index: int) -> list[tuple[int, int]]:
-    """Where the fields of a frame and its instant lie in the file, and how long they are."""
+    """Return offset and length in the file of the fields of a frame and of its time."""
     fields = [place for place in places.fields.values() if index == 0 or not place.once]
     return [*((place.offset + index * place.size, place.size) for place in fields), (places.values + 8 * index, 8)]
 
@@ -162,7 +162,8 @@ def _layout(path: Path) -> Layout:
 
 @contextmanager
 def _whole(path: Path) -> Iterator[None]:
-    """Tell of a file that cannot be read as what it should be. Those of the system have a number, those of HDF5 none."""
+    """Raise OutputError for a file that cannot be read. Errors of the operating system have a number, errors of HDF5 have
+    none."""
     try:
         yield
     except (KeyError, ValueError, TypeError, RuntimeError, AttributeError, OSError) as error:

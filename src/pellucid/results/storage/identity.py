@@ -1,4 +1,4 @@
-"""What a run is: a checkpoint is gone on from only by the case, the bodies and the version that it was written by."""
+"""Identity of a run. A checkpoint is resumed only with the case, the bodies and the version that wrote it."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,8 @@ MOST_SHOWN = 5
 
 
 def identity(case: "Case", bodies: Sequence[Any], start: str) -> dict[str, Any]:
-    """What a checkpoint keeps of case, version, bodies and the state it began from, given by `start_digest`, for JSON."""
+    """Return the identity that a checkpoint stores, for JSON: version, case, numbers of points, and the digest of the
+    initial state (`start_digest`)."""
     points = {body.name: body.n_points for body in bodies}
     return {"version": package_release(), "case": _fixed(case), "points": points, "start": start}
 

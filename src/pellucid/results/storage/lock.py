@@ -43,17 +43,17 @@ def held(folder: Path) -> Iterator[None]:
 
 
 def is_signed(path: Path) -> bool:
-    """Whether a file is a lock that a run of this program has held."""
+    """True if a run of this program wrote this lock file."""
     return _of(path, "program") == PROGRAM
 
 
 def is_mine(path: Path) -> bool:
-    """Whether this process was the last that held a lock."""
+    """True if this process was the last owner of the lock."""
     return _of(path, "pid") == os.getpid() and _of(path, "host") == socket.gethostname()
 
 
 def _of(path: Path, key: str) -> object:
-    """What a signature says; None where there is none."""
+    """Return an entry of a lock's signature; None if it cannot be read."""
     try:
         return _signature(path.read_bytes()[:MOST])[key]
     except (OSError, ValueError, KeyError, TypeError):
@@ -97,7 +97,7 @@ def _sign(handle: int) -> None:
 
 
 def _owner(handle: int) -> str:
-    """Who signed, for a sentence; a process that has only just taken the lock may not have yet."""
+    """Describe the owner of a lock for a message. A process that has just acquired the lock may not have signed it yet."""
     try:
         found = _signature(os.pread(handle, MOST, 0))
         return f"process {int(found['pid'])} on {found['host']!s}, since {found['since']!s},"

@@ -1,4 +1,4 @@
-"""Which state of the package made a run."""
+"""Version of the package that made a run."""
 
 import shutil
 import subprocess

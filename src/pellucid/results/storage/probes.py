@@ -35,7 +35,7 @@ class ProbeReader:
         self._time: float = kept["time"]  # of the row before [s]
 
     def start(self, bodies: Sequence[Any]) -> None:
-        """Take up the initial state."""
+        """Store the initial values of the probes."""
         fetch = _fetches(bodies)
         for probe in self._probes:
             if probe.body is None:
@@ -78,7 +78,7 @@ class ProbeReader:
     def count_from(
         self, impulses: Mapping[str, np.ndarray], time: float, turning: Mapping[str, np.ndarray] = NOTHING_TURNED
     ) -> None:
-        """Let the means of reactions and torques begin at a time [s], with the impulses so far as `read` has them."""
+        """Start the averages of reactions and torques at `time` [s], with the total impulses of `read` at this time."""
         self._impulses = {name: list(map(float, impulse)) for name, impulse in impulses.items()}
         self._turning = {name: list(map(float, impulse)) for name, impulse in turning.items()}
         self._time = time
@@ -88,7 +88,7 @@ class ProbeReader:
         return {probe.name: probe.unit for probe in self._probes}
 
     def to_data(self) -> dict[str, Any]:
-        """What a checkpoint keeps."""
+        """Return the state for a checkpoint."""
         sums = {"impulses": self._impulses, "turning": self._turning}
         return {"followed": self._followed, "initial": self._initial, **sums, "time": self._time}
 
@@ -118,9 +118,9 @@ def _rigid_arrays(bodies: Sequence[Any], name: str) -> Mapping[str, np.ndarray] 
 
 
 def carried_by(start: np.ndarray, now: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Where a place [m], (3,), comes to with points that move as a rigid body, shape (n, 3) [m].
+    """Move a position [m], (3,), with points that move as a rigid body, shape (n, 3) [m].
 
-    The rotation is that of least squares (Kabsch 1976, Acta Cryst. A 32, 922).
+    The rotation is the least-squares fit (Kabsch 1976, Acta Cryst. A 32, 922).
     """
     middle, arm = start.mean(axis=0), start - start.mean(axis=0)
     left, _, right = np.linalg.svd(np.einsum("pi,pj->ij", now - now.mean(axis=0), arm))
@@ -185,8 +185,11 @@ def reduce(probe: Probe, field: Fetch, periods: Vector = NOT_PERIODIC) -> float:
 
 
 def scalar(values: np.ndarray, component: str | None = None, names: Sequence[str] = ()) -> np.ndarray:
-    """One number a point, shape (n,), from a field of shape (n,) or (n, components): the component, of those with these names,
-    else those along the axes in space; without one the length of a vector, von Mises' stress of a tensor."""
+    """Reduce a field of shape (n,) or (n, components) to one number per point, shape (n,).
+
+    With `component`, this component is returned; `names` are the names of the components (default: the axes in space).
+    Without it, the length of a vector or von Mises' stress of a tensor is returned.
+    """
     if values.ndim == 1:
         return values
     if component is not None:

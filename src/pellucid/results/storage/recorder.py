@@ -64,7 +64,7 @@ class Recorder:
         self._writes = domain.group.is_first  # others that share the simulation give their part of what is written
 
     def begin(self, sim: Any) -> None:
-        """Before the first step: write the start, or cut everything back to where the checkpoint was taken."""
+        """Write the initial state, or truncate the files to the state of the checkpoint. Called before the first step."""
         self._begun = True
         if self._writes:
             with explained(self.folder.path):
@@ -85,7 +85,7 @@ class Recorder:
             self.folder.fields("").parent.mkdir(exist_ok=True)
 
     def after_step(self, sim: Any) -> None:
-        """After each step: write what is due."""
+        """Write rows, frames and checkpoints that are due. Called after each step."""
         if self._rows.due(sim.time):
             self._write_row(sim)
         elif self.case.steady is not None and sim.time > self._equilibrium:  # so that a reaction is that of one equilibrium
@@ -96,7 +96,7 @@ class Recorder:
         self._checkpoint_now_and_then(sim)
 
     def while_settling(self, sim: Any) -> None:
-        """After each step before the clock starts, of which there is nothing to write."""
+        """Write a checkpoint if it is due. Called after each step of settling, which has no other output."""
         self._checkpoint_now_and_then(sim)
 
     def _checkpoint_now_and_then(self, sim: Any) -> None:
@@ -105,7 +105,7 @@ class Recorder:
             self.checkpoint(sim)
 
     def end(self, sim: Any) -> None:
-        """After the last step: a last row and frame, a checkpoint, the facts for the summary."""
+        """Write the last row, frame and checkpoint, and collect the facts for the summary."""
         finished = self.case.time.reached(sim.time)
         if not finished:  # an early stop: what is written below is not part of the run and is cut when it goes on
             self.checkpoint(sim)
@@ -202,7 +202,8 @@ class Recorder:
         self._rows.mark(sim.time, sim.n_steps)
 
     def _write_last_row(self, sim: Any) -> None:
-        """So that curves reach the stop, where all that is in a row is known there. It is cut when the run goes on."""
+        """Write a row for the time of the stop if its values are finite, so that curves extend to it. It is removed when
+        the run is resumed."""
         if not sim.is_balanced or self._rows.last_step == sim.n_steps or not self._rows.done:
             return
         if np.isfinite([*sim.energies().values(), *sim.momentum()]).all():
@@ -230,7 +231,7 @@ class Recorder:
         return {body.name: self.folder.fields(body.name) for body in sim.bodies} | history_file
 
     def _digests(self) -> dict[str, str]:
-        """For each file the SHA-256 of all that was added to it so far."""
+        """Return the SHA-256 digest of the data written to each file so far."""
         return {name: digest.hexdigest() for name, digest in self._written.items()}
 
     def _check_what_is_there(self, sim: Any) -> None:
@@ -276,7 +277,7 @@ def _row_interval(case: "Case") -> float:
 
 
 def facts_of(bodies: "Sequence[Body]") -> dict[str, float | None]:
-    """What bodies say of themselves by name; by name and body where several have the same to say."""
+    """Collect the facts that bodies report, by name; if several bodies report the same fact, the key includes the body."""
     facts = {body.name: body.facts() for body in bodies}
     names = [name for of_body in facts.values() for name in of_body]
     shown = {}

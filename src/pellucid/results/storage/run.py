@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """What a run left in the folder `out`, which goes with this object if it is `temporary`.
+    """Results in a run folder. The folder is deleted with this object if it is `temporary`.
 
-    Everything is read when it is first used. Names that are not there, of columns, fields, bodies and metrics, raise
-    `UnknownName`, a `UsageError` and `KeyError` that lists those that are.
+    Everything is read on first use. Unknown names of columns, fields, bodies and metrics raise `UnknownName`, a
+    `UsageError` and `KeyError` that lists the known names.
     """
 
     def __init__(self, out: Path | str, temporary: bool = False) -> None:
@@ -50,7 +50,7 @@ class Run:
 
     @cached_property
     def stored(self) -> "StoredCase":
-        """What results need of the case, which can be read whatever kinds it names."""
+        """The part of the case that results need. It can be read whatever kinds the case names."""
         return self.folder.read_stored()
 
     @cached_property
@@ -90,8 +90,8 @@ class Run:
 
     @property
     def stopped(self) -> dict[str, Any]:
-        """Why and where the run stopped itself: message, step, time, and body, point and its state as far as they are known;
-        empty for a run that did not."""
+        """Reason and place of an error stop: message, step, time, and body, point and its state if known; empty if the run
+        did not stop itself."""
         return self.folder.read_failure()
 
     @property

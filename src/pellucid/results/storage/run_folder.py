@@ -197,14 +197,14 @@ class RunFolder:
         return found
 
     def write_failure(self, failure: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Leave why a run stopped itself, and its whole state. Raises OSError where this cannot be written."""
+        """Write the reason of an error stop and the whole state. Raises OSError if this cannot be written."""
         self.forensics.mkdir(exist_ok=True)
         write_text(self._failure, json.dumps(_json_safe(failure), indent=2, default=str, allow_nan=False) + "\n")
         with replacing(self._state) as temporary, temporary.open("wb") as file:
             np.savez(file, **dict(arrays))  # type: ignore[arg-type]
 
     def read_failure(self) -> dict[str, Any]:
-        """Why the run stopped itself; empty where it did not."""
+        """Read the reason of an error stop; empty if there is none."""
         if not self._failure.is_file():
             return {}
         try:

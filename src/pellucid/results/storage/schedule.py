@@ -1,4 +1,4 @@
-"""When something is due that has a fixed interval in simulated time."""
+"""Schedule of output at a fixed interval in simulated time."""
 
 import math
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Schedule:
         return math.floor(self.last_time / self.interval + CLOSE) + 1 if self.done else 0
 
     def due(self, time: float) -> bool:
-        """Whether the next instant [s] is reached."""
+        """True if the next output time is reached at `time` [s]."""
         return time >= (self.next - CLOSE) * self.interval
 
     def mark(self, time: float, step: int) -> None:
@@ -31,10 +31,10 @@ class Schedule:
         self.last_step, self.last_time = step, time
 
     def to_data(self) -> dict[str, float]:
-        """What a checkpoint keeps; a run may go on with another interval."""
+        """Return the state for a checkpoint. A run may be resumed with another interval."""
         return {"done": self.done, "last_step": self.last_step, "last_time": self.last_time}
 
 
 def capacity(end: float, interval: float) -> int:
-    """How many instants a run to `end` [s] can write, with its start, its end and one early stop."""
+    """Return the largest number of outputs of a run to `end` [s]: start, end and one early stop included."""
     return math.floor(end / interval + CLOSE) + 3

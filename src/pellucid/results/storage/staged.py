@@ -4,9 +4,10 @@ from typing import BinaryIO
 
 
 class StagedFile:
-    """What HDF5 takes for the file `raw`: it reads from there, and what it writes is kept here until `commit`.
+    """File object for HDF5 that reads from `raw` and keeps all writes in memory until `commit`.
 
-    HDF5 may end the whole process when a write fails on a full disk; here it never sees one fail. `raw` is unbuffered.
+    HDF5 may abort the process when a write fails on a full disk; with this class it never sees a failed write. `raw` is
+    unbuffered.
     """
 
     def __init__(self, raw: BinaryIO) -> None:
@@ -30,7 +31,7 @@ class StagedFile:
     # what HDF5 asks of a file
 
     def seek(self, offset: int, whence: int = 0) -> int:
-        """Go to a place in the file."""
+        """Set the position in the file."""
         self._place = offset + (0, self._place, self._size)[whence]
         return self._place
 
@@ -39,7 +40,7 @@ class StagedFile:
         return self._place
 
     def read(self, size: int) -> bytes:
-        """So many bytes from the place on; those that were never written are zero."""
+        """Read `size` bytes from the current position; bytes never written are zero."""
         data = self._read(self._place, self._place + size)
         self._place += size
         return data
@@ -57,7 +58,7 @@ class StagedFile:
         return size
 
     def flush(self) -> None:
-        """Nothing to do before `commit`."""
+        """Do nothing: data are written by `commit`."""
 
     def _read(self, start: int, end: int) -> bytes:
         self._raw.seek(start)

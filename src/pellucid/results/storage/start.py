@@ -70,7 +70,8 @@ def _stored_tables(run: Run) -> dict[str, dict[str, Any]]:
 
 
 def _contradictions(case: "Case", name: str, before: Mapping[str, Any], folder: str) -> Iterator[Problem]:
-    """Where a body is not described as in the earlier run: in its kind and material, or in the state that it has from there."""
+    """Report differences between a body and its description in the earlier run: kind, material, and values of the state
+    that it continues with."""
     body = _of_name(case, name)
     now = _data(body)
     for key in ("kind", "material.kind", "material.density"):
@@ -118,7 +119,7 @@ def _at(table: Mapping[str, Any], key: str) -> Any:
 
 
 def _is_default(body: Any, key: str) -> bool:
-    """Whether a key is left out, or has the value that it would have then."""
+    """True if a key is omitted or has its default value."""
     *way, last = key.split(".")
     for part in way:
         body = getattr(body, part, None)
@@ -127,7 +128,7 @@ def _is_default(body: Any, key: str) -> bool:
 
 
 def _same(now: Any, then: Any) -> bool:
-    """Whether two values of a case are alike, files by what is in them."""
+    """True if two values of a case are equal; files are compared by content."""
     if isinstance(now, Mapping) and isinstance(then, Mapping):
         return now.keys() == then.keys() and all(
             _same_file(now[key], then[key]) if key == "path" else _same(now[key], then[key]) for key in now
@@ -155,7 +156,7 @@ def _frame(run: Run, name: str, time: float) -> State:
 
 
 def _in_order(arrays: State) -> State:
-    """Those of points by number, as frames have them; what belongs to the grid is left out, it is found anew."""
+    """Sort arrays of points by number, as in frames; drop arrays of the grid, which are computed again."""
     order = np.argsort(arrays["id"][:])
     kept = {name: array[:] for name, array in arrays.items() if not name.startswith(("slabs/", "index/", "skin/"))}
     return {name: array[order] if "/" not in name and len(array) == len(order) else array for name, array in kept.items()}

@@ -32,7 +32,7 @@ TYPES = {"points": 1, "lines": 3, "quadrilaterals": 9, "triangles": 5, "tetrahed
 
 
 class Place(NamedTuple):
-    """Where a field lies: offset in the file, bytes that a frame takes, and the file's type of number."""
+    """Location of a field in the file: offset, bytes per frame, and data type."""
 
     offset: int
     size: int
@@ -41,7 +41,7 @@ class Place(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """What a file holds, and where everything lies that is written without HDF5."""
+    """Layout of a file: numbers of frames, and locations of all data that are written without HDF5."""
 
     frames: int
     capacity: int

@@ -99,7 +99,8 @@ class WallActor:
 
 
 def _radius(run: Run, start: Fields) -> float:
-    """Of the balls of a body [m]: these have the volume of its points, discs in a plane more than the area."""
+    """Return the radius of the balls of a body [m]: they have the volume of its points; discs in a plane cover more than
+    its area."""
     grid = run.stored.grid
     if "density" not in start or not (kept := there(start)).any():  # nodes of a film
         return float(0.5 * np.ptp(start["position"], axis=0).max() / np.sqrt(len(start["position"])))

@@ -43,7 +43,7 @@ class Pack:
         self._last: dict[object, np.ndarray] = {}
 
     def add(self, values: np.ndarray, key: object = None) -> None:
-        """Put in an array of unsigned whole numbers of one, two or four bytes."""
+        """Append an array of unsigned integers of one, two or four bytes."""
         flat = np.ascontiguousarray(values).ravel()
         before = self._last.get(key)
         if before is None:
@@ -59,5 +59,5 @@ class Pack:
         self._last.clear()
 
     def close(self) -> bytes:
-        """All of it, in zlib's format."""
+        """Return the packed data in zlib's format."""
         return b"".join([*self._parts, self._deflate.flush()])

@@ -61,7 +61,7 @@ def view_of(run: Run, taken: int = 0, without: str = "") -> str:
 
 
 def _palette(name: str) -> str:
-    """Its colours, three bytes each, in base64."""
+    """Encode the colours of a palette in base64, three bytes each."""
     import matplotlib
 
     colours = matplotlib.colormaps[name](np.linspace(0.0, 1.0, COLOURS))[:, :3]

@@ -1,4 +1,4 @@
-"""What the view shows of a run: some instants, points and fields of every body, as many as a page can hold."""
+"""Scene of the browser view: selected times, points and fields of every body, limited to the size of a page."""
 
 from typing import Any, NamedTuple
 
@@ -30,7 +30,7 @@ FRONTS = (View(0.0, 0.0), View(-90.0, 0.0), View(-90.0, 90.0))
 
 
 class Scene(NamedTuple):
-    """What the page is told in words and numbers, and the packed arrays that belong to it."""
+    """Contents of the page: metadata as JSON values (`told`) and packed arrays."""
 
     told: dict[str, Any]
     packed: bytes
@@ -209,7 +209,7 @@ def _across(run: Run, actors: list[Actor]) -> int | None:
 
 
 def _sides(actors: list[Actor]) -> np.ndarray:
-    """Of the box about all bodies at the start [m], shape (3,)."""
+    """Return the edge lengths of the bounding box of all bodies at the start [m], shape (3,)."""
     return np.ptp(np.concatenate([actor.start for actor in actors]), axis=0)
 
 

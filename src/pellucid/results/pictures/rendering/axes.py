@@ -25,7 +25,7 @@ def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> n
 
 
 def show(axes: Axes, picture: np.ndarray, camera: Camera) -> None:
-    """Put a picture on axes whose unit is the metre, without ticks and frame."""
+    """Show a picture on axes in metres, without ticks and frame."""
     (left, low), (right, high) = camera.low, camera.high
     axes.imshow(picture, origin="lower", extent=(left, right, low, high), interpolation="antialiased")
     axes.set_axis_off()

@@ -1,6 +1,6 @@
-"""Where the eye is, and where in the picture a place in space lies.
+"""Camera: direction of view and projection of positions to pixels.
 
-Bodies have lengths in metres. Projected they have pixels: x to the right, y up, depth towards the eye.
+Bodies have lengths in metres. Projected lengths are in pixels: x to the right, y up, depth towards the eye.
 """
 
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class View(NamedTuple):
-    """Where the eye is [degrees]: turned from x about z, and above the horizon."""
+    """Direction of view [degrees]: `turn` about z, measured from x, and `rise` above the horizon."""
 
     turn: float
     rise: float
@@ -23,7 +23,7 @@ class View(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """What lies beyond, normal·x > offset [m], is cut away."""
+    """Cut plane. Material at normal·x > offset [m] is cut away."""
 
     normal: tuple[float, float, float]
     offset: float
@@ -57,7 +57,7 @@ class Camera(NamedTuple):
         return (offset - nx * x - ny * y) / nz
 
     def keeps(self, plane: Plane, x: np.ndarray, y: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Which places in pixels lie on this side of a plane."""
+        """Return a mask of the positions in pixels on the kept side of a plane."""
         (nx, ny, nz), offset = self._projected(plane)
         return nx * x + ny * y + nz * depth <= offset
 

@@ -1,4 +1,4 @@
-"""What a picture in space is made of: surfaces, balls, flat sections; how each covers pixels and what they show."""
+"""Drawable objects of a picture in space: surfaces, balls and flat sections, and the pixels that they cover."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ Colour = tuple[float, float, float]
 
 
 class Look(NamedTuple):
-    """What pixels show: normals in the axes of the camera and RGB colours, each of shape (k, 3)."""
+    """Appearance of pixels: normals in the axes of the camera and RGB colours, each of shape (k, 3)."""
 
     normals: np.ndarray
     colours: np.ndarray

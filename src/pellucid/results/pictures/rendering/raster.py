@@ -27,7 +27,7 @@ class Canvas:
         self._starts = [0]
 
     def begin_part(self, primitives: int) -> None:
-        """What is added from now on belongs to a new part of so many primitives."""
+        """Start a new part with this number of primitives."""
         self._starts.append(self._starts[-1] + primitives)
 
     def add(self, x: np.ndarray, y: np.ndarray, depth: np.ndarray, primitive: np.ndarray) -> None:
@@ -42,7 +42,7 @@ class Canvas:
         return index, number[index] - self._starts[part]
 
     def covered(self) -> np.ndarray:
-        """Which pixels show anything, of the canvas's shape."""
+        """Return a mask of the pixels covered by any primitive, with the canvas's shape."""
         return (self._key >= 0).reshape(self.shape)
 
     def depth(self) -> np.ndarray:

@@ -43,9 +43,10 @@ def render(drawables: Sequence[Drawable], camera: Camera, cut: Plane | None = No
 
 
 def inside(mesh: Mesh, camera: Camera, cut: Plane) -> np.ndarray:
-    """Which pixels of the plane lie inside a closed mesh with outward normals, shape (rows, columns).
+    """Return a mask of the pixels of the plane inside a closed mesh with outward normals, shape (rows, columns).
 
-    The eye is beyond the plane. Behind it a line of sight meets the mesh first from within: the triangle shows its back.
+    The eye is beyond the plane. Where the first triangle on a line of sight behind the plane shows its back, the pixel is
+    inside.
     """
     canvas = _painted([mesh], camera, cut)
     index, triangle = canvas.seen(0)
@@ -91,7 +92,7 @@ def _skin(canvas: Canvas, index: np.ndarray) -> np.ndarray:
 
 
 def _creases(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
-    """What is left of the light where the surroundings lie nearer to the eye, shape (rows, columns).
+    """Return the factor that darkens pixels whose surroundings are nearer to the eye, shape (rows, columns).
 
     Unsharp masking of the depth: Luft, Colditz & Deussen 2006, ACM Transactions on Graphics 25, 1206.
     """
@@ -108,7 +109,7 @@ def _creases(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
 
 
 def _between(rows: np.ndarray, step: int, size: int) -> np.ndarray:
-    """So many rows, linear between given ones that lie `step` apart, and as the last beyond it."""
+    """Interpolate `size` rows linearly between rows that are `step` apart; the last row is repeated beyond the end."""
     place = np.minimum(np.arange(size) / step, len(rows) - 1.0)
     before = place.astype(int)
     share = (place - before).astype(rows.dtype)[:, None]

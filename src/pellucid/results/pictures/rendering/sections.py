@@ -1,4 +1,4 @@
-"""Where a plane cuts closed membranes and solids open: the field inside, the membrane's rim, the face of the solid."""
+"""Sections of closed membranes and solids by a plane: the field inside, the rim of the membrane, the cut face of the solid."""
 
 import numpy as np
 from scipy.ndimage import map_coordinates
