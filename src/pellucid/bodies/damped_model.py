@@ -26,7 +26,7 @@ class DampedModel(BodyModel):
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that a condition leads as a whole."""
+        """Report a body whose motion a condition prescribes as a whole."""
         yield from super().problems(path, parts)
         if self.damping > 0.0 and (self.is_rigid or is_driven(self.name, parts)):
             text = f"body {self.name} is {'rigid' if self.is_rigid else 'led as a whole'}: a drag on its points does nothing"

@@ -27,7 +27,7 @@ class PointFields(GridBody):
         return int(self.shared.first[-1])
 
     def order(self) -> np.ndarray:
-        """Where the points that are there are stored, by their numbers; found once between sortings."""
+        """Return the storage rows of the points present, sorted by number; computed once between sortings."""
         if domain.joins not in self._orders:
             self._orders[domain.joins] = np.argsort(self.shared.joined(self._there("id")))
         return self._orders[domain.joins]
@@ -39,11 +39,9 @@ class PointFields(GridBody):
 
     @property
     def field_names(self) -> list[str]:
-        """The fields that results show."""
         return [name for name in self.arrays if name not in HIDDEN] + ["density", "pressure"]
 
     def field(self, name: str) -> np.ndarray:
-        """A field of the points that have not left, in the order of their numbers; units in `pellucid.state.FIELDS`."""
         try:
             stored = self.stored_field(name)
         except KeyError:
@@ -51,12 +49,10 @@ class PointFields(GridBody):
         return stored[self.order()]
 
     def stored_field(self, name: str) -> np.ndarray:
-        """The same in the order in which they are stored at the moment. Raises KeyError where there is no such field."""
         self._complete(*([name] if name in self.arrays else self.arrays))
         return self.shared.joined(self._field_there(name))
 
     def stored_array(self, name: str) -> np.ndarray:
-        """An array of all points that have not left, in the order in which they are stored, of all processes."""
         self._complete(name)
         return self.shared.joined(self._there(name))
 
@@ -76,7 +72,8 @@ class PointFields(GridBody):
         return self.arrays[name][: self.n_there]
 
     def frame(self) -> dict[str, np.ndarray]:
-        """The fields of all points in their original order; of those that left zeros, and where they left the grid."""
+        """Return the fields of all points by number. Points that left have zeros, and the position at which they left the
+        grid."""
         fields, left = super().frame(), self.arrays["id"][self.n_there :]
         if not len(left) or (domain.is_cut and self.shared.is_spread):  # those behind are with other processes
             return fields

@@ -182,7 +182,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     @property
     def on_grid(self) -> ContactBody:
-        """Return the body itself, whose points are on the grid."""
         return self
 
     def half_width(self) -> tuple[float, float, float]:
@@ -246,7 +245,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.shared.first[-1] = len(order) - np.count_nonzero(left)
 
     def sort_if_needed(self) -> None:
-        """Sort again where a point left its slab, or short runs of points with the same nodes cost more than sorting."""
+        """Sort again if a point left its slab, or if short runs of points with the same nodes cost more than sorting."""
         if self._short_runs.sorting_pays or domain.any(bool(np.count_nonzero(self.slabs.left_slab))):
             self.sort()
 
@@ -267,7 +266,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     # the stages of a step
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
-        """Before the step, exactly: the velocity of each point fades as exp(-rate t)."""
+        """Apply the drag exactly before the step: point velocities decay as exp(-rate t)."""
         kept, totals = float(np.exp(-rate * dt)), self.totals
         lost, impulse = (1.0 - kept**2) * totals.kinetic, (kept - 1.0) * totals.momentum
         if kept < 1.0:
@@ -286,22 +285,20 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return lost, impulse
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum, internal forces."""
         self._to_grid.scatter(inertia, force)
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
-        """Add external forces on the points [N] to those on the nodes."""
         scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.load_row(column - FIRST_LOAD))
 
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
-        """New velocities; where `remap`, momentum of free points back on the nodes. What the transfer loses becomes heat."""
+        """G2P of velocities; if `remap`, P2G of the momentum of free points. The energy lost by the transfer becomes heat."""
         if self.rigid is None:
             each_point(self._velocity_pass(), dt, FIRST if remap and self.constraint is None else 0)
         if self.is_led(by_slabs=True):
             self._lead(remap)
 
     def end_grid_to_particle(self, remap: bool) -> None:
-        """Apply constraints that lead the points as a whole, and find the totals."""
+        """Apply constraints of the body as a whole, and sum the totals."""
         self._complete("velocity")
         if self.is_led(by_slabs=False):
             self._lead(remap)
@@ -332,7 +329,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._to_grid.scatter_momentum()
 
     def take_second_impulses(self, dt: float) -> float:
-        """Add the second increments of its field to the velocities: the kinetic energy won [J]."""
         before, increment = self.totals.kinetic, self.velocity_field.second_increment
         reached = self.slabs.reached(self.velocity_field.second_layers(), self._stencil)
         kernels.add_increments(self.n_slabs, self.mapped, increment, reached)
@@ -357,7 +353,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
 
     def update_positions(self, dt: float) -> None:
-        """New positions alone. Where a constraint does not let the grid strain the points, it gives them all of these."""
+        """Move the points. If a constraint keeps the grid from straining the points, it sets all of their positions."""
         if self.constraint is None or self.constraint.strains:
             self._move_by_nodes(dt)
         self.prescribe_positions()
@@ -391,14 +387,14 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.totals.rate = max(rate, prescribed * self.grid.lattice.inverse_cell, swing)
 
     def step_limit(self) -> StepLimit:
-        """Return the tightest of the limits by signals, prescribed motion and springs."""
+        """Return the smallest of the limits by signals, prescribed motion and springs."""
         prescribed = self.constraint.top_speed if self.constraint is not None else 0.0
         swing = getattr(self.constraint, "swing", 0.0)
         led = [motion_in_cells(self.grid.lattice.cell, prescribed), swings(swing, "spring")]
         return told(self.totals.rate, [self.signal_limit(), *led])
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
-        """Angular momentum of its points, with that of their affine velocity fields or, of a rigid body, about themselves."""
+        """Return the angular momentum, including affine velocity fields or, for a rigid body, its rotation."""
         sums = np.zeros((self.n_slabs, 4))
         affine = NO_FIELDS if self._affine is None or self.rigid is not None else self._affine
         kernels.sum_angular_momentum(self.n_slabs, self.mapped, affine, about, sums)
@@ -406,12 +402,11 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return AngularMomentum(total[:3] + (0.0 if self.rigid is None else self.rigid.own_spin), float(total[3]))
 
     def fastest(self) -> float:
-        """The largest speed of its points [m/s]."""
         return domain.largest(float(np.sqrt(np.max(np.sum(self._there("velocity") ** 2, axis=1), initial=0.0))))
 
     @property
     def mass(self) -> float:
-        """Mass [kg], the same to the last bit in whatever order the points are stored, and on whatever process."""
+        """Return the mass [kg], bitwise equal for any order of points and any number of processes."""
         if not (domain.is_cut and self.shared.is_spread):
             return super().mass
         return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
@@ -421,7 +416,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return super().step_limit()
 
     def complete(self) -> None:
-        """The totals, which depend on what leads the points."""
         named = (self._there(name) for name in self.arrays if name not in self.found_anew)
         arrays = [*named, *self.element_arrays.values()] if self._goes_on else []
         kept = [array.copy() for array in arrays]
@@ -433,7 +427,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self.totals.kinetic += self.totals.affine
 
     def renew_totals(self) -> None:
-        """Find the totals of the state as it is."""
         kernels.sum_momentum(self.n_slabs, self.mapped)
         self._collect_momentum_sums(self.sums())
         self.grid.nodes.strain_velocity.fill(0.0)
@@ -443,7 +436,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self.update_stress(0.0, move=False)  # no strain: fills the energies and the bound on the step
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the point, where a kernel found a fault in this step."""
         if not domain.any(bool(np.count_nonzero(self.slabs.fault[:, 0]))):
             return
         fault = domain.complete(self.slabs.fault)
@@ -454,14 +446,14 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
                 self.stop(code, p, n_steps, time)
 
     def fault(self, code: int, p: int) -> Fault:
-        """Meaning and remedy of a fault at point p; of a lost one also the face that it passed, where a support holds that."""
+        """Describe a fault and its remedy; for a lost point also the face that it crossed if a support constrains that
+        face."""
         passed = self.grid.find_passed_face(self.arrays["position"][p]) if code == LOST else None
         return super().fault(code, p) if passed is None else fault_at_held_face(*passed)
 
     # checkpoint
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of the points and elements, and their division into slabs."""
         self.complete_arrays()
         domain.complete(self.slabs.left_slab)
         slabs = with_owner("slabs", kept_of(self.slabs) | {"first": self.shared.first_of_all()})
@@ -473,7 +465,6 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return {**arrays, **elements, **slabs, "slabs/short_runs": self._short_runs.counts, **surface}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         restore_slabs(self.slabs, of_owner("slabs", arrays))
         own = self.shared.take_own()
         for name, array in self.arrays.items():
@@ -488,7 +479,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._follow_order()
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Begin with the arrays of an earlier run; without affine fields, which frames do not have, these begin at zero."""
+        """Load the arrays of an earlier run; affine fields, which frames do not have, start at zero."""
         number = self._there("id")
         for name in self.arrays.keys() - {"id"} - ({"affine"} - state.keys()):
             self._there(name)[...] = state[name][number]

@@ -13,7 +13,7 @@ class GravityAmplitude(Amplitude, Part):
     """The share of gravity that acts, as a function of time: straight lines between instants, constant before and behind."""
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """No gravity, steady states, fluids that begin at rest under another share."""
+        """Report missing gravity, steady states, and fluids that start at rest under another share."""
         if parts.gravity is not None and not any(parts.gravity):
             yield Finding(path, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or leave this out")
         if parts.one(SteadyCase) is not None:

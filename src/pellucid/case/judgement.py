@@ -75,7 +75,7 @@ class Check(Part):
         return self.take.startswith("time-of")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A column that the history will not have, quantities of another dimension, a file without such a curve."""
+        """Report unknown columns, quantities of another dimension, and files without such a curve."""
         yield from unknown_column(self.column, (*path, "column"), parts)
         if self.at is not None:
             yield from beyond_end(self.at, (*path, "at"), parts)

@@ -90,7 +90,7 @@ class Pictured(Figure):
             raise ValueError("the first of `limits` must be below the second")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Bodies, a field or a component that are not there."""
+        """Report unknown bodies, fields and components."""
         yield from super().problems(path, parts)
         for name in self.bodies:
             yield from parts.unknown(BodyModel, (*path, "bodies"), name)
@@ -146,7 +146,7 @@ class Picture(Pictured):
             raise ValueError("`instants` are chosen evenly: leave it out beside `times`, `largest` and `smallest`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Columns that the history will not have, too. Of times beyond the end the last instant is shown."""
+        """Report unknown columns too. For times beyond the end, the last frame is shown."""
         yield from super().problems(path, parts)
         for key in ("largest", "smallest"):
             if (name := getattr(self, key)) is not None:

@@ -36,7 +36,7 @@ class Figure(Part):
     title: str = parameter("", "what it shows: its caption in the report", "")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A name that another figure has."""
+        """Report a name that another figure has."""
         taken = self.name in RESERVED or self.name.startswith("bodies")
         if taken or sum(other.name == self.name for other in parts.of(Figure)) > 1:
             why = "the report has a figure of this name itself" if taken else "another figure has this name"
@@ -98,7 +98,7 @@ class Plot(Panel, Figure):
     beside: tuple[Panel, ...] = parameter("", "further panels in the same figure", ())
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """What is wrong with its name and its panels."""
+        """Report faults of its name and its panels."""
         yield from Figure.problems(self, path, parts)
         yield from Panel.problems(self, path, parts)
         for number, panel in enumerate(self.beside):

@@ -189,7 +189,7 @@ class Probe(Part):
         return "" if self.reduce == "count" else self.field().unit
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body, field, component or condition that is not there."""
+        """Report an unknown body, field, component or condition."""
         if self.name in other_columns(parts):
             yield Finding((*path, "name"), f"the history has a column {self.name} of its own", "choose another name")
         if self.body is None:

@@ -71,7 +71,7 @@ class TimeCase(Part):
         return time * (1.0 - ROUNDING) > self.end
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A fixed step that cannot be stable even at the start, or a choice of the step beside steady states with their own."""
+        """Report a fixed step above the stable step of the start, and a choice of the step together with steady states."""
         if parts.one(SteadyCase) is not None:
             text = "steady states choose the step of their relaxation"
             if self.step is not None:
@@ -119,7 +119,7 @@ class OutputCase(Part):
         return self.frames or end / 10
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """More instants than anyone can want: their places in the files are laid out when the run begins."""
+        """Report too many outputs: their space in the files is reserved when the run begins."""
         time = parts.one(TimeCase)
         rows = ("history", self.history, MOST_ROWS, "rows of history.csv")
         frames = ("frames", self.frames, MOST_FRAMES, "frames of the fields")
@@ -139,7 +139,7 @@ class EnergyCase(Part):
     stop: float = parameter("", "relative error that stops the run", 0.10, gt=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A run that stops itself before it warns."""
+        """Report a run that stops before it warns."""
         if self.warn > self.stop:
             text = f"above energy.stop = {self.stop:g}: the run would stop itself without a warning"
             yield Finding((*path, "warn"), text, f"use {self.stop:g} or less, or raise energy.stop")

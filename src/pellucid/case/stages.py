@@ -60,7 +60,7 @@ class SteadyCase(Part):
         return regular
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report instants outside of the run, and bodies that cannot be relaxed or do not start at rest."""
+        """Report times outside the run, and bodies that cannot be relaxed or do not start at rest."""
         bodies = parts.of(BodyModel)
         if bodies and all(_is_tool(body, parts) for body in bodies):
             text = "every body of the case is rigid, and no state has to be found"
@@ -136,7 +136,7 @@ class SettleCase(Part):
     most_steps: int = parameter("", "steps of the settling before the run stops itself", 100_000, ge=10)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Steady states, bodies without inertia or not at rest, supports that move."""
+        """Report steady states, bodies without inertia or not at rest, and supports that move."""
         if parts.one(SteadyCase) is not None:
             yield Finding(path, "[steady] brings bodies to rest by itself", "leave one of the two out")
         for other, body in parts.placed(BodyModel):
@@ -170,7 +170,7 @@ class StartCase(Part):
     body: tuple[str, ...] | None = parameter("", "names of the bodies; without it all that both runs have", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """No run there, or no such body here."""
+        """Report a missing run or body."""
         folder = FilePath(self.path)
         if not (folder / "case.toml").is_file():
             other = "it is a file" if folder.exists() else "there is no such folder"

@@ -38,7 +38,7 @@ class Absorbing(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Absorbing"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Rates at the nodes, which their momentum equation reads: nothing else acts in a step."""
+        """Set damping rates at the nodes; the momentum equation reads them, so no action is needed in a step."""
         for absorbing in conditions:
             member = assembly.bodies[absorbing.body]
             speeds = member.model.wave_speeds()
@@ -50,7 +50,7 @@ class Absorbing(Condition):
         return ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that sends no waves to a face, and faces that are constrained or absorb twice."""
+        """Report bodies without waves at a face, and faces that are constrained or absorb twice."""
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)

@@ -38,7 +38,7 @@ class Released(ActiveCondition):
         self._gone: set[int] = set()
 
     def begin(self, time: float, dt: float) -> None:
-        """Let nodes go; while time stands still at theirs, as when bodies settle at the start, they are held."""
+        """Release the nodes. While the time of the loads stands still, e.g. during settling, they stay constrained."""
         untils = [(number, support.until) for number, support in enumerate(self._supports)]
         gone = {n for n, until in untils if until is not None and (time > until or (time == until and dt > 0.0))}
         if gone != self._gone:

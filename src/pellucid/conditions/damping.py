@@ -24,7 +24,6 @@ class Damping(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Damping"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """One for each."""
         return [ActiveDamping(damping, assembly) for damping in conditions]
 
     def mean_rate(self, time: float, dt: float) -> float:
@@ -43,11 +42,9 @@ class ActiveDamping(ActiveCondition):
         self._lost, self._impulse = 0.0, np.zeros(3)
 
     def begin(self, time: float, dt: float) -> None:
-        """Slow the body over the step."""
         self._lost, self._impulse = self._body.damp(self._damping.mean_rate(time, dt), dt)
 
     def work(self) -> StepWork:
-        """What it took, where the body does not count it itself."""
         done = self._layout.no_work()
         done.works[DAMPING] = self._lost
         done.impulse[:] = self._impulse

@@ -95,7 +95,7 @@ class NoSlipWall(ActiveCondition):
         return len(self._wall.node) > 0
 
     def begin(self, time: float, dt: float) -> None:
-        """Let the nodes near the surface go, except near rigid bodies."""
+        """Release the nodes near the surface, except near rigid bodies."""
         wall, constrained = self._wall, self._field.grid.nodes.constrained
         self._acts[:] = ~self._near_rigid()
         constrained[wall.node] = np.where(wall.released & self._acts[:, None], 0, self._marks)
@@ -120,7 +120,7 @@ class NoSlipWall(ActiveCondition):
         return reached
 
     def act_on_nodes(self, dt: float) -> None:
-        """Give the fluid the traction of the surface, and stop the nodes of the region across it."""
+        """Apply the traction of the surface to the fluid, and stop the normal motion of the region's nodes."""
         wall, nodes, no_slip = self._wall, self._field.grid.nodes, self._no_slip
         window, at, surface = wall.window, wall.node, wall.surface
         of_window, old = (

@@ -27,5 +27,5 @@ class NormalMotions(ActiveCondition):
         self._body.add_normal_motions([motion.name for motion in motions], numbers)
 
     def begin(self, time: float, dt: float) -> None:
-        """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements."""
+        """Set mean velocities over a step from `time` [s] that end exactly at the prescribed displacements."""
         self._body.set_normal_velocities(np.array([(of(time + dt) - of(time)) / dt for of in self._functions]))

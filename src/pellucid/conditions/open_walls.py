@@ -56,7 +56,6 @@ class OpenWalls(ActiveCondition):
         self._faces = [(axis, 1.0 - 2.0 * end, place) for axis, end, place in ends]
 
     def begin(self, time: float, dt: float) -> None:
-        """Find the gaps over the coming step."""
         self._clear()
         for body in self._bodies:
             for face in self._faces:

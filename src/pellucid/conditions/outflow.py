@@ -55,33 +55,30 @@ class Outflow(GivenFlow, Condition):
         return len(self.sizes()) > 0
 
     def _allows_turning(self) -> bool:
-        """A pressure may have any sign."""
+        """True for a pressure, which may have any sign."""
         return not self.is_led
 
     def opens_face(self, face: str) -> bool:
         return face in self.where
 
     def load_channel(self) -> str | None:
-        """Return the channel of the work of the pressure."""
         return None if self.pressure is None else OUTFLOW_WORK.name
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of the energy of points that leave and of the work that leads them."""
         return (OUTFLOW_ENERGY, *([OUTFLOW_WORK, IMPACT_HEAT] if self.is_led else []))
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason that a given flow does not come to rest."""
+        """Return the reason: a given flow does not come to rest."""
         if not self.is_led:
             return None
         return Reason("points are led out through an [[outflow]] and nothing comes to rest", "leave [steady] out, or the flow")
 
     def reaction(self) -> str | None:
-        """Return the name of the outflow."""
         return self.name
 
     @classmethod
     def activate(cls, conditions: Sequence["Outflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Bodies let their points go by themselves; pressures and flows at the faces act in each step."""
+        """Activate pressures and flows at faces. Bodies remove their points themselves."""
         led = {name for name, member in assembly.bodies.items() if member.body.constraint is not None}
         active: list[ActiveCondition] = []
         for number, outflow in enumerate(conditions):
@@ -108,7 +105,7 @@ class Outflow(GivenFlow, Condition):
         return []
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Faces through which nothing can pass, and bodies that cannot lose points."""
+        """Report faces that cannot be open, and bodies that cannot lose points."""
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         for number, face in enumerate(self.where):
             here = (*path, "where", number)

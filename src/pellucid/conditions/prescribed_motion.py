@@ -67,7 +67,7 @@ class Motion(Condition):
             )
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there or cannot follow a prescribed motion."""
+        """Report a body that does not exist or cannot follow a prescribed motion."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._signal_problems((*path, "displacement"))
         yield from plane_way_problems(self, path, parts)
@@ -93,7 +93,7 @@ class Motion(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Motion"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """The motions of each body together; those of a film are all along its normal."""
+        """Activate the motions of each body together; motions of a film are along its normal."""
         from pellucid.conditions.normal_motion import NormalMotions
         from pellucid.conditions.prescribed_points import PrescribedPoints
 
@@ -109,11 +109,9 @@ class Motion(Condition):
         return result
 
     def reaction(self) -> str | None:
-        """Return the name of the motion."""
         return self.name
 
     def prescribed_axes(self, body: str) -> set[int]:
-        """The axes along which a body as a whole follows it."""
         return self.axes() if body == self.body and self.part is None else set()
 
     def functions(self) -> dict[int, Callable[[float], float]]:
@@ -153,7 +151,6 @@ class Motion(Condition):
         return {"xyz".index(axis) for axis in {*self.held_turns, *self.rotation.axes()}}
 
     def turning_reaction(self, parts: Parts) -> str | None:
-        """Return the name of the motion if it leads a rigid body."""
         body = parts.named(BodyModel, self.body)
         return self.name if body is not None and body.is_rigid else None
 

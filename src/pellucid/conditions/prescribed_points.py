@@ -85,10 +85,8 @@ class PrescribedPoints(ActiveCondition):
         body.constrain(self)
 
     def begin(self, time: float, dt: float) -> None:
-        """Mean velocities over a step from `time` [s], which end exactly at the prescribed displacements.
-
-        None where time stands still, as that of the loads does while a body comes to rest.
-        """
+        """Set mean velocities over a step from `time` [s] that end exactly at the prescribed displacements; zero while the
+        time of the loads stands still."""
         for number, functions in enumerate(self._functions):
             for axis, function in functions.items():
                 reached = function(time + dt)
@@ -141,7 +139,7 @@ class PrescribedPoints(ActiveCondition):
             move_points_jointly(self._leading, 0.0)
 
     def work(self) -> StepWork:
-        """Work and impulses of the motions; a body with its own nodes counts its own."""
+        """Return work and impulses of the motions; a body with its own nodes counts its own."""
         done = self._layout.no_work()
         if self._points is None:
             return done

@@ -72,7 +72,7 @@ class Pressure(ChangesInTime, Condition):
             raise ValueError("`choose` belongs to `where`: give a region, or leave it out")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there or has no normal, faces that are not there."""
+        """Report a body that does not exist or has no normal, and faces that do not exist."""
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
         if body is None:
@@ -118,11 +118,9 @@ class Pressure(ChangesInTime, Condition):
                 yield Finding((*path, "volume"), text, "leave one of the two out")
 
     def columns(self) -> Mapping[str, str]:
-        """Those of a given volume."""
         return {} if self.volume is None else {f"{self.body}_pressure": "Pa", f"{self.body}_volume": "m^3"}
 
     def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
-        """Of a membrane on its given volume."""
         start = membrane_at_start(body) if self.volume is not None and body.name == self.body else None
         if start is None or self.volume is None:
             return 0.0
@@ -130,18 +128,16 @@ class Pressure(ChangesInTime, Condition):
         return bound_of_spring(spring, critical(spring, start.mobility), start.mobility)
 
     def why_not_steady(self) -> Reason | None:
-        """The spring of a given volume is none that the relaxation knows."""
+        """Return the reason for a given volume: the relaxation does not know its stiffness."""
         if self.volume is None:
             return None
         return Reason("[steady] brings no membrane with a given volume to rest", "give a `value`, or leave out [steady]")
 
     def load_channel(self) -> str:
-        """Shared with other loads."""
         return "load_work"
 
     @classmethod
     def activate(cls, conditions: Sequence["Pressure"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """One for each."""
         return [pressure.active(assembly, number) for number, pressure in enumerate(conditions)]
 
     def active(self, assembly: Assembly, number: int) -> ActiveCondition:
@@ -177,7 +173,7 @@ class PressedMembrane(AtEachStep):
         self._body = body
 
     def warning(self) -> str | None:
-        """Warn that failed points have left holes."""
+        """Warn of holes left by failed points."""
         return _holes(self._body)
 
 
@@ -203,7 +199,6 @@ class PressedFaces(ActiveCondition):
         self._misses = False
 
     def begin(self, time: float, dt: float) -> None:
-        """Push."""
         pressure = self._pressure(time)
         self._add(self._faces.pressure(pressure))
         self._misses = pressure != 0.0 and self._faces.is_left

@@ -35,7 +35,7 @@ class Sliding(Condition):
             raise ValueError('`friction` belongs to `kind = "coulomb"`: give both or neither')
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A name that another condition has: a probe of that name could not tell which is meant."""
+        """Report a name that another condition has: a probe could not distinguish them."""
         for place, other in parts.placed(Condition):
             later = isinstance(other, Sliding) and place >= path
             if self.name is not None and other.reaction() == self.name and not later:
@@ -44,5 +44,4 @@ class Sliding(Condition):
                 return
 
     def reaction(self) -> str | None:
-        """Its own name."""
         return self.name

@@ -94,8 +94,8 @@ class Support(Condition):
         return [key for key, is_given in given.items() if is_given]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body without nodes of its own, a face of a grid that is not there, a region in which there is no node, a wall that
-        cannot rub or open."""
+        """Report a body without own nodes, a face that does not exist, a region without nodes, and a wall that cannot have
+        friction or open."""
         yield from self._face_problems((*path, "where"), parts)
         yield from self._yielding_problems(path, parts)
         yield from self._velocity_problems(path, parts)
@@ -245,13 +245,13 @@ class Support(Condition):
                 yield Finding(path, text, "let the box overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """What points lose that take its velocity at once, as within the grid and at a wall that opens; what friction takes."""
+        """Return the channels of energy lost by points that take its velocity at once, and of friction."""
         clamps = self.body is None and (not self.faces() or self.lets_go())
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
     @classmethod
     def activate(cls, conditions: Sequence["Support"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Constrain the nodes of all grids, where axes may be thin too, and those of bodies with their own."""
+        """Constrain nodes of all grids, also along thin axes, and nodes of bodies with their own."""
         from pellucid.conditions.constrained_nodes import constrain_all
 
         only = {"body": next(iter(assembly.bodies))}  # where a support means a body and names none
@@ -259,15 +259,12 @@ class Support(Condition):
         return constrain_all(known, assembly)
 
     def reaction(self) -> str | None:
-        """Return the name of the support."""
         return self.name
 
     def constrains_face(self, face: str) -> bool:
-        """Return True if it constrains this face of the grid."""
         return face in self.faces() and self.body is None
 
     def face_velocity(self, face: str) -> Vector | None:
-        """Return the velocity [m/s] if it constrains this face of the grid along its normal."""
         held = self.constrains_face(face) and (self.fix == "normal" or face[0] in self.fix)
         return self.velocity if held else None
 

@@ -67,7 +67,7 @@ class Wall(Sliding):
         return [body for body in bodies if body.name in self.bodies or not (self.bodies or body.why_no_wall())]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A plane that does not fit the grid, and bodies that cannot touch it."""
+        """Report a plane that does not fit the grid, and bodies that cannot touch it."""
         yield from parts.no_grid((*path, "point"), "bodies touch walls by the nodes of a grid")
         if parts.grid is not None:
             yield from self._grid_problems(path, parts.grid)

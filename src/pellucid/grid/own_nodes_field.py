@@ -30,7 +30,6 @@ class OwnNodesField(VelocityField):
 
     @property
     def reached(self) -> np.ndarray:
-        """The nodes that may have mass, in order, shape (m,)."""
         return self._reached.node
 
     def set_actions(
@@ -41,15 +40,14 @@ class OwnNodesField(VelocityField):
         small_mass: float,
         flip: float,
     ) -> None:
-        """Set what constrains the nodes; gravity acts on those of the body."""
         self._act(external)
         self._reached.constrain(supports, external)
 
     def share_gravity(self, share: float) -> None:
-        """None acts on the nodes of the grid."""
+        """Do nothing: gravity acts on the body's nodes."""
 
     def clear(self) -> None:
-        """`scatter` does so."""
+        """Do nothing: `scatter` clears."""
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
         """Mass and momentum of the points of n slabs, and forces on them until the end of the step [N], shape (points, 3), to
@@ -57,7 +55,6 @@ class OwnNodesField(VelocityField):
         self._reached.scatter(n, mapped, force)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Nothing: walls hold its nodes of the grid as they are."""
         return {}
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
@@ -65,23 +62,21 @@ class OwnNodesField(VelocityField):
         self._reached.scatter_momentum(n, mapped)
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
-        """Contact may give impulses at these nodes; the body counts their works itself, when all is known."""
+        """Record the nodes at which contact may apply impulses; the body counts their work itself."""
         self.awaiting = np.unique(np.concatenate([self.awaiting[:0], *nodes]))
 
     def advance(self, dt: float, counted: bool = False) -> None:
-        """Advance the momentum of the nodes without contact."""
         self.pressed = False
         self._reached.advance(dt)
         self.external.impulse.fill(0.0)  # the work of prescribed motions is the body's, but for contact
 
     def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0, node: np.ndarray | None = None) -> np.ndarray:
-        """Raises ValueError: conditions give impulses to fields that move points."""
+        """Raise ValueError: conditions apply impulses to fields that move points."""
         raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
 
     def works(self, dt: float) -> StepWork | None:
-        """None: the body counts its works itself."""
+        """Return None: the body counts its works itself."""
         return None
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
-        """Nodal velocities of the momentum mapped last."""
         self._reached.project()

@@ -32,11 +32,10 @@ class ArrudaBoyceMembraneMaterial(SurfaceMembraneMaterial):
     links: float = parameter("", "number n of links in a chain; it stiffens about the stretch √n", ge=1)
 
     def elastic_law(self) -> ArrudaBoyceSurface:
-        """The surface law as kernels take it."""
         return ArrudaBoyceSurface(self.rubber_modulus, self.links)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """G and 3G [N/m]."""
+        """Return G and 3G [N/m]."""
         _, slope, _ = _of_first_invariant(self.elastic_law(), 0.0)
         return 2.0 * slope, 6.0 * slope
 

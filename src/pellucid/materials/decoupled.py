@@ -40,11 +40,9 @@ class DecoupledMaterial(HyperelasticMaterial):
         """Shear and bulk modulus at rest [Pa]."""
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves at the start [m/s]."""
         return float(wave_speed(self.law(), IDENTITY)), sqrt(self.moduli()[0] / self.density)
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
-        """Beside those of hyperelastic laws, what states the isochoric part."""
         return {law: (isochoric_energy, isochoric_stress, isochoric_stiffness, *super().operations(law)[law])}
 
 

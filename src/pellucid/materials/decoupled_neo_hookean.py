@@ -36,12 +36,10 @@ class DecoupledNeoHookeanMaterial(ElasticMaterial, DecoupledMaterial):
     kind: Literal["decoupled-neo-hookean"] = "decoupled-neo-hookean"
 
     def moduli(self) -> tuple[float, float]:
-        """Shear and bulk modulus [Pa]."""
         lam, mu = lame(self.young_modulus, self.poisson_ratio)
         return mu, lam + 2.0 / 3.0 * mu
 
     def law(self) -> DecoupledNeoHookean:
-        """The law as kernels take it."""
         return DecoupledNeoHookean(*self.moduli(), self.density)
 
 

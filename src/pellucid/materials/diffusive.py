@@ -14,5 +14,5 @@ class DiffusiveMaterial(BodyMaterial):
     diffusivity: float = parameter("m^2/s", "coefficient of diffusion D", gt=0)
 
     def wave_speeds(self) -> tuple[float, float]:
-        """There are no waves."""
+        """Return zeros: there are no waves."""
         return 0.0, 0.0

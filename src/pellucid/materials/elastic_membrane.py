@@ -19,19 +19,16 @@ class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
         """The elastic law as kernels take it, for a membrane that bears compression."""
 
     def plain_law(self, thickness: float) -> Law:
-        """The same: its moduli are those of the solid, whatever the thickness."""
         return self.elastic_law()
 
     def operations(self) -> Mapping[Law, Sequence[Operation]]:
-        """What must be registered for its elastic law."""
         return {self.elastic_law(): (*MEMBRANE, unwrinkled) if self.wrinkling else tuple(MEMBRANE)}
 
     @property
     def plane_poisson_ratio(self) -> float:
-        """Poisson's ratio of the solid."""
         return self.poisson_ratio
 
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
-        """Speeds of pressure and shear waves in the plane at the start [m/s]: the thickness is free to change."""
+        """Return the wave speeds of plane stress at the start [m/s]: the thickness may change."""
         plane = self.young_modulus / (1.0 - self.poisson_ratio**2)
         return sqrt(plane / self.density), super().wave_speeds()[1]

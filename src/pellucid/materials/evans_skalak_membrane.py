@@ -27,11 +27,10 @@ class EvansSkalakMembraneMaterial(SurfaceMembraneMaterial):
     shear_modulus: float = parameter("N/m", "surface shear modulus G", ge=0)
 
     def elastic_law(self) -> EvansSkalakSurface:
-        """The surface law as kernels take it."""
         return EvansSkalakSurface(self.area_modulus, self.shear_modulus)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """G and K [N/m]."""
+        """Return G and K [N/m]."""
         return self.shear_modulus, self.area_modulus
 
 

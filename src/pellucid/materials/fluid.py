@@ -110,7 +110,6 @@ class FluidMaterial(PointMaterial):
 
     @property
     def keeps_heat(self) -> bool:
-        """With the conservative update."""
         return self.energy_update == "conservative"
 
     @property
@@ -119,8 +118,8 @@ class FluidMaterial(PointMaterial):
         return pressure_line(self.law().eos, self.density)[1] == 0.0
 
     def too_soft(self, density: float) -> str | None:
-        """That a liquid, whose pressure is that of its density alone, is squeezed to a mean density [kg/m³]; and how fast sound
-        would have to be."""
+        """Report a liquid whose mean density [kg/m³] exceeds the limit of compression, with the sound speed that it needs.
+        Only liquids whose pressure depends on the density alone are checked."""
         squeezed = 1.0 - self.density / density
         if squeezed <= SOFT or not self.is_liquid:
             return None
@@ -131,8 +130,7 @@ class FluidMaterial(PointMaterial):
         )
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Points of a liquid, whose pressure is that of its density alone, under a pressure larger by `more` [Pa] without heat;
-        others as they are."""
+        """Raise the pressure of a liquid whose pressure depends on the density alone by `more` [Pa], without heat."""
         from scipy.optimize import brentq  # models of cases stay light without it
 
         if not self.is_liquid:
@@ -155,7 +153,7 @@ class FluidMaterial(PointMaterial):
         }
 
     def law(self) -> NewtonianFluid:
-        """The law as kernels take it; implicit viscosity is no part of it."""
+        """Return the law for kernels, without the implicit viscosity."""
         mu, lam = (0.0, 0.0) if self.implicit_viscosity else self.viscosities()
         return NewtonianFluid(
             self.eos.law(self.density, self.pressure),
@@ -170,7 +168,6 @@ class FluidMaterial(PointMaterial):
         return self.viscosities() if self.implicit_viscosity else None
 
     def with_implicit_viscosity(self) -> Self | None:
-        """Where its points keep the heat."""
         possible = self.keeps_heat and not self.implicit_viscosity and max(self.viscosities()) > 0.0
         return self.model_copy(update={"implicit_viscosity": True}) if possible else None
 
@@ -179,13 +176,12 @@ class FluidMaterial(PointMaterial):
         return self.viscosity, -2.0 / 3.0 * self.viscosity if self.second_viscosity is None else self.second_viscosity
 
     def initial_state(self) -> FluidState:
-        """Stress and energy at the initial density and pressure."""
         A, B = pressure_line(self.law().eos, self.density)
         P = self.pressure
         return FluidState((-P, -P, -P, 0.0, 0.0, 0.0), (P - A) / B if B > 0.0 else 0.0)
 
     def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
-        """Densities and states along an isentropic column, whose pressure holds its weight."""
+        """Return densities and states of an isentropic column in hydrostatic equilibrium."""
         eos = self.law().eos
         density, energy = states_at_rest(eos, self.density, self.initial_state().internal_energy, gravity, depth)
         stress = np.zeros((len(depth), 6))
@@ -193,15 +189,13 @@ class FluidMaterial(PointMaterial):
         return density, FluidState(stress, energy)._asdict()  # type: ignore[arg-type]
 
     def operations(self, law: Any) -> Mapping[Law, Sequence[Operation]]:
-        """Those of the equation of state too."""
         return {**super().operations(law), law.eos: (pressure_line, lowest_pressure, sound_speed)}
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves at the start [m/s]; a fluid has no shear waves."""
         return self.signals(1.0)[0], 0.0
 
     def problems(self) -> Iterator[tuple[str, str, str]]:
-        """A tension at which the equation of state has no real sound speed."""
+        """Report a tension at which the equation of state has no real sound speed."""
         if self.pressure < 0.0 and not self.signals(1.0)[0]:
             text = f"the fluid has no real sound speed at density {self.density:g} kg/m^3"
             yield "pressure", text, "raise the pressure, or p_infinity where there is one"

@@ -49,16 +49,16 @@ class FluidMembraneMaterial(MembraneMaterial):
             raise ValueError("a fluid membrane without tension, stiffness and viscosity bears nothing: give one of them")
 
     def law(self, thickness: float) -> FluidMembrane:
-        """The law as kernels take it."""
         return FluidMembrane(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity)
 
     def recoverable_energy(self, shape: np.ndarray) -> np.ndarray:
-        """γ (A - 1) + K (A - 1 - ln A) of unit initial volume, over the density [J/kg], shape (n,); shape: (n, 4)."""
+        """Return (γ (A - 1) + K (A - 1 - ln A)) per unit initial volume, divided by the density [J/kg], shape (n,); shape:
+        (n, 4)."""
         area = shape[:, 0]
         return np.asarray((self.tension * (area - 1.0) + self.stiffness * (area - 1.0 - np.log(area))) / self.density)
 
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
-        """Of dilatation in the plane, and none of shear [m/s]."""
+        """Return the speed of dilatational waves [m/s]; there are no shear waves."""
         return sqrt(self.stiffness / self.density), 0.0
 
 

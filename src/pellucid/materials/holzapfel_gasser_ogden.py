@@ -67,11 +67,10 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
         return fibres
 
     def moduli(self) -> tuple[float, float]:
-        """Shear and bulk modulus of the matrix [Pa]."""
+        """Return the moduli of the matrix [Pa]."""
         return self.shear_modulus, self.bulk_modulus
 
     def law(self) -> HolzapfelGasserOgden:
-        """The law as kernels take it."""
         units = [x / hypot(*direction) for direction in self.fibres for x in direction]
         numbers = (self.shear_modulus, self.k1, self.k2, self.dispersion, tuple(units))
         return HolzapfelGasserOgden(*numbers, self.bulk_modulus, self.density)

@@ -75,21 +75,18 @@ class HolzapfelGasserOgdenMembraneMaterial(SurfaceMembraneMaterial):
 
     @property
     def direction(self) -> np.ndarray:
-        """Along which, seen on the surface, the axis of the fibres lies."""
         return np.array(self.fibre_direction)
 
     def elastic_law(self) -> HolzapfelGasserOgdenSurface:
-        """The surface law as kernels take it."""
         angle = radians(self.fibre_angle)
         numbers = (self.shear_modulus, self.k1, self.k2, self.dispersion)
         return HolzapfelGasserOgdenSurface(*numbers, cos(angle), sin(angle))
 
     def operations(self) -> Mapping[Law, Sequence[Operation]]:
-        """What must be registered for its surface law."""
         return {self.elastic_law(): (surface_energy, surface_tension, surface_stiffness)}
 
     def surface_moduli(self) -> tuple[float, float]:
-        """G and 3G of the matrix [N/m]."""
+        """Return G and 3G of the matrix [N/m]."""
         return self.shear_modulus, 3.0 * self.shear_modulus
 
 

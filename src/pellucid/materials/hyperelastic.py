@@ -42,16 +42,14 @@ class HyperelasticMaterial(PointMaterial):
     """What hyperelastic solids share."""
 
     def initial_state(self) -> FiniteStrainState:
-        """No stress, no deformation."""
         return FiniteStrainState(NO_STRESS, IDENTITY)
 
     def stressed(self, stress: Symmetric) -> tuple[float, FiniteStrainState]:
-        """The state of a stretch that bears the stress; the density is that of what is stretched."""
+        """Return density and state of the stretch with this stress."""
         F = stretch_under(self.law(), stress)
         return self.density / determinant(F), FiniteStrainState(stress, F)
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
-        """Beside the rate form, that from which it is derived."""
         return {law: (*super().operations(law)[law], energy, cauchy_stress, wave_speed)}
 
 

@@ -54,19 +54,15 @@ class KelvinVoigtMaterial(ViscoelasticMaterial):
     viscosity: float = parameter("Pa*s", "shear viscosity η", ge=0)
 
     def hyperelastic(self) -> HyperelasticMaterial:
-        """The solid that bears the load at rest."""
         return self.elastic
 
     def law(self) -> KelvinVoigt:
-        """The law as kernels take it."""
         return KelvinVoigt(self.elastic.law(), self.viscosity, self.density)
 
     def initial_state(self) -> KelvinVoigtState:
-        """No stress, no deformation."""
         return KelvinVoigtState(NO_STRESS, IDENTITY, 0.0)
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of slow plane pressure and shear waves at the start [m/s]."""
         return self.elastic.wave_speeds()
 
 

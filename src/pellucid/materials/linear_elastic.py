@@ -36,15 +36,13 @@ class LinearElasticMaterial(ElasticMaterial, PointMaterial):
     kind: Literal["linear-elastic"] = "linear-elastic"
 
     def law(self) -> LinearElastic:
-        """The law as kernels take it."""
         return LinearElastic(*lame(self.young_modulus, self.poisson_ratio))
 
     def initial_state(self) -> HypoelasticState:
-        """No stress."""
         return HypoelasticState(NO_STRESS, 0.0)
 
     def stressed(self, stress: Symmetric) -> tuple[float, HypoelasticState]:
-        """The stress, and the energy σ:ε/2 of linear elasticity."""
+        """Return the stress with the energy σ:ε/2 of linear elasticity."""
         trace = stress[0] + stress[1] + stress[2]
         squares = sum(value * value for value in stress[:3]) + 2.0 * sum(value * value for value in stress[3:])
         energy = 0.5 * ((1.0 + self.poisson_ratio) * squares - self.poisson_ratio * trace * trace) / self.young_modulus

@@ -35,7 +35,6 @@ class LinearMembraneMaterial(ElasticMembraneMaterial):
     kind: Literal["linear-membrane"] = "linear-membrane"
 
     def elastic_law(self) -> LinearMembrane:
-        """Its Young's modulus and Poisson's ratio."""
         return LinearMembrane(self.young_modulus, self.poisson_ratio)
 
 

@@ -30,7 +30,7 @@ class LipidFilm(BodyMaterial):
     exponent: float = parameter("", "c", 1.0, ge=1, le=9)
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Its inertia is left out: no wave crosses it."""
+        """Return zeros: the inertia is neglected, so there are no waves."""
         return 0.0, 0.0
 
     def pressure(self, density: np.ndarray) -> np.ndarray:

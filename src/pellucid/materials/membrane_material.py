@@ -19,8 +19,8 @@ class MembraneMaterial(BodyMaterial):
 
     @abstractmethod
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
-        """Speeds of pressure and shear waves in the plane at the start [m/s]; the thickness [m] counts where the moduli are
-        those of the surface."""
+        """Return the speeds of in-plane pressure and shear waves at the start [m/s]. The thickness [m] matters only for
+        surface moduli."""
 
     @property
     def plane_poisson_ratio(self) -> float:

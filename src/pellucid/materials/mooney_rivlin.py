@@ -48,11 +48,9 @@ class MooneyRivlinMaterial(BulkMaterial):
         return c2
 
     def moduli(self) -> tuple[float, float]:
-        """Shear and bulk modulus at rest [Pa]."""
         return 2.0 * (self.c1 + self.c2), self.bulk_modulus
 
     def law(self) -> MooneyRivlin:
-        """The law as kernels take it."""
         return MooneyRivlin(self.c1, self.c2, self.bulk_modulus, self.density)
 
 

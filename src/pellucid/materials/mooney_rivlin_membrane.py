@@ -29,11 +29,10 @@ class MooneyRivlinMembraneMaterial(SurfaceMembraneMaterial):
     invariant_ratio: float = parameter("", "c = C₂/C₁, of the second to the first invariant", ge=0)
 
     def elastic_law(self) -> MooneyRivlinSurface:
-        """The surface law as kernels take it."""
         return MooneyRivlinSurface(self.shear_modulus, self.invariant_ratio)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """G and 3G [N/m]."""
+        """Return G and 3G [N/m]."""
         return self.shear_modulus, 3.0 * self.shear_modulus
 
 

@@ -29,7 +29,6 @@ class NeoHookeanMaterial(ElasticMaterial, HyperelasticMaterial):
     kind: Literal["neo-hookean"] = "neo-hookean"
 
     def law(self) -> NeoHookean:
-        """The law as kernels take it."""
         return NeoHookean(*lame(self.young_modulus, self.poisson_ratio), self.density)
 
 

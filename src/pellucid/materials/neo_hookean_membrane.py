@@ -29,7 +29,6 @@ class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
     kind: Literal["neo-hookean-membrane"] = "neo-hookean-membrane"
 
     def elastic_law(self) -> NeoHookeanMembrane:
-        """Its Lamé constants."""
         return NeoHookeanMembrane(*lame(self.young_modulus, self.poisson_ratio))
 
 

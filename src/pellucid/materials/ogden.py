@@ -59,11 +59,9 @@ class OgdenMaterial(BulkMaterial):
         return exponents
 
     def moduli(self) -> tuple[float, float]:
-        """Shear and bulk modulus at rest [Pa]."""
         return 0.5 * sum(mu * alpha for mu, alpha in zip(self.shear_moduli, self.exponents, strict=True)), self.bulk_modulus
 
     def law(self) -> Ogden:
-        """The law as kernels take it."""
         return Ogden(self.shear_moduli, self.exponents, self.bulk_modulus, self.density)
 
 

@@ -39,11 +39,10 @@ class OgdenMembraneMaterial(SurfaceMembraneMaterial):
         return exponents
 
     def elastic_law(self) -> OgdenSurface:
-        """The surface law as kernels take it."""
         return OgdenSurface(self.shear_moduli, self.exponents)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """G and 3G [N/m]."""
+        """Return G and 3G [N/m]."""
         shear = 0.5 * sum(m * alpha for m, alpha in zip(self.shear_moduli, self.exponents, strict=True))
         return shear, 3.0 * shear
 

@@ -73,23 +73,19 @@ class PronyMaterial(ViscoelasticMaterial):
     branches: tuple[PronyBranch, ...] = parameter("", "the terms of the series", min_length=1, max_length=MOST)
 
     def hyperelastic(self) -> HyperelasticMaterial:
-        """The solid that bears the load at rest."""
         return self.elastic
 
     def law(self) -> Prony:
-        """The law as kernels take it."""
         shares = tuple(branch.share for branch in self.branches)
         times = tuple(branch.relaxation_time for branch in self.branches)
         return Prony(self.elastic.law(), shares, times, self.density)
 
     def initial_state(self) -> PointState:
-        """No stress, no deformation."""
         n = len(self.branches)
         state: PointState = STATES[n](NO_STRESS, IDENTITY, 0.0, *[0.0] * n, *[NO_STRESS] * n)
         return state
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of fast plane pressure and shear waves at the start [m/s]."""
         sudden = 1.0 + sum(branch.share for branch in self.branches)
         stiffness = self.elastic.moduli()[1] + sudden * isochoric_stiffness(self.elastic.law(), IDENTITY)
         return sqrt(stiffness / self.density), sqrt(sudden * self.elastic.moduli()[0] / self.density)

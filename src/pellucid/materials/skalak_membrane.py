@@ -39,11 +39,10 @@ class SkalakMembraneMaterial(SurfaceMembraneMaterial):
             )
 
     def elastic_law(self) -> SkalakSurface:
-        """The surface law as kernels take it."""
         return SkalakSurface(self.shear_modulus, self.area_coefficient)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """G and (1 + 2C) G [N/m]."""
+        """Return G and (1 + 2C) G [N/m]."""
         return self.shear_modulus, (1.0 + 2.0 * self.area_coefficient) * self.shear_modulus
 
 

@@ -42,7 +42,6 @@ class SolidMembraneMaterial(MembraneMaterial):
         """The law of a membrane of this thickness at rest [m] that bears compression, without viscosity."""
 
     def law(self, thickness: float) -> Law:
-        """The law as kernels take it."""
         plain = self.plain_law(thickness)
         if self.is_viscous:
             return ViscousMembrane(plain, self.viscosity, self.dilatational_viscosity, thickness)
@@ -57,10 +56,8 @@ class SolidMembraneMaterial(MembraneMaterial):
         try_membrane(self)
 
     def damage_law(self) -> Elastodamage | Undamaged:
-        """The law of damage as kernels take it."""
         return self.damage.law() if self.damage else Undamaged()
 
     @property
     def damage_radius(self) -> float | None:
-        """Of the mean of the strain that drives damage [m]."""
         return self.damage.radius if self.damage else None

@@ -23,15 +23,13 @@ class SurfaceMembraneMaterial(SolidMembraneMaterial):
         """Shear and area modulus at rest [N/m], along the stiffest direction where it has directions."""
 
     def plain_law(self, thickness: float) -> SurfaceSheet:
-        """The surface law over a thickness at rest [m]."""
         return SurfaceSheet(self.elastic_law(), thickness)
 
     def operations(self) -> Mapping[Law, Sequence[Operation]]:
-        """What must be registered for its surface law."""
         return {self.elastic_law(): (stretch_energy, stretch_slopes, stretch_curvatures)}
 
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
-        """Speeds of pressure and shear waves in the plane of a membrane of a thickness [m] at the start [m/s]."""
+        """Return the speeds of in-plane pressure and shear waves of a membrane of this thickness [m] at the start [m/s]."""
         shear, area = self.surface_moduli()
         areal_density = self.density * thickness
         return sqrt((area + shear) / areal_density), sqrt(shear / areal_density)

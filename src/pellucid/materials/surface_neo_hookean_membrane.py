@@ -25,11 +25,10 @@ class SurfaceNeoHookeanMembraneMaterial(SurfaceMembraneMaterial):
     shear_modulus: float = parameter("N/m", "surface shear modulus G, a third of the surface Young's modulus", gt=0)
 
     def elastic_law(self) -> SurfaceNeoHookean:
-        """The surface law as kernels take it."""
         return SurfaceNeoHookean(self.shear_modulus)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """G and 3G [N/m]."""
+        """Return G and 3G [N/m]."""
         return self.shear_modulus, 3.0 * self.shear_modulus
 
 

@@ -23,7 +23,6 @@ class ViscoelasticMaterial(PointMaterial):
         """The solid that bears the load at rest."""
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
-        """Its own, and those of the law of the hyperelastic solid."""
         inside = self.hyperelastic()
         return {**super().operations(law), **inside.operations(inside.law())}
 

@@ -28,11 +28,10 @@ class YeohMembraneMaterial(SurfaceMembraneMaterial):
     cubic_coefficient: float = parameter("N/m", "C₃, of the cube of I - 3", ge=0)
 
     def elastic_law(self) -> YeohSurface:
-        """The surface law as kernels take it."""
         return YeohSurface(self.shear_modulus, self.cubic_coefficient)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """G and 3G [N/m]."""
+        """Return G and 3G [N/m]."""
         return self.shear_modulus, 3.0 * self.shear_modulus
 
 

@@ -41,7 +41,6 @@ class SettlingClock(Clock):
         self._kinetic = self.peak = 0.0
 
     def next_step(self, bodies: Sequence[Body]) -> float:
-        """The length of the coming step [s]."""
         stable, name = self.stable_step(bodies)
         if self.case.step is not None:
             self._check_fixed(self.case.step, stable, name)
@@ -51,11 +50,10 @@ class SettlingClock(Clock):
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
-        """Time stands still."""
+        """Return a zero increment: the time of the loads stands still."""
         return 0.0, 0.0
 
     def advance(self, dt: float) -> None:
-        """Count a step."""
         self.n_steps += 1
         self.dt = dt
         self._passed += dt
@@ -103,11 +101,9 @@ class SettlingClock(Clock):
         )
 
     def state_numbers(self) -> dict[str, Any]:
-        """Of the swings so far too."""
         return super().state_numbers() | {SETTLING: {name: vars(self)[name] for name in SWINGS}}
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on with settling."""
         super().restore(numbers, arrays)
         vars(self).update(numbers[SETTLING])
 

@@ -88,7 +88,6 @@ class SteadyClock(Clock):
     # a step
 
     def next_step(self, bodies: Sequence[Body]) -> float:
-        """The length of the coming step of the relaxation [s]."""
         stable, name = self.stable_step(bodies)
         dt = self.case.courant * stable
         self.check_collapse(dt, name, bodies)
@@ -100,12 +99,12 @@ class SteadyClock(Clock):
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
-        """Return the time of the loads [s], and its increment in this step."""
+        """Return the time of the loads [s] and its increment in this step."""
         start, end = self._loads_at(self._step), self._loads_at(self._step + 1)
         return start, end - start
 
     def pace(self, dt: float) -> None:
-        """Tell the bodies the damping of the coming step, and how fast the loads change."""
+        """Set the damping of the coming step and the rate of change of the loads."""
         kappa, (start, grown) = self._kappa, self.span(dt)
         for body in self._relaxed:
             body.relax(kappa * kappa, 0.25 * (1.0 + kappa) ** 2, grown / dt, smooth_step((start + grown) / self.case.end))
@@ -113,7 +112,7 @@ class SteadyClock(Clock):
             tool.load_rate = grown / dt
 
     def advance(self, dt: float) -> None:
-        """Count a step, and find out whether a steady state is reached."""
+        """Count a step and check whether a steady state is reached."""
         self.n_steps += 1
         self._step += 1
         self.dt, self.weight = dt, 0.0
@@ -139,7 +138,6 @@ class SteadyClock(Clock):
 
     @property
     def is_last_try(self) -> bool:
-        """True if the coming step is the last one in which the state may become steady."""
         return self._step == max(self.steady.most_steps - 1, self.loading) and not self._quiet
 
     def _loads_at(self, step: int) -> float:
@@ -225,7 +223,7 @@ class SteadyClock(Clock):
     against_energy_error = f"{SLOWER_LOADS}: the loads grow too fast"
 
     def facts(self) -> dict[str, Any]:
-        """What the summary tells: steps of each load step, the estimated error, and the forces that are left, of all forces."""
+        """Return the steps of each load step, the estimated error, and the residual force relative to all forces."""
         return {"steady": {"steps": self.steps_taken, "estimated_error": self.error, "unbalanced_force": self._unbalanced()}}
 
     def _unbalanced(self) -> float:
@@ -234,20 +232,16 @@ class SteadyClock(Clock):
         return float(left / every) if every > 0.0 else 0.0
 
     def progress(self) -> float:
-        """Return the time of the loads [s]."""
         return self._loads_at(self._step)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """The state that estimates refer to."""
         return {f"{what}-{n}": array for n, kept in enumerate(self._kept) for what, array in zip(KEPT, kept, strict=False)}
 
     def state_numbers(self) -> dict[str, Any]:
-        """Return the numbers for a checkpoint."""
         own = {name: getattr(self, name) for name in OWN}
         return {**super().state_numbers(), **own, "steps_taken": list(self.steps_taken)}
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from a checkpoint."""
         super().restore(numbers, arrays)
         for name in (*OWN, "steps_taken"):
             setattr(self, name, numbers[name])

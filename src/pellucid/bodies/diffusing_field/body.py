@@ -60,13 +60,12 @@ class DiffusingField(NodalBody):
     # the step
 
     def predict(self, dt: float) -> None:
-        """Nothing moves."""
+        """Do nothing: the nodes are fixed."""
 
     def correct(self, remap: bool) -> None:
-        """Nothing moves."""
+        """Do nothing: the nodes are fixed."""
 
     def update(self, dt: float) -> None:
-        """The concentration at the end of the step."""
         if dt != self._dt:
             matrix = csc_array((self._content + self._alpha * dt * self._outflow)[self._free][:, self._free])
             self._solver, self._dt = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}), dt
@@ -74,41 +73,36 @@ class DiffusingField(NodalBody):
         c[self._free] += self._solver.solve(-dt * (self._outflow @ c)[self._free])
 
     def renew_totals(self) -> None:
-        """They are zero: it has neither momentum nor energy, and bounds no step."""
+        """Do nothing: there is no momentum, no energy and no step limit."""
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped` where a concentration is no number."""
+        """Raise `RunStopped` if a concentration is not finite."""
         wrong = np.flatnonzero(~np.isfinite(self.arrays["concentration"]))
         if wrong.size:
             self.stop(NOT_FINITE, int(wrong[0]), n_steps, time)
 
     def work(self) -> StepWork:
-        """None."""
         return no_work(self._columns, 0)
 
     # results
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of the nodes."""
         return self.arrays
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Begin with the concentrations of an earlier run."""
         self.arrays["concentration"][self._free] = state["concentration"][self._free]
         self.renew_totals()
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         for name, array in self.arrays.items():
             array[...] = arrays[name]
 
     @property
     def field_names(self) -> list[str]:
-        """Its own arrays, the density of what carries it, and the amount of each node."""
+        """Return its own arrays, the carrier's density, and the amount at each node."""
         return [*OWN_FIELDS, "density", "amount"]
 
     def field(self, name: str) -> np.ndarray:
-        """A field in the order of the nodes."""
         if name == "amount":
             return self.arrays["volume"] * self.arrays["concentration"]
         if name == "density":
@@ -118,7 +112,6 @@ class DiffusingField(NodalBody):
         return self.arrays[name]
 
     def cells(self) -> Cells:
-        """Segments of the line, or triangles."""
         if self._domain.line is None:
             return Cells(triangles=self._domain.chosen().triangulate().triangles)
         number = np.arange(self.n_points - 1)

@@ -54,57 +54,48 @@ class DiffusingFieldCase(BodyModel):
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
     def build(self, placement: Placement) -> Body:
-        """Its nodes."""
         from pellucid.bodies.diffusing_field.body import DiffusingField
 
         return DiffusingField(self, placement)
 
     def owns_nodes(self, alone: bool) -> bool:
-        """Always."""
         return True
 
     def needs_grid(self, parts: Parts) -> bool:
-        """Never."""
         return False
 
     def why_no_motion(self) -> Reason:
-        """Its nodes are fixed."""
+        """Return the reason: its nodes are fixed."""
         return Reason(f"the nodes of body {self.name} are fixed", "leave this motion out")
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
-        """At rest."""
         return np.zeros_like(position)
 
     def occupied(self) -> Geometry:
-        """What the surface encloses; of a line a box without width."""
+        """Return the region enclosed by the surface; for a line, a box of zero width."""
         if self.domain.surface is not None:
             return Inside(surface=self.domain.surface)
         (x, y, z), (a, b, c) = (end.tolist() for end in self.bounds())
         return Box(lower=(x, y, z), upper=(a, b, c))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner [m]."""
         return bounding_box(self.domain.positions())
 
     def standing(self, grid: GridCase) -> Standing:
-        """Its nodes."""
         return Standing(self.domain.positions())
 
     def n_points(self, grid: GridCase | None) -> float:
-        """Number of nodes."""
         return len(self.domain.positions()) if self.domain.line is None else self.domain.line.nodes
 
     def table_bytes(self) -> float:
-        """Of the interpolants, the matrices and the factors of their sum [bytes]."""
         return STENCIL_BYTES * self.radial.stencil_size(self.domain.dimension) ** 2 * self.n_points(None)
 
     @property
     def probed(self) -> tuple[str, ...]:
-        """The fields that probes can read."""
         return "position", "mass", "volume", "density", "concentration", "amount"
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A grid, windows that are too wide, faults of the surface, too few nodes for a stencil."""
+        """Report a grid, stencils that are too wide, faults of the surface, and too few nodes for a stencil."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("concentration",), path)
         if parts.grid is not None:

@@ -77,58 +77,49 @@ class FluidFilm(
         self._show(o)
 
     def order(self) -> np.ndarray:
-        """Where the nodes of its shape are stored."""
         return np.argsort(self.arrays["id"])
 
     # conditions
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
-        """Add external forces on the nodes [N], shape (n, 3), over this step."""
         self._forces.append((column, np.asarray(force)[:, list(self.geometry.axes)]))
 
     def add_traction(self, traction: Traction, column: int, label: str) -> None:
-        """Add forces on the film's surface over this step."""
         self._tractions.append(ActingTraction(column, traction, label))
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """A support constrains its nodes."""
         self._held.add_supports(supports)
 
     def add_normal_motions(self, names: Sequence[str], numbers: np.ndarray) -> None:
-        """A motion along the normal leads its nodes."""
         self._held.motions, self._held.numbers = names, numbers
 
     def set_normal_velocities(self, rates: np.ndarray) -> None:
-        """Of these motions over this step [m/s]."""
         self._held.rates = rates
 
     def complete(self) -> None:
-        """Nothing is held twice."""
+        """Raise an error if nodes are constrained twice."""
         self._held.check(self.name)
 
     def share_gravity(self, share: float) -> None:
-        """Let a share of gravity act over this step."""
         self._gravity[:] = share * self._full_gravity
 
     # the step
 
     def begin(self, dt: float) -> None:
-        """Forget the loads of the last step."""
         self._tractions.clear()
         self._forces.clear()
 
     def show_start(self, dt: float) -> None:
-        """Show the velocities of the balance at the start."""
         self._fields.show_velocities(self._steps.velocities_now(dt, self._elapsed, self._driving()))
 
     def predict(self, dt: float) -> None:
-        """Nothing: the film moves when all loads are known."""
+        """Do nothing: the film moves after all loads are known."""
 
     def correct(self, remap: bool) -> None:
-        """Nothing."""
+        """Do nothing: `update` moves the film."""
 
     def update(self, dt: float) -> None:
-        """Move the film over a step, in as many of its own as its accuracy needs."""
+        """Advance the film over a step, in as many substeps as its accuracy needs."""
         self._work = self._held.no_work(self._columns)
         o = self._steps.over(dt, self._elapsed, self._driving(), self._count)
         self._elapsed += dt
@@ -152,7 +143,7 @@ class FluidFilm(
         return Driving(list(self._tractions), forces, *self._held.prescribed(), self._held.led(self.arrays["v"]), None, None)
 
     def renew_totals(self) -> None:
-        """Stored energy; it has no momentum, and its own steps do not bound that of the clock."""
+        """Sum the stored energy. A film has no momentum, and its substeps do not limit the step of the run."""
         self._show(self.geometry.operators(self.arrays["x"]))
 
     def _show(self, o: Operators) -> None:
@@ -160,30 +151,26 @@ class FluidFilm(
         self.totals.stored = self.balance.stored_energy(o, self.arrays["part_mass"])
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped` where it found no motion, is not finite, or too thin to be a film."""
+        """Raise `RunStopped` if the motion was not solved, is not finite, or the film is too thin."""
         if self._steps.fault is not None:
             text = f"step {n_steps}, time {time:.6g} s: film {self.name} {self._steps.fault}"
             raise RunStopped(text, step=n_steps, time=time, body=self.name)
 
     def work(self) -> StepWork:
-        """Work and impulses of this step."""
         return self._work
 
     # checkpoint
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return nodes, masses and the length of the film's own steps."""
         kept = {f"{part}.{name}": array for part, of in self._stateful().items() for name, array in of.state_arrays().items()}
         return {**self.arrays, "elapsed": np.array([self._elapsed]), **kept}
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Begin with the nodes of an earlier run."""
         number = self.arrays["id"]
         self.restore({name: array[number] if len(array) == len(number) else array for name, array in state.items()})
         self.renew_totals()
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         for name, array in self.arrays.items():
             array[...] = arrays[name]
         self._elapsed = float(arrays["elapsed"][0])
@@ -197,38 +184,34 @@ class FluidFilm(
     # results
 
     def cells(self) -> Cells:
-        """Lines or triangles between its nodes."""
         return self.geometry.cells().renumbered(self.arrays["id"])
 
     @property
     def field_names(self) -> list[str]:
-        """The fields that results show."""
         return list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
-        """A field at the nodes: what varies between them as means by area of the elements about each."""
+        """Return a nodal field; element fields are averaged by area."""
         try:
             return self.stored_field(name)[self.order()]
         except KeyError:
             raise self.no_field(name) from None
 
     def stored_field(self, name: str) -> np.ndarray:
-        """Return a field in the order of the geometry. Raises KeyError for an unknown field."""
         return self._fields.field(name)
 
     def pressed_areas(self) -> np.ndarray:
-        """∫ N_I n dA about each node [m²], shape (n, 3)."""
+        """Return ∫ N_I n dA around each node [m²], shape (n, 3)."""
         o = self.geometry.operators(self.arrays["x"])
         return in_space(self.balance.vector_areas(o), self.geometry.axes)[self.order()]
 
     def surface_areas(self) -> np.ndarray:
-        """Shares of the nodes in the area of the film."""
         return self._fields.areas(self.geometry.operators(self.arrays["x"]))[self.order()]
 
     def volumes(self) -> np.ndarray:
-        """A film has none."""
+        """Return zeros: a film has no volume."""
         return np.zeros(self.n_points)
 
     def kinetic_energies(self) -> np.ndarray:
-        """Return zeros: the inertia of a film is left out."""
+        """Return zeros: the inertia of a film is neglected."""
         return np.zeros(self.n_points)

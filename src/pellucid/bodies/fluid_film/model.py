@@ -170,21 +170,18 @@ class FluidFilmCase(BodyModel):
     # what others ask
 
     def channels(self) -> Sequence[Channel]:
-        """What its viscosity and the drag take."""
         return (VISCOUS_HEAT, DAMPING_HEAT) if self.has_drag else (VISCOUS_HEAT,)
 
     @property
     def has_own_step(self) -> bool:
-        """It does."""
+        """True: a film takes substeps."""
         return True
 
     @property
     def probed(self) -> tuple[str, ...]:
-        """The fields that probes can read."""
         return ("position", "velocity", "mass", "areal_density", "tension", "curvature", "distance", "bending_energy")
 
     def build(self, placement: "Placement") -> "Body":
-        """Its nodes, which move by themselves or with those of the grid."""
         from pellucid.bodies.fluid_film.body import FluidFilm
         from pellucid.bodies.fluid_film.on_grid import FilmOnGrid
 
@@ -193,13 +190,12 @@ class FluidFilmCase(BodyModel):
         return FluidFilm(self, placement)
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
-        """The same film, which knows whether others share its velocity field."""
         aware = self.model_copy()
         aware._is_shared = sum(body.field == self.field for body in bodies) > 1
         return aware
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Alone it takes steps of its own; with others signals cross no more than a cell."""
+        """Return None if the film is alone and takes substeps; with other bodies, the step in which signals cross one cell."""
         if not self._is_shared or cell is None:
             return NO_LIMIT
         from pellucid.bodies.fluid_film.wave_speeds import Signals
@@ -208,11 +204,10 @@ class FluidFilmCase(BodyModel):
         return signals.limit(cell, self.fastest_at_start(self.positions()))
 
     def owns_nodes(self, alone: bool) -> bool:
-        """Where no other body shares its velocity field: the nodes of the grid move it then."""
+        """True if no other body shares its velocity field; otherwise the nodes of the grid move the film."""
         return alone
 
     def needs_grid(self, parts: Parts) -> bool:
-        """To move with the fluid in it and about it."""
         return any(body.kind != self.kind for body in parts.of(BodyModel))
 
     def positions(self) -> np.ndarray:
@@ -226,49 +221,42 @@ class FluidFilmCase(BodyModel):
 
     @property
     def has_triangles(self) -> bool:
-        """Of a film in space."""
         return self.shape.surface is not None
 
     def selectable(self) -> Selectable:
-        """Its nodes."""
         return Selectable(self.positions())
 
     def occupied(self) -> None:
-        """What it encloses is nothing that another body could leave out."""
+        """Return None: its inside is not available to other bodies."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner [m]."""
         return bounding_box(self.positions())
 
     def standing(self, grid: GridCase) -> Standing:
-        """Its nodes, and between those of a surface triangles."""
         if self.shape.surface is not None:
             return Standing(*self.shape.surface.triangulate())
         return Standing(self.positions(), np.zeros((0, 3), int))
 
     def n_points(self, grid: GridCase | None) -> float:
-        """Number of nodes."""
         return len(self.positions())
 
     def table_bytes(self) -> float:
-        """Of stencils, rows and factors [bytes]."""
         return len(self.positions()) * (SURFACE_BYTES if self.shape.surface is not None else CURVE_BYTES)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
-        """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        """It has no inside for others."""
         return Reason(f"{self.name} is a fluid film", "name bodies of material points and closed membranes")
 
     def why_no_motion(self) -> Reason | None:
-        """Its nodes do not stay at the same material points."""
+        """Return the reason: its nodes do not stay at the same material points."""
         text = f"the nodes of film {self.name} do not go with its material"
         return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
 
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
-        """Nodes that all follow one leave its volume and area no freedom; those that the grid moves follow none."""
+        """Return the reason for motions of all nodes, which leave no freedom to volume and area, and for films moved by the
+        grid."""
         if self._is_shared:
             return Reason(f"the fluid about film {self.name} moves its nodes", "leave this motion out")
         if not whole or (self.volume is None and self.area == "free"):
@@ -278,7 +266,7 @@ class FluidFilmCase(BodyModel):
         return Reason(text, f"leave `{held}` of the film out, or lead only a `part` of it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """What does not go together."""
+        """Report settings that are incompatible."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         yield from own_problems(self, path)

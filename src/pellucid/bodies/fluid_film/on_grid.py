@@ -84,18 +84,16 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What its functions depend on, too."""
+        """Return the arrays, including those that its functions depend on."""
         kept = {f"geometry/{name}": array for name, array in self.geometry.state_arrays().items()}
         return {**super().state_arrays(), **kept}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         self.geometry.restore(of_owner("geometry", arrays))
         super().restore(arrays)
         self._show()
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Begin with the nodes of an earlier run."""
         self.geometry.restore(of_owner("geometry", state))
         super().load_state(state)
         self._show()
@@ -103,7 +101,6 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     # forces
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum, internal forces."""
         if inertia:
             self._to_grid.scatter(inertia=True, force=False)
         if force:
@@ -114,7 +111,6 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         return self.forces.internal_force(self._o, self._film["part_mass"], self._film["v"])
 
     def add_traction(self, traction: Traction, column: int, label: str) -> None:
-        """Add forces on the film's surface to those on the nodes of the grid."""
         force = self.forces.traction_force(self._o, self._film["part_mass"], traction, 0.0)
         self._scatter(force, self.velocity_field.load_row(column - FIRST_LOAD))
 
@@ -126,20 +122,21 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     # motion
 
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Nothing: strains follow from its own nodes."""
+        """Do nothing: strains follow from its own nodes."""
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Where `move`, new positions and what follows; with dt = 0 the totals of the present state."""
+        """Move the film if `move`, then update its state; with dt = 0, sum the totals of the present state."""
         if move or dt == 0.0:
             self.update_positions(dt)
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """That which strains points: in MUSL that of the points' own momentum, which costs no energy."""
+        """Return the velocity that strains points. In MUSL it is the velocity of the points' own momentum, which costs no
+        energy."""
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:
-        """New positions; nodes spread evenly; energies and the bound on the step."""
+        """Move the nodes, spread them evenly, and update energies and step limit."""
         film, order, axes = self._film, self.arrays["node"], list(self.geometry.axes)
         move_points(self._by_nodes, dt)
         self._complete("position")
@@ -194,11 +191,9 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         return Signals(self.forces.physics, self.forces.material, self.forces.densities(self._o, self._film["part_mass"]))
 
     def signal_limit(self) -> StepLimit:
-        """How its waves, its viscosity and its bending bound the step."""
         return self._signals().limit(self.grid.lattice.cell, self.fastest())
 
     def work(self) -> StepWork:
-        """The heat of its viscosity."""
         done = no_work(VISCOUS + 1, 0)
         done.works[[VISCOUS, INTERNAL]] = self._heat_of_viscosity  # the internal work of the grid has it too
         return done
@@ -206,7 +201,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     # what others ask
 
     def half_width(self) -> tuple[float, float, float]:
-        """It has no thickness."""
+        """Return 0: a film has no thickness."""
         return 0.0, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
@@ -214,22 +209,17 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         return self._slice * in_space(self.forces.vector_areas(self._o), self.geometry.axes)[self.arrays["node"]]
 
     def pressed_areas(self) -> np.ndarray:
-        """The same in the order of the numbers of the nodes."""
         return self.vector_areas()[self.order()]
 
     def surface_areas(self) -> np.ndarray:
-        """Shares of the nodes in the area of the film."""
         return self._slice * self._fields.areas(self._o)[np.argsort(self._numbers)]
 
     def cells(self) -> Cells:
-        """Lines or triangles between its nodes."""
         return self.geometry.cells().renumbered(self._numbers)
 
     @property
     def field_names(self) -> list[str]:
-        """The fields that results show."""
         return list(FIELDS)
 
     def stored_field(self, name: str) -> np.ndarray:
-        """A field in the order in which the nodes are stored at the moment."""
         return super().stored_field(name) if name in OF_POINTS else self._fields.field(name)[self.arrays["node"]]

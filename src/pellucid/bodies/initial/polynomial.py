@@ -19,6 +19,5 @@ class Polynomial(InitialField):
     axis: Literal["x", "y", "z"] = parameter("", "axis along which it varies", "x")
 
     def at(self, position: np.ndarray) -> np.ndarray:
-        """Concentration, shape (n,), at positions [m], shape (n, 3)."""
         x = position[:, "xyz".index(self.axis)]
         return self.factor * np.prod(x[:, None] - np.array(self.zeros), axis=1)

@@ -17,5 +17,4 @@ class SineWave(InitialField):
     phase: float = parameter("rad", "phase φ", 0.0)
 
     def at(self, position: np.ndarray) -> np.ndarray:
-        """Velocity [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
         return np.sin(position @ np.array(self.wave_vector) + self.phase)[:, None] * np.array(self.amplitude)

@@ -20,5 +20,4 @@ class VelocityGradient(InitialField):
     origin: Vector = parameter("m", "where it vanishes, x₀", NONE)
 
     def at(self, position: np.ndarray) -> np.ndarray:
-        """Velocity [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
         return np.asarray((position - np.array(self.origin)) @ np.array((self.x, self.y, self.z)).T)

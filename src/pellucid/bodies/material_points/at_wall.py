@@ -59,7 +59,6 @@ class PointsAtWall(ContactSurface):
         return np.asarray((mass / (self._density * self._body.grid.slice_thickness**thin)) ** (1.0 / (3 - thin)))
 
     def begin(self) -> None:
-        """Find the points beside the plane."""
         points, plane, grid = self._body.points, self._plane, self._body.grid
         count = _list_beside(points.position, self._body.n_there, plane.normal, plane.level, self._most, self._listed)
         self._at = at = self._listed[:count]
@@ -71,6 +70,5 @@ class PointsAtWall(ContactSurface):
         self.slip, self.drag = np.zeros((count, 3)), mass * self.rate
 
     def add_forces(self, force: np.ndarray) -> None:
-        """To the nodes about the points."""
         pushed = np.flatnonzero(force.any(axis=1))
         scatter_listed(self._body.mapped, self._body.points.position, self._at[pushed], force[pushed], self._load())

@@ -82,12 +82,11 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self._strain_at_rest: Bundle | None = None
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         super().restore(arrays)
         self._stressed = None
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Begin with the arrays of an earlier run, whose viscosity need not have been implicit."""
+        """Load the arrays of an earlier run, which may have had explicit viscosity."""
         if VISCOUS_STRESS in self.arrays:
             state = {VISCOUS_STRESS: np.zeros((len(state["id"]), 6)), **state}
         super().load_state(state)
@@ -103,7 +102,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return not self.material.flows
 
     def make_contact_surface(self, column: int) -> GridSurface | None:
-        """That of its shape."""
         self.keep_whole()
         leads: object = self.constraint
         takes = leads if isinstance(leads, TakesForces) else None
@@ -121,7 +119,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return self.contact_surface
 
     def make_points_at(self, plane: WallPlane, column: int) -> ContactSurface | None:
-        """Those of a fluid."""
         if not self.material.flows:
             return None
         self.keep_whole()
@@ -134,7 +131,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return lambda: self.velocity_field.load_row(column - FIRST_LOAD)
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """A rigid body swings on others."""
         if not any(surface is self.contact_surface for surface in touching):
             self.contact_surface = None
         if self.contact_surface is not None:
@@ -142,7 +138,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
             self.totals.rate = max(self.totals.rate, self.contact_surface.least_rate)
 
     def signal_limit(self) -> StepLimit:
-        """Signals in what the grid strains, else how it moves and swings on what it touches."""
         cell, fastest = self.grid.lattice.cell, self.fastest()
         if self._strains:
             return signals_seen(cell, self.totals.rate, self.material.signals(cell)[1], fastest)
@@ -151,12 +146,12 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     @property
     def filling(self) -> Filling | None:
-        """Itself where its pressure acts so, and nothing leads it."""
+        """Return self if `cell_pressure` is on and no motion prescribes the body."""
         return self if self._by_cells and self.constraint is None else None
 
     @property
     def viscous(self) -> Viscous | None:
-        """Itself where its viscosity is implicit and the grid strains it."""
+        """Return self if the viscosity is implicit and the grid strains the body."""
         return self if VISCOUS_STRESS in self.arrays and self._strains else None
 
     @property
@@ -170,11 +165,11 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return self.arrays[VISCOUS_STRESS]
 
     def fluid_volume(self) -> float:
-        """That of its points where they flow."""
+        """Return the volume of the points of a fluid [m³]; 0 for a solid."""
         return float(self.stored_field("volume").sum()) if self.material.flows else 0.0
 
     def state_warning(self) -> str | None:
-        """Of a liquid that is squeezed."""
+        """Warn of a liquid compressed beyond its limit."""
         volume = self.fluid_volume()
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         if told is None:
@@ -183,7 +178,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return f"body `{self.name}`: {told}{passage}"
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum, internal forces. What nothing strains has the stress that it began with: mostly none."""
+        """P2G of mass, momentum and internal forces. A body that is not strained keeps its initial stress (usually zero)."""
         if force and not self._strains:
             if self._stressed is None:
                 self._stressed = domain.any(bool(self._there("stress").any()))
@@ -192,20 +187,17 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
             super().particle_to_grid(inertia, force)
 
     def renew_totals(self) -> None:
-        """Find the totals of the state as it is."""
         super().renew_totals()
         if not self._strains:  # else straining finds it
             self.totals.stored = float(np.sum(self.stored_field("stored_energy")))
 
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients, volumes, stresses of what the grid strains; where `move`, new positions."""
         if self._strains:
             each_point(self._strain if move else self._strain_alone(), dt)
         if move and self.is_led(by_slabs=True):
             self.prescribe_positions()
 
     def passes(self) -> dict[str, PassAlone]:
-        """As for other bodies on the grid; straining."""
         straining = PassAlone(lambda: each_point(self._strain, 0.0), traffic_of(self._strain))
         return {**super().passes(), "straining": straining}
 
@@ -216,7 +208,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return self._strain_at_rest
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Totals, the bound on the step; positions of a rigid body."""
+        """Sum totals and the step limit; move the points of a rigid body."""
         if move and self.is_led(by_slabs=False):
             self.prescribe_positions()
         if move:
@@ -240,7 +232,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return self.material.keeps_heat and self._strains
 
     def return_heat(self, share: float) -> None:
-        """Give up this share of the heat that it kept in this step."""
         energy = self._there("internal_energy")
         energy -= share * np.maximum(self._heat[: self.n_there], 0.0)
         self.totals.stored -= share * self.transfer_loss.kept
@@ -262,14 +253,14 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         return self.constraint is None and not self._model.why_no_outflow()
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
-        """Let points leave through faces of the grid."""
         self.keep_whole()
         self._open_faces = self._open_faces or OpenFaces()
         self._open_faces.add(faces)
         self.constant_fields = ("id",)
 
     def check(self, n_steps: int, time: float) -> None:
-        """Stop at faults, but not where points left that may; they go when the step is recorded."""
+        """Raise `RunStopped` at faults. Points that left through open faces are not faults; they are removed when the step
+        is recorded."""
         fault = self.slabs.fault if self._open_faces is None else domain.complete(self.slabs.fault)
         if (
             self._open_faces is not None
@@ -284,7 +275,6 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         super().check(n_steps, time)
 
     def let_leave(self) -> Passed | None:
-        """Remove the points that left through open faces in this step."""
         gone, self._leaving = self._leaving, NOBODY
         if not gone.any():
             return None
@@ -310,11 +300,10 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     @property
     def n_told(self) -> int:
-        """Those that are there, where points come in."""
+        """Return the number of points present if points can enter."""
         return self.n_there if self._takes_in else self.n_points
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
-        """Let so many points come in besides; those that have not are without mass at a place [m], shape (3,)."""
         self.keep_whole()
         self._takes_in = True
         before, n = self.n_points, self.n_points + rows
@@ -326,24 +315,19 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         self._make_bundles()
 
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
-        """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
         return _arrays_at(self._model, position, volume, self._gravity)
 
     def stresses_of(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of sets of its points, chosen by their positions."""
         self._complete("position", "stress", "volume")
         chosen = sets(self.arrays["position"][: self.n_there])
         return [(self.arrays["stress"][numbers], self.arrays["volume"][numbers]) for numbers in chosen]
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Arrays of points of a liquid under a pressure larger by `more` [Pa]; those of other materials as they are."""
         return self.material.pressed(arrays, more)
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> Passed:
-        """Take in points with such arrays after a step, in which they lie in the grid; what they bring along.
-
-        They take the rows of points that left, or that have not come yet. Raises RunStopped where there are no more.
-        """
+        """Add points with these arrays after a step; they must lie in the grid. They use the rows of points that left or
+        have not entered yet. Returns the mass, energy and momentum added. Raises RunStopped if no rows are left."""
         there, mass = self.n_there, arrays["mass"]
         end = there + len(mass)
         if end > self.n_points:
@@ -372,19 +356,17 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     @property
     def field_names(self) -> list[str]:
-        """The fields that results show."""
         names = super().field_names
         energy = self.material.energy_field
         return names if energy in names else [*names, energy]
 
     def stored_field(self, name: str) -> np.ndarray:
-        """As for every body; the stress has that of implicit viscosity in it."""
         if name == "stress" and VISCOUS_STRESS in self.arrays:
             self._complete(VISCOUS_STRESS)
         return super().stored_field(name)
 
     def _field_there(self, name: str) -> np.ndarray:
-        """As for every body; pressure and stored energy are those of the law."""
+        """Like the base; pressure and stored energy are those of the law."""
         if name == "stress" and VISCOUS_STRESS in self.arrays:
             return self._there("stress") + self._there(VISCOUS_STRESS)
         if name == "pressure":

@@ -166,24 +166,22 @@ class GridSurface(ContactSurface):
         self.area[self._points["mass"][self._stored] == 0.0] = 0.0
 
     def end_at(self, faces: Sequence[tuple[int, float]]) -> None:
-        """Points on these faces that look across them have no area."""
+        """Set the areas of points on these faces that look across them to zero."""
         near = ON_A_FACE / self._moved.content.lattice.inverse_cell
         for axis, place in faces:
             on = np.abs(self.place[:, axis] - place) < near
             self.area[on & (np.abs(self.area[:, axis]) > 0.5 * self.sizes())] = 0.0
 
     def weights(self) -> np.ndarray:
-        """The areas at the start [m²]."""
+        """Return the areas at the start [m²]."""
         return self._weights
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """As for every surface, with the normals of the edges."""
         normal, size = super().directions()
         normal[len(normal) - self.n_edge_points :] = self._edge_normal
         return normal, size
 
     def begin(self) -> None:
-        """Put the points on the surface."""
         self.stands = self._rests
         if self.stands:
             return
@@ -217,12 +215,10 @@ class GridSurface(ContactSurface):
             self.velocity[...] = (new_centre - centre + arm @ rotation.T - arm) / dt
 
     def add_forces(self, force: np.ndarray) -> None:
-        """To the nodes about the points to which these belong."""
         listed = self._listed[: _list_pushed(force, self._listed)]
         _add_forces(self._moved, listed, force[listed], self._load())
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """What a checkpoint keeps."""
         own = {
             "offset": self._offset,
             "host": self._host,

@@ -33,33 +33,29 @@ class MaterialPointsCase(SeededBody):
     rigid: bool = parameter("", "whether a solid moves as a rigid body; its elasticity then does not count", False)
 
     def build(self, placement: Placement) -> Body:
-        """Build material points on the grid."""
         from pellucid.bodies.material_points.body import MaterialPoints
 
         return MaterialPoints(self, *placement.on_grid(), placement.velocity_transfer, placement.gravity)
 
     @property
     def is_rigid(self) -> bool:
-        """True if it moves as a rigid body."""
         return self.rigid
 
     @property
     def deforms_in_contact(self) -> bool:
-        """Solids do; a fluid has no surface of its own."""
+        """True for solids; a fluid has no surface of its own."""
         return not self.material.flows
 
     @property
     def probed(self) -> tuple[str, ...]:
-        """The fields that probes can read."""
         return (*COMMON_FIELDS, *self.material.probed_fields, *(("angle",) if self.rigid else ()))
 
     def channels(self) -> Sequence[Channel]:
-        """The heat of implicit viscosity."""
         heat = FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT
         return heat if self.solves_viscosity else ()
 
     def why_no_outflow(self) -> Reason | None:
-        """A rigid body stays as it is; pressures integrated over cells take faces of the grid for walls."""
+        """Return a reason for rigid bodies, and for cell pressures, which treat faces of the grid as walls."""
         if self.rigid:
             return Reason(f"body {self.name} is rigid: it cannot lose points", "leave `rigid = true` out, or this body")
         if self.cell_pressure:
@@ -68,43 +64,39 @@ class MaterialPointsCase(SeededBody):
         return None
 
     def why_no_inflow(self) -> Reason | None:
-        """As for an outflow; solids would be strained between what comes in and what is there."""
         if not self.material.flows:
             return Reason(f"body {self.name} is a solid: what comes in would not hold together with it", "name a fluid")
         return self.why_no_outflow()
 
     @property
     def solves_viscosity(self) -> bool:
-        """Of a fluid where it is implicit."""
         return self.material.implicit_viscosities() is not None
 
     def why_not_strained_first(self) -> Reason | None:
-        """Implicit viscosity gives stresses with the momentum equation."""
         if not self.solves_viscosity:
             return None
         text = f"the implicit viscosity of body {self.name} gives its stress in the momentum equation, and not before"
         return Reason(text, 'use "musl" or "usl", or leave `implicit_viscosity` out')
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        """Implicit viscosity is solved for before such walls choose what they hold."""
         if not self.solves_viscosity:
             return super().why_no_yielding_wall(alone)
         text = f"the viscosity of body {self.name} is implicit, for which it must be known what a wall holds and where it rubs"
         return Reason(text, "leave it out, or `implicit_viscosity` of the body")
 
     def why_no_wall(self) -> Reason | None:
-        """Solids touch walls by their surface, fluids by their points."""
+        """Return None: solids touch walls by their surface, fluids by their points."""
         return None
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Signals cross no more than a cell in a step; a rigid body has no waves."""
+        """Return the step in which signals cross one cell. A rigid body has no waves."""
         if cell is None or self.rigid or is_driven or any(self.material.problems()):
             return None
         return signals_in_cells(cell, *self.material.signals(cell), hypot(*self.velocity))
 
     def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """With all that moves it at the start, and the artificial viscosity of a fluid, which speeds signals up wherever it is
-        compressed."""
+        """Return the limit with the initial motion and the artificial viscosity of a fluid, which raises the signal speed
+        under compression."""
         if cell is None:
             return None
         if self.rigid or is_driven:
@@ -114,7 +106,7 @@ class MaterialPointsCase(SeededBody):
         return found._replace(reason=f"{found.reason} where artificial viscosity acts") if compressed > wave else found
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report what does not fit the grid, other bodies or supports."""
+        """Report settings that do not fit the grid, other bodies or supports."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", *self.material.state_fields), path)
         grid = parts.grid

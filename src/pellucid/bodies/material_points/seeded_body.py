@@ -83,14 +83,13 @@ class SeededBody(DampedModel):
     _excluded: tuple[Geometry, ...] = PrivateAttr(())
 
     def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = ZERO) -> np.ndarray:
-        """Which places lie inside its shape and not in what is left out of it."""
         inside = super().contains(places, active, periods)
         for other in self.left_out:
             inside &= ~within(other, places, active, periods)
         return inside
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
-        """Return a copy that has the regions of the bodies that it leaves out. Raises KeyError for an unknown name."""
+        """Return a copy that has the regions of the bodies that it excludes. Raises KeyError for an unknown name."""
         if not self.outside:
             return self
         places = {body.name: body for body in bodies}
@@ -117,15 +116,12 @@ class SeededBody(DampedModel):
         return found
 
     def excluded_bodies(self) -> tuple[str, ...]:
-        """Names of the bodies whose place it leaves out of its own."""
         return self.outside
 
     def occupied(self) -> Geometry:
-        """The region that it occupies, which other bodies may leave out."""
         return self.shape.geometry()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner [m]."""
         return self.shape.geometry().bounds()
 
     def seeded(self, grid: GridCase, wanted: Wanted = everywhere) -> Seeds:
@@ -145,12 +141,10 @@ class SeededBody(DampedModel):
         return seeds
 
     def standing(self, grid: GridCase) -> Standing:
-        """Return the points at the start, with their volumes."""
         seeds = self.seeded(grid)
         return Standing(seeds.position, volume=seeds.volume)
 
     def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
-        """Return points on the surface."""
         return self.boundary(grid, hard)[0]
 
     def boundary_spacing(self, grid: GridCase, hard: bool) -> float:
@@ -203,10 +197,8 @@ class SeededBody(DampedModel):
         return edge_points(found, grid, self.bounds(), spacing, side, left_out if others else None)
 
     def n_points(self, grid: GridCase | None) -> float:
-        """Number of points, from the measure of the shape: good to a layer of points.
-
-        What is left out is subtracted after `with_others`.
-        """
+        """Return the number of points from the volume of the shape, accurate to one layer of points. Excluded regions are
+        subtracted after `with_others`."""
         if grid is None:
             raise RuntimeError(f"body {self.name} is seeded by the cells of a grid, and there is none")
         x, y, z = (not thin for thin in grid.thin())
@@ -219,7 +211,6 @@ class SeededBody(DampedModel):
         return cells * prod(points_along_axes(self.points_per_cell, grid.thin()))
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
-        """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
         velocity = initial_velocity(self.velocity, self.name, (), position)
         velocity += np.cross(self.angular_velocity, position - self.shape.geometry().centre())
         if self.velocity_wave is not None:
@@ -238,7 +229,6 @@ class SeededBody(DampedModel):
         add_initial_state(self.name, self.initial, arrays)
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves in its material at the start [m/s]."""
         return self.material.wave_speeds()
 
     @field_validator("points_per_cell")

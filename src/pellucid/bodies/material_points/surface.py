@@ -53,30 +53,25 @@ class RigidSurface(GridSurface):
     takes: TakesForces
 
     def follow(self, dt: float) -> None:
-        """Do nothing: what leads the body turns its surface."""
+        """Do nothing: the constraint of the body moves its surface."""
 
     def begin(self) -> None:
-        """Put the points on the surface; see how the body moves."""
         super().begin()
         self._state = self.takes.state()
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
-        """Return the mobility of the body as a whole."""
         return self._state.mobility_along(place, force)
 
     def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return the rows for the rigid body."""
         sizes, axes = np.linalg.eigh(self._state.per_inertia)
         about = np.cross(place - self._state.centre, force)
         turned = np.einsum("ni,ij->nj", about, axes * np.sqrt(np.maximum(sizes, 0.0)))
         return np.concatenate([np.sqrt(self._state.per_mass) * force, turned], axis=1)
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """By the rotation of the body."""
         return self._state.turning(place)
 
     def add_forces(self, force: np.ndarray) -> None:
-        """On the body as a whole."""
         self.takes.add_forces(self.place, force)
 
 

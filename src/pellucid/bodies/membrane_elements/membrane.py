@@ -15,7 +15,6 @@ class ElementMembrane(Body, Membrane):
     surface: ElementSurface
 
     def cells(self) -> Cells:
-        """Its elements."""
         return self.surface.cells
 
     def half_width(self) -> tuple[float, float, float]:
@@ -23,7 +22,6 @@ class ElementMembrane(Body, Membrane):
         return self.surface.contact_reach, 0.0, 0.0
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the node, where a fault was found in this step."""
         super().check(n_steps, time)  # type: ignore[safe-super]  # that of the family
         fault = self.surface.fault()
         if fault is not None:
@@ -34,20 +32,16 @@ class ElementMembrane(Body, Membrane):
         return self.surface.vector_areas(self.arrays["position"])
 
     def pressed_areas(self) -> np.ndarray:
-        """The same in the order of the mesh."""
         return self.vector_areas()[self.order()]
 
     def surface_areas(self) -> np.ndarray:
-        """Shares of the areas of the elements about each node."""
         return self.surface.areas(self.places())
 
     def facts(self) -> dict[str, float]:
-        """How well area and volume are kept."""
         kept = self.surface.constraints
         drifts = {} if kept is None else kept.drifts(self.surface, self.arrays["position"])
         return {**super().facts(), **drifts}
 
     @property
     def field_names(self) -> list[str]:
-        """The fields that results show."""
         return self.surface.field_names

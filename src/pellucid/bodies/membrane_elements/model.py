@@ -68,7 +68,6 @@ class MembraneElementsCase(MembraneCase):
 
     @property
     def probed(self) -> tuple[str, ...]:
-        """The fields that probes can read."""
         motion = ("position", "velocity", "mass", "kinetic_energy")
         bent = ("curvature", "bending_energy") if self.bending is not None else ()
         fields = ("density", "pressure", "stress", "tension", "thickness", "stored_energy", "strain_energy")
@@ -80,11 +79,9 @@ class MembraneElementsCase(MembraneCase):
         return self.area_stiffness + self.volume_stiffness > 0.0
 
     def why_no_wall(self) -> Reason | None:
-        """Return None: its nodes touch walls."""
         return None
 
     def why_no_self_contact(self, alone: bool) -> Reason | None:
-        """Return why its sides cannot touch each other; None if they can."""
         if not alone:
             return Reason(f"other bodies share the velocity field of body {self.name}", "give it a `field` of its own")
         if self.material.wrinkling and self.bending is None:
@@ -97,34 +94,29 @@ class MembraneElementsCase(MembraneCase):
 
     @property
     def deforms_in_contact(self) -> bool:
-        """Whether other bodies touch it by its surface though it deforms."""
         return True
 
     def owns_nodes(self, alone: bool) -> bool:
-        """Its nodes move by themselves where no other body shares their velocity field."""
         return alone
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        """Walls rub on its nodes and let them go."""
         return None
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Other bodies in its velocity field: its nodes are those of the grid then."""
+        """Return the reason if other bodies share its velocity field: its nodes are then nodes of the grid."""
         text = f"other bodies share the velocity field of {self.name}"
         return None if alone else Finding(("field",), text, "give it a `field` of its own")
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
-        """The same membrane, which knows whether others share its velocity field."""
         aware = self.model_copy()
         aware._is_shared = sum(body.field == self.field for body in bodies) > 1
         return aware
 
     def needs_grid(self, parts: Parts) -> bool:
-        """Not alone: then nothing can touch it."""
+        """True with other bodies, which it touches on the grid."""
         return len(parts.names(BodyModel)) > 1
 
     def build(self, placement: Placement) -> Body:
-        """Elements on their own nodes, or on those of a velocity field that others share."""
         from pellucid.bodies.membrane_elements.on_grid import ElementsOnGrid
         from pellucid.bodies.membrane_elements.on_own_nodes import MembraneElements
 
@@ -133,13 +125,13 @@ class MembraneElementsCase(MembraneCase):
         return MembraneElements(self, placement)
 
     def start_warnings(self) -> Iterator[str]:
-        """A step that few elements make small."""
+        """Warn of a step limited by few elements."""
         mesh = self.mesh()
         if found := slowest_of_surface(mesh):
             yield step_warning(self.name, found, mesh.centres())
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Waves in its plane cross none of its elements in a step, and its nodes no cell; springs and bending."""
+        """Return the step in which waves cross an element and nodes cross a cell, with the limits of springs and bending."""
         wave, diffusivity = self.signals_at_start()
         mesh = self.mesh()
         fastest = float(rates_of_surface(mesh).max())
@@ -168,19 +160,16 @@ class MembraneElementsCase(MembraneCase):
         return self.surface.mesh(self.elements)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner [m]."""
         return bounding_box(self.mesh().vertices)
 
     def standing(self, grid: GridCase) -> Standing:
-        """Its nodes, and its elements cut into triangles."""
         return Standing(*self.mesh().triangulated())
 
     def n_points(self, grid: GridCase | None) -> float:
-        """Number of nodes."""
         return len(self.mesh().vertices)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Faults of its mesh, and what does not fit the grid."""
+        """Report faults of the mesh and settings that do not fit the grid."""
         yield from super().problems(path, parts)
         if self.material.damage:
             text = "elements have no law of damage: an element that failed would leave a hole that nothing stops at"

@@ -66,19 +66,16 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
 
     @property
     def resistance(self) -> Resistance | None:
-        """Resistance of the membrane to bending, if it has one."""
         return self.surface.bending
 
     @property
     def start_positions(self) -> np.ndarray:
-        """Places of the nodes at the start [m], shape (n, 3), by number."""
         return self.surface.vertices
 
     def _follow_order(self) -> None:
         self.surface.bind(self.arrays["id"], self.shared.first)
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         super().restore(arrays)
         self.node_velocity[...] = arrays["node_velocity"]
         if self.sheet is not None:
@@ -90,13 +87,12 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return {**super().state_arrays(), **surface, "node_velocity": self.node_velocity}
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Where its elements have outgrown the cells."""
+        """Warn of elements that are larger than the cells."""
         return self.surface.overlong(self.name, self.places(), self.grid, nodes)
 
     # contact
 
     def make_contact_surface(self, column: int) -> PointsOfNodes | None:
-        """Return its nodes."""
         if self.constraint is not None:
             return None
 
@@ -116,7 +112,6 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return surface
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Make no step longer than at the start where it touches others by its nodes."""
         if self.sheet is not None and any(other is self.sheet for other in touching):
             self._contact_rate = self.sheet.rate
         else:
@@ -126,13 +121,11 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return self._closed and bool(inside(places, self.places(), self.surface.cells.surface()).all())
 
     def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals to those on the nodes of the grid."""
         forces = np.zeros((self.n_points, 3))
         self.surface.add_pressure_forces(self.points.position, pressure, forces)
         scatter_vectors(self.n_slabs, self.mapped, forces, self.velocity_field.load_row(column - FIRST_LOAD))
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum, internal forces."""
         if inertia:
             self._to_grid.scatter(inertia=True, force=False)
         if force:
@@ -144,20 +137,20 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return forces
 
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Nothing: strains follow from its own nodes."""
+        """Do nothing: strains follow from its own nodes."""
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Where `move`, new positions and the strains and stresses that follow; with dt = 0 the totals of the present state."""
+        """Move the nodes if `move`, then update strains and stresses; with dt = 0, sum the totals of the present state."""
         if move or dt == 0.0:
             self.update_positions(dt)
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """That which strains points: in MUSL that of the points' own momentum, which costs no energy."""
+        """Return the velocity that strains points. In MUSL it is the velocity of the points' own momentum, which costs no
+        energy."""
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:
-        """New positions, then strains and stresses of the elements."""
         before = self.points.position.copy()
         self._move_by_nodes(dt)
         self.prescribe_positions()
@@ -174,7 +167,6 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         self._bound_rate(max(rate, fastest * self.grid.lattice.inverse_cell, bends, self._contact_rate))
 
     def signal_limit(self) -> StepLimit:
-        """Waves in its elements, how its nodes cross cells, and bending waves on the grid, which moves the nodes."""
         limits = (
             self.surface.step_limit(self.grid, self.fastest()),
             self._bending_limit(),
@@ -187,7 +179,6 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return bending_in_cells(self.grid.lattice.cell, rigidity / self.areal_density)
 
     def stored_field(self, name: str) -> np.ndarray:
-        """A field in the order in which the nodes are stored at the moment; see `ElementSurface.field`."""
         if name in OF_NODES:
             return super().stored_field(name)
         return self.surface.field(name, self.points.position, self.points.mass)

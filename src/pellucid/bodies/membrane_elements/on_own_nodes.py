@@ -35,19 +35,18 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         self.renew_totals()
 
     def volumes(self) -> np.ndarray:
-        """Shares of the volumes of the elements about each node [m³], shape (n,)."""
         return self.surface.mesh.at_nodes(self.element_arrays["volume"])
 
     # conditions
 
     def complete(self) -> None:
-        """All conditions are known: what holds nodes clamps their bending."""
+        """Clamp the bending of constrained nodes."""
         if self._support_bending():
             self.renew_totals()
         super().complete()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Let supports of these numbers constrain none of its nodes any more, nor clamp their bending."""
+        """Release supports with these numbers, and the clamps of their bending."""
         super().let_go(supports)
         if self._support_bending():
             self._find_forces()
@@ -58,11 +57,9 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     # the step
 
     def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals over this step."""
         self.surface.add_pressure_forces(self.arrays["position"], pressure, self.motion.loads[column - FIRST_LOAD])
 
     def update(self, dt: float) -> None:
-        """New positions; strains, stresses, energies and forces of the elements, and the bound on the step."""
         super().update(dt)
         rate = self.surface.strain(self.arrays["position"], self.arrays["velocity"], dt, self.totals)
         self._find_forces()
@@ -70,7 +67,6 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         self.totals.rate = max(hypot(rate, self._bending_rate), self.motion.crossing, self.contact_rate)
 
     def step_limit(self) -> StepLimit:
-        """Waves in its elements, and how its nodes cross cells."""
         limits = [self.surface.step_limit(self.grid, max(self.fastest(), self.motion.top_speed))]
         bends = [bending_in_mesh(self._bending_rate)] if self._bending_rate > 0.0 else []
         return told(self.totals.rate, [*limits, *bends, springs_of_contact(self.contact_rate)])
@@ -81,7 +77,6 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         self._bending_rate = 0.0 if self.surface.bending is None else self.surface.bending.rate
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         super().restore(arrays)
         self.surface.go_on(self.arrays["position"])
         self._find_forces()
@@ -89,7 +84,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     # contact
 
     def make_contact_surface(self, column: int) -> PointsOfFaces | PointsOfNodes | None:
-        """Return its nodes; points of its elements where prescribed motions lead all nodes."""
+        """Return the nodes as contact points; points of the elements if prescribed motions lead all nodes."""
         if self.grid is None:
             return None
         self._contact_row = column - FIRST_LOAD
@@ -111,13 +106,12 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         return surface
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Where its elements have outgrown the cells."""
+        """Warn of elements that are larger than the cells."""
         return self.surface.overlong(self.name, self.arrays["position"], self.grid, nodes) if self.grid else None
 
     # results
 
     def field(self, name: str) -> np.ndarray:
-        """A field of the nodes; see `ElementSurface.field`."""
         if name == "kinetic_energy":
             return self.kinetic_energies()
         if name in OF_NODES:

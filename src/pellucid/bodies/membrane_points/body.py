@@ -126,27 +126,23 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Use the straining velocity for points that bend, so that the work of bending equals that of the grid."""
+        """Return the straining velocity for points that bend, so that the work of bending equals that of the grid."""
         return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
 
     @property
     def resistance(self) -> Resistance | None:
-        """Resistance of the membrane to bending, if it has one."""
         return self.bending
 
     @property
     def start_positions(self) -> np.ndarray:
-        """Places of the points at the start [m], shape (n, 3), by number."""
         return self._start
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         super().restore(arrays)
         if self.bending is not None:
             self.bending.energy(self.points.position)  # fills the energies of the points
 
     def signal_limit(self) -> StepLimit:
-        """Signals in its plane, and bending waves on the grid."""
         cell, bending = self.grid.lattice.cell, self._bending_limit()
         signals = signals_seen(cell, self.totals.rate, self._diffusivity, self.fastest(), "membrane")
         return bending if bending.step * self.totals.rate <= 1.0 else signals
@@ -156,24 +152,23 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return bending_in_cells(self.grid.lattice.cell, rigidity / self.areal_density)
 
     def cells(self) -> Cells:
-        """Its triangles."""
         return Cells(triangles=self._triangles)
 
     def state_warning(self) -> str | None:
-        """Where the grid has torn it, and not its damage."""
+        """Warn of a membrane torn by the grid without damage."""
         failed = np.zeros(self.n_points, bool)
         if len(self._record.failed):
             failed[self.arrays["id"]] = self._record.failed > 0.0
         return torn(self.name, self.places(), self._triangles, failed, self.grid)
 
     def fault(self, code: int, p: int) -> Fault:
-        """Meaning and remedy of a fault at point p; of a lost one also that it had failed."""
+        """Describe a fault and its remedy; for a lost point also report that it had failed."""
         if code == LOST and len(self._record.failed) and self._record.failed[p] > 0.0:
             return Fault("it had failed, and left the grid", "make the grid larger, or let the run end before")
         return super().fault(code, p)
 
     def half_width(self) -> tuple[float, float, float]:
-        """Contact offset of the body."""
+        """Return the contact offset of the body."""
         return self._contact_reach, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
@@ -182,18 +177,16 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
 
     def pressed_areas(self) -> np.ndarray:
-        """A third of the vector area of each triangle about a point, as a pressure has it."""
+        """Return a third of the vector areas of the triangles around each point [m²], shape (n, 3)."""
         thirds = np.repeat(self._slice / 3.0 * vector_areas(self.places(), self._triangles), 3, axis=0)
         corners = self._triangles.ravel()
         return np.stack([np.bincount(corners, part, self.n_points) for part in thirds.T], axis=1)
 
     def surface_areas(self) -> np.ndarray:
-        """A third of the area of each triangle about a point."""
         return self._slice * area_shares(self.places(), self._triangles)
 
     @property
     def field_names(self) -> list[str]:
-        """The fields that results show."""
         bent = ("curvature", "bending_energy") if self.bending is not None else ()
         return [*super().field_names, "tension", *bent]
 
@@ -207,7 +200,6 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return super()._field_there(name)
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum; internal forces, those of bending included."""
         super().particle_to_grid(inertia, force)
         if force and self.bending is not None:
             self._scatter_internal_forces(self._bending_forces(), self._nodes.force)
@@ -231,24 +223,20 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         self._bent_before = None
 
     def add_pressure(self, pressure: float, column: int) -> None:
-        """Add the forces of a pressure [Pa] along the normals to those on the nodes."""
         load = self.velocity_field.load_row(column - FIRST_LOAD)
         press(self.n_slabs, self.mapped, self._surface, load, pressure * self._slice)
 
     def passes(self) -> dict[str, PassAlone]:
-        """As for other bodies on the grid; velocity gradients."""
         gathered = self._gather_and_move
         return {**super().passes(), "gradients": PassAlone(lambda: each_point(gathered, 0.0), traffic_of(gathered))}
 
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients; where `move`, new positions."""
         moves = move and self.bending is None  # what bends moves afterwards, with the velocity that strains it
         each_point(self._gather_and_move if moves else self._gather_alone, dt)
         if moves and self.is_led(by_slabs=True):
             self.prescribe_positions()
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Prescribed positions, frames, volumes, stresses, totals."""
         if move and self.bending is not None:
             self._bent_before = self.points.position.copy()
             self._move_by_nodes(dt)
@@ -277,7 +265,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
             self.totals.parts["dissipated"] = float((self.points.mass * lost).sum())
 
     def update_positions(self, dt: float) -> None:
-        """New positions alone, and the energy of bending there."""
+        """Move the points, and compute the bending energy of the new positions."""
         if self.bending is not None:
             self._bent_before = self.points.position.copy()
         super().update_positions(dt)

@@ -39,14 +39,12 @@ class MembranePointsCase(MembraneCase):
     bending: BendingCase | None = parameter("", "resistance against bending; without it the membrane has none", None)
 
     def build(self, placement: Placement) -> Body:
-        """Its points on the grid."""
         from pellucid.bodies.membrane_points.body import MembranePoints
 
         return MembranePoints(self, *placement.on_grid(), placement.velocity_transfer)
 
     @property
     def probed(self) -> tuple[str, ...]:
-        """The fields that probes can read."""
         return (
             *COMMON_FIELDS,
             "strain_energy",
@@ -56,19 +54,16 @@ class MembranePointsCase(MembraneCase):
         )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner [m]."""
         return bounding_box(self.surface.triangulate().vertices)
 
     def standing(self, grid: GridCase) -> Standing:
-        """Its vertices and triangles."""
         return Standing(*self.surface.triangulate())
 
     def n_points(self, grid: GridCase | None) -> float:
-        """Number of points."""
         return len(self.surface.triangulate().vertices)
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Signals in its plane cross no more than a cell in a step."""
+        """Return the step in which in-plane waves cross one cell."""
         if cell is None:
             return None
         fastest = self.fastest_at_start(self.surface.triangulate().vertices)
@@ -77,7 +72,7 @@ class MembranePointsCase(MembraneCase):
         return tightest([signals, bending_in_cells(cell, rigidity / (self.material.density * self.thickness))])
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """What does not fit the grid."""
+        """Report settings that do not fit the grid."""
         yield from super().problems(path, parts)
         grid, place = parts.grid, (*path, self.place)
         if grid is None:

@@ -63,20 +63,17 @@ class MembraneCase(DampedModel):
         return 0.5 * self.thickness if self.contact_offset is None else self.contact_offset
 
     def occupied(self) -> Geometry:
-        """The region that the membrane encloses."""
         return Inside(surface=self.surface)
 
     @property
     def has_triangles(self) -> bool:
-        """Those of its surface."""
         return True
 
     def selectable(self) -> Selectable:
-        """Its nodes or points, its elements in triangles, its rim, the sets of its file."""
         return Selectable.of_membrane(*self.surface.triangulate(), self.surface.sets())
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        """A surface that is open, or flat, has no inside."""
+        """Return a reason if the surface is open or flat: it has no inside."""
         if grid is not None and any(grid.thin()):
             return Reason(f"the inside of a surface {NEEDS_SPACE}", "leave this name out, or enlarge the grid")
         if not self.surface.closed:
@@ -85,7 +82,6 @@ class MembraneCase(DampedModel):
         return None
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
-        """Velocities at the start [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def signals_at_start(self) -> tuple[float, float]:
@@ -94,7 +90,6 @@ class MembraneCase(DampedModel):
         return wave_in_shape(tense.law, tense.shape, density), plane_diffusivity(tense.law, tense.shape, density)
 
     def waves_at_start(self) -> tuple[float, float]:
-        """Of pressure and shear in its plane."""
         return self.material.wave_speeds(self.thickness)
 
     def losses(self) -> tuple[str, ...]:
@@ -103,7 +98,7 @@ class MembraneCase(DampedModel):
         return ("dissipated_energy",) if isinstance(material, SolidMembraneMaterial) and material.is_viscous else ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Findings of initial fields that a membrane cannot have."""
+        """Report initial fields that a membrane cannot have."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity",), path)
         yield from plane_velocity_problems(self, path, parts)

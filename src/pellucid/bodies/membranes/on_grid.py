@@ -194,7 +194,6 @@ class BendsOnGrid(PointsOnGrid):
         self._held_rows = rows
 
     def complete(self) -> None:
-        """Clamp the bending by the conditions, which are all known now."""
         self.let_go(())
         super().complete()
 

@@ -56,10 +56,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
 
     def complete(self) -> None:
-        """Shape functions, masses and totals: the functions may depend on where supports and motions prescribe the field.
-
-        Raises `CaseError` where the approximant has no functions, or the field cannot be made to follow.
-        """
+        """Build shape functions, masses and totals. The functions may depend on where supports and motions prescribe the
+        field. Raises `CaseError` if the approximant has no functions at a point, or the field cannot follow the
+        constraints."""
         motion, case, arrays = self.motion, self._case, self.arrays
         self._check_held()
         self.prescribed = PrescribedField(self.mesh, arrays["prescribed"], motion.groups(), len(motion.rows))
@@ -82,7 +81,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self.renew_totals()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Let supports of these numbers hold the field no more; what is free now may be stiffer."""
+        """Release supports with these numbers; the released solid may be stiffer."""
         motion, number, displacement = self.motion, self.arrays["prescribed"], self.prescribed.displacement
         before = number.copy()
         super().let_go(supports)
@@ -105,13 +104,11 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._bound_step()
 
     def volumes(self) -> np.ndarray:
-        """Volumes of the nodes at rest [m³], shape (n,)."""
         return self._volume
 
     # the step
 
     def update(self, dt: float) -> None:
-        """New positions; forces and energy there."""
         super().update(dt)
         if self.skin:
             self.skin.update()
@@ -125,8 +122,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._bound_step()
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Where inertia is `scaled`, that of the nodes follows the bounds on their rows of the stiffness; in all it stays the
-        mass. Nearly incompressible solids get an inertia against changes of volume."""
+        """If inertia is `scaled`, set nodal masses from the bounds on the rows of the stiffness; the total mass is
+        unchanged. Nearly incompressible solids get an inertia against changes of volume."""
         if scaled:
             row_sums = self._functions.tables.row_sums
             self.motion.scale_inertia(row_sums * (self.mass / row_sums.sum()))
@@ -138,7 +135,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.renew_totals()
 
     def correct(self, remap: bool) -> None:
-        """As of all nodes; forces answer to an inertia of volume where there is one."""
+        """Update velocities; forces act on the inertia against changes of volume if there is one."""
         if self._volume_inertia is None:
             super().correct(remap)
             return
@@ -151,13 +148,13 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._shifted = 0.5 * self._dt * float(np.sum(shift * (old + velocity)))
 
     def work(self) -> StepWork:
-        """Work and impulses of this step; what an inertia of volume takes up counts as damping."""
+        """Return work and impulses of this step; energy absorbed by the inertia of volume counts as damping."""
         found = super().work()
         found.works[DAMPING] -= self._shifted
         return found
 
     def springs(self) -> Springs:
-        """Its internal forces, where the step ended."""
+        """Return the internal forces at the end of the step."""
         return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self, dt: float = 0.0, iterate: bool = False) -> None:
@@ -177,14 +174,13 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self.totals.rate = max(0.5 * OVERESTIMATE * self._fastest.frequency, self.motion.crossing, wear, self.contact_rate)
 
     def step_limit(self) -> StepLimit:
-        """Waves in its mesh, and how its nodes cross cells."""
         modes = waves_in_mesh(0.5 * OVERESTIMATE * self._fastest.frequency, self._case.wave_speeds()[0], "wave")
         crossing = self.motion.crossing
         moves = [motion_in_cells(self.grid.lattice.cell, crossing * self.grid.lattice.cell)] if self.grid else []
         return told(self.totals.rate, [modes, *moves, springs_of_contact(self.contact_rate)])
 
     def renew_totals(self) -> None:
-        """Find the totals of the state as it is, and its largest frequency from the start."""
+        """Sum the totals of the present state, and compute the largest frequency of the initial state."""
         self._fastest = self._power_iteration()
         super().renew_totals()
         self._find_fastest()
@@ -195,7 +191,6 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return PowerIteration(self.motion.inertia, self.motion.free, extent, of_volume.shift if of_volume else None)
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the node or the cell, where a fault was found in this step."""
         found = inversion(self.mesh, self.solid)
         if found is not None:
             slower = SLOWER_LOADS if self.relaxes else "load it more slowly, or use a smaller time.courant or time.step"
@@ -207,23 +202,21 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         super().check(n_steps, time)
 
     def whereabouts(self, p: int) -> str:
-        """Where a node was at rest: it may be nowhere now."""
+        """Return the position of a node at rest; its present position may not be finite."""
         return f"from {in_metres(self.mesh.nodes[p])} at rest"
 
     # conditions
 
     @property
     def node_sets(self) -> Mapping[str, np.ndarray]:
-        """Those of its mesh."""
         return self.mesh.sets
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
-        """The means of its shape functions over outer faces, shape (f, 3), once all conditions are known."""
+        """Return the means of the shape functions over outer faces, shape (f, 3), once all conditions are known."""
         return self._functions.face_shares(faces)
 
     @property
     def n_stress_points(self) -> int:
-        """Its quadrature points."""
         return len(self.mesh.cells) * self._case.points_per_cell
 
     # contact
@@ -234,7 +227,6 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return Skin(self.name, coupling, self.arrays, self._volume, self._functions.at_nodes, points)
 
     def make_contact_surface(self, column: int) -> PointsOfFaces | None:
-        """Points on its outer faces."""
         if self.skin is None or self.grid is None:
             return None
         self._contact_row = column - FIRST_LOAD
@@ -245,37 +237,32 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
 
     @property
     def contact_body(self) -> ContactBody | None:
-        """Its surface."""
         return self.skin
 
     def begin(self, dt: float) -> None:
-        """Forget the external forces of the last step; renew indices where points left their slabs."""
         super().begin(dt)
         if self.skin:
             self.skin.begin()
 
     def predict(self, dt: float) -> None:
-        """Mass, momentum and all forces of the surface to the grid, where it touches others on its nodes, with the drag."""
+        """P2G of mass, momentum and all forces of the surface for contact on the nodes of the grid, with drag."""
         if self.skin and self.touches_on_nodes:
             self.skin.scatter(self.motion.forces() + self.motion.drag_forces(dt))
 
     def gather(self) -> np.ndarray:
-        """The velocity increments of contact over this step [m/s], shape (n, 3)."""
         return self.skin.gather() if self.skin else super().gather()
 
     def scatter_momentum(self) -> None:
-        """Momentum of the surface to the grid, after the nodes' velocities changed."""
         if self.skin:
             self.skin.scatter_momentum()
 
     def half_width(self) -> tuple[float, float, float]:
-        """None: nodes lie on the surface."""
+        """Return 0: nodes lie on the surface."""
         return 0.0, 0.0, 0.0
 
     # checkpoint and results
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Those of the nodes and of the history of the points, what was prescribed so far, and the bound on the step."""
         prescribed = {"prescribed_displacement": self.prescribed.displacement}
         history = with_owner("history", self._forces.arrays)
         skin = self.skin.state_arrays() if self.skin else {}
@@ -283,7 +270,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return {**super().state_arrays(), **history, **skin, **of_volume, **prescribed, **self._fastest.state_arrays()}
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Begin with places, velocities and viscous stresses of an earlier run; the latter are used in `complete`."""
+        """Load positions, velocities and viscous stresses of an earlier run; `complete` uses the stresses."""
         for name in ("position", "velocity"):
             self.arrays[name][...] = state[name]
         if self._case.viscous() is not None:
@@ -304,7 +291,6 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             raise CaseError(Problem(text, "start", remedy=remedy))
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         super().restore(arrays)
         self._fastest.restore(arrays)
         self.prescribed.displacement[:] = arrays["prescribed_displacement"]
@@ -318,26 +304,25 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._find_forces()
 
     def cells(self) -> Cells:
-        """Its tetrahedra."""
         return Cells(tetrahedra=self.mesh.cells)
 
     def places(self) -> np.ndarray:
-        """Where the material is that started at the nodes [m], shape (n, 3)."""
+        """Return the positions of the material that started at the nodes [m], shape (n, 3)."""
         return np.asarray(self.mesh.nodes + self._functions.at_nodes @ (self.arrays["position"] - self.mesh.nodes))
 
     def facts(self) -> dict[str, float]:
-        """How far the field is from what supports and motions prescribe [m], at nodes of the boundary and between them."""
+        """Return the largest difference between the field and the prescribed values [m], at boundary nodes and between
+        them."""
         found = self._functions.residuals.largest(self.arrays["position"] - self.mesh.nodes)
         return {f"ebc_residual_{name}": value for name, value in found.items()}
 
     @property
     def field_names(self) -> list[str]:
-        """The fields that results show."""
         return [*FIELDS, LOST] if self._forces.lost is not None else list(FIELDS)
 
     def field(self, name: str) -> np.ndarray:
-        """A field at the nodes. Position and velocity are those of the material there, Σ p_b(x_a) u_b, which the functions
-        span and the numbers of the nodes alone are not; stresses are means over the cells about a node."""
+        """Return a field at the nodes. Position and velocity are material values Σ p_b(x_a) u_b, not nodal coefficients;
+        stresses are averages over the cells around a node."""
         if name == "kinetic_energy":
             return self.kinetic_energies()
         if name == "position":

@@ -112,39 +112,35 @@ class MeshlessSolidCase(DampedModel):
         return Viscous(self.material.law(), self.material.initial_state())
 
     def build(self, placement: "Placement") -> "Body":
-        """Its nodes."""
         from pellucid.bodies.meshless_solid.body import MeshlessSolid
 
         return MeshlessSolid(self, placement)
 
     @property
     def deforms_in_contact(self) -> bool:
-        """Whether other bodies touch it by its surface though it deforms."""
         return True
 
     def why_no_wall(self) -> Reason | None:
-        """It touches walls by points on its outer faces."""
         return None
 
     def why_no_self_contact(self, alone: bool) -> Reason | None:
-        """Return why its outer faces cannot touch each other; None if they can."""
         if alone:
             return None
         return Reason(f"other bodies share the velocity field of body {self.name}", "give it a `field` of its own")
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        """Walls rub on its nodes and let them go."""
         return None
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """A viscous material: the time in which it creeps is not that of the relaxation."""
+        """Return the reason for a viscous material: its creep time is not the time of the relaxation."""
         if not isinstance(self.material, ViscoelasticMaterial):
             return None
         text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not follow'
         return Finding(("material", "kind"), text, "give the body its `elastic` material, which bears the load at rest")
 
     def check_set_up(self) -> None:
-        """Places without functions, on meshes of up to 10 000 cells, where the approximant does not have them everywhere."""
+        """Raise CaseError for positions without shape functions, on meshes of up to 10 000 cells, for approximants that do
+        not exist everywhere."""
         from pellucid.bodies.meshless_solid.functions import check_functions
 
         mesh = self.mesh.mesh()
@@ -152,42 +148,36 @@ class MeshlessSolidCase(DampedModel):
             check_functions(self, mesh)
 
     def start_warnings(self) -> Iterator[str]:
-        """A step that few elements make small, where functions follow them: those of other approximants reach beyond."""
+        """Warn of a step limited by few elements, if the functions follow the elements. Other approximants extend beyond
+        elements."""
         mesh = self.mesh.mesh()
         if self.approximant.follows_cells and (found := slowest_of_solid(mesh)):
             yield step_warning(self.name, found, mesh.nodes[mesh.cells].mean(axis=1))
 
     def owns_nodes(self, alone: bool) -> bool:
-        """Always."""
         return True
 
     @property
     def has_triangles(self) -> bool:
-        """Its outer faces."""
         return True
 
     def selectable(self) -> Selectable | None:
-        """Its nodes, its outer faces and the sets of its mesh."""
         return _selectable(self.mesh.mesh())
 
     def needs_grid(self, parts: Parts) -> bool:
-        """Not alone: then nothing can touch it."""
+        """True with other bodies, which it touches on the grid."""
         return len(parts.names(BodyModel)) > 1
 
     def occupied(self) -> Geometry:
-        """What its tetrahedra fill."""
         return MeshRegion(mesh=self.mesh)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner [m]."""
         return self.occupied().bounds()
 
     def standing(self, grid: GridCase) -> Standing:
-        """Its nodes."""
         return Standing(self.mesh.mesh().nodes)
 
     def faces_pressed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Its outer faces."""
         mesh = self.mesh.mesh()
         faces = outer_faces(mesh.cells)
         corners = mesh.nodes[faces]
@@ -196,11 +186,10 @@ class MeshlessSolidCase(DampedModel):
         return corners.mean(axis=1), vector_areas(mesh.nodes, faces), np.median(edges, axis=1)
 
     def n_points(self, grid: GridCase | None) -> float:
-        """Number of nodes."""
         return len(self.mesh.mesh().nodes)
 
     def table_bytes(self) -> float:
-        """Of its shape functions at the quadrature points, at the most while they are made [bytes]."""
+        """Return the largest memory of shape functions at quadrature points, reached while they are built [bytes]."""
         points = len(self.mesh.mesh().cells) * self.points_per_cell
         history = 0
         if isinstance(self.material, ViscoelasticMaterial):
@@ -208,7 +197,6 @@ class MeshlessSolidCase(DampedModel):
         return points * (ENTRY_BYTES * self.approximant.nodes_in_a_cell + QUADRATURE_BYTES + history)
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
-        """Velocities at the start [m/s], shape (n, 3)."""
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None:
@@ -221,12 +209,10 @@ class MeshlessSolidCase(DampedModel):
         return None if stress is None else stress.reshape(len(order), -1, 6)[order].reshape(-1, 6)
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves in its material at the start [m/s]."""
         return self.material.wave_speeds()
 
     @property
     def probed(self) -> tuple[str, ...]:
-        """The fields that probes can read."""
         return (
             "position",
             "velocity",
@@ -241,7 +227,7 @@ class MeshlessSolidCase(DampedModel):
         )
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Faults of its mesh, a material without a hyperelastic law, and what does not fit the grid."""
+        """Report faults of the mesh, materials without a hyperelastic law, and settings that do not fit the grid."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", "stress"), path)
         if not isinstance(self.material, HyperelasticMaterial | ViscoelasticMaterial):

@@ -105,7 +105,7 @@ class ViscousForces(ElasticForces):
         self._diffuses = diffusivity(law, density) > 0.0  # faster strain is stiffer without end
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
-        """As of what is hyperelastic; the states go on. A step without time leaves them and the forces as they are."""
+        """Fill forces and advance the viscous states. A step with dt = 0 keeps states and forces."""
         self._find(displacement, force, dt, True)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
@@ -113,15 +113,14 @@ class ViscousForces(ElasticForces):
 
     @property
     def lost(self) -> float:
-        """Dissipated so far [J]."""
         return float(self.solid.sums[:, LOST].sum())
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """As the function, of viscous forces, and of those that fade as long as they have not."""
+        """Iterate as for elastic forces, including viscous forces and branches that have not relaxed."""
         converge(iteration, self._try, displacement, self._bound, RETOLD if self._diffuses else ITERATIONS)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """As of what is hyperelastic, with both trials from the states at the end of the step."""
+        """Like the base; both trials start from the states at the end of the step."""
         self.find(displacement, force, dt)
         here, there = np.empty_like(force), np.empty_like(force)
         told = iteration.frequency or self._bound

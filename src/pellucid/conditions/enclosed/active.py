@@ -39,12 +39,12 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Find the swing rate, which bounds the first step too."""
+        """Compute the oscillation rate, which also limits the first step."""
         self._count_power(self._space.growth(self._now))
         self._bound()
 
     def at_stake(self) -> float:
-        """Return an energy that covers the rounding of the enclosed energy and of its work while nothing moves [J]."""
+        """Return an energy above the round-off of the enclosed energy and of its work at rest [J]."""
         return ROUNDING_SHARE * (abs(self.contents.energy) + abs(self._model.outside) * self._now.volume)
 
     def _check(self, now: Enclosure) -> None:
@@ -66,16 +66,12 @@ class ActiveEnclosed(ActiveCondition):
         return self.contents.pressure(self._now.volume) - self._model.outside
 
     def begin(self, time: float, dt: float) -> None:
-        """Push the membranes."""
         self._time, self._passing = time, dt
         self._space.press(self._now, self._gauge)
 
     def end(self, dt: float) -> None:
-        """Let half of the step's mass in and out, follow the volume, let the other half in and out.
-
-        So the work of the pressure that pushes, of the start of a step and then of its end, is what the gas gives, to the
-        second order of the step.
-        """
+        """Exchange half of the step's mass, follow the volume, exchange the other half. Pressure work at the start and end
+        of a step then equals the energy given by the gas, to second order in the step."""
         before, contents, gauge = self._now, self.contents, self._gauge
         held, works = contents.energy, dict.fromkeys(("enclosed_heat", "inflator_energy", "vent_energy"), 0.0)
         self._vent_flow = self._leak_flow = self._hole_flow = 0.0
@@ -173,7 +169,6 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = self._space.swing(0.5 * sqrt(stiffness * self._space.mobility(self._now)))
 
     def step_limit(self) -> StepLimit:
-        """Return the step limit by the swing of the membrane on it."""
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._space.bodies[0].totals.rate
@@ -181,7 +176,6 @@ class ActiveEnclosed(ActiveCondition):
         return StepLimit(step, "spring", reason)
 
     def work(self) -> StepWork:
-        """Return the works of its energy, its flows and its surroundings."""
         done = self._layout.no_work()
         for channel in self._model.channels():
             done.works[self._layout.column(channel)] = amount = self._works.get(channel.name, 0.0)
@@ -189,7 +183,7 @@ class ActiveEnclosed(ActiveCondition):
         return done
 
     def warning(self) -> str | None:
-        """Warn that failed points have left holes."""
+        """Warn of holes left by failed points."""
         now, model = self._now, self._model
         if not now.failed[0]:
             return None
@@ -199,7 +193,6 @@ class ActiveEnclosed(ActiveCondition):
         )
 
     def columns(self) -> Mapping[str, float]:
-        """State and flows."""
         volume, contents = self._now.volume, self.contents
         values: dict[str, float | None] = {
             "pressure": contents.pressure(volume),
@@ -216,13 +209,11 @@ class ActiveEnclosed(ActiveCondition):
         return {name: shown[name] for name in self._model.columns()}
 
     def state_numbers(self) -> dict[str, Any]:
-        """Mass, energy, vents, flows."""
         flows: Sequence[float] = self._vent_flow, self._leak_flow
         state = {"mass": self.contents.mass, "energy": self.contents.energy, "open": list(self._open), "flows": list(flows)}
         return state | {"hole_flow": self._hole_flow}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on, with the membranes where a checkpoint has them."""
         self.contents.mass, self.contents.energy = numbers["mass"], numbers["energy"]
         self._open = list(numbers["open"])
         self._vent_flow, self._leak_flow = numbers["flows"]

@@ -73,33 +73,33 @@ class Gas(Contents):
         self.mass, self.energy = mass, mass * self._heat_capacity * temperature
 
     def pressure(self, volume: float) -> float:
-        """p = (γ-1) E/V."""
+        """Return p = (γ-1) E/V."""
         return (self.gamma - 1.0) * self.energy / volume
 
     @property
     def temperature(self) -> float:
-        """By its energy; that at the start where there is none."""
+        """Return the temperature of the energy; the initial temperature for an isothermal gas."""
         return self.energy / (self.mass * self._heat_capacity) if self.mass > 0.0 else self._start
 
     def stiffness(self, volume: float) -> float:
-        """γp/V, or p/V."""
+        """Return γp/V (adiabatic) or p/V (isothermal)."""
         return (1.0 if self.isothermal else self.gamma) * self.pressure(volume) / volume
 
     def expand(self, old: float, new: float) -> float:
-        """Along an adiabat, or an isotherm, exactly."""
+        """Expand along an adiabat or an isotherm, exactly."""
         if self.isothermal:
             return (self.gamma - 1.0) * self.energy * log(new / old)
         self.energy *= (old / new) ** (self.gamma - 1.0)
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Take in gas with its enthalpy."""
+        """Add gas with its enthalpy."""
         brought = self.gamma * self._heat_capacity * warmth
         self.mass += mass
         return brought, self._renew(brought)
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Let out gas with its enthalpy; what stays expands along an adiabat, E ~ m^γ."""
+        """Remove gas with its enthalpy; the rest expands along an adiabat, E ~ m^γ."""
         left = 1.0 - mass / self.mass
         taken = mass * self.gamma * self._heat_capacity * self.temperature if self.isothermal else self._lost(left)
         self.mass *= left
@@ -118,26 +118,23 @@ class Gas(Contents):
         return heat
 
     def excess(self, volume: float, outside: float) -> float:
-        """Along an adiabat, or at one temperature."""
         ratio = outside / self.pressure(volume)
         return self.mass * (1.0 - (ratio if self.isothermal else ratio ** (1.0 / self.gamma)))
 
     def efflux(self, volume: float, outside: float) -> float:
-        """ψ p/√(R T) of a nozzle: choked below the critical ratio of pressures."""
+        """Return the nozzle flux ψ p/√(R T), choked below the critical pressure ratio."""
         pressure = self.pressure(volume)
         return flow_function(outside / pressure, self.gamma) * pressure / sqrt(self.constant * self.temperature)
 
     def lack(self, volume: float, outside: float) -> float:
-        """Return the mass whose inflow lets the pressure rise to that outside [kg]: adiabatic, or at constant temperature."""
         rise = (outside - self.pressure(volume)) * volume / (self.constant * self._start)
         return rise if self.isothermal else rise / self.gamma
 
     def influx(self, volume: float, outside: float) -> float:
-        """As `efflux`, from outside."""
         return flow_function(self.pressure(volume) / outside, self.gamma) * outside / sqrt(self.constant * self._start)
 
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
-        """At the temperature of the start."""
+        """Add gas at the initial temperature."""
         return self.take_in(mass, mass * self._start, volume)
 
 
@@ -161,11 +158,11 @@ class Liquid(Contents):
         return self.bulk_modulus * (volume - rest - rest * log(volume / rest)) if rest > 0.0 else inf
 
     def pressure(self, volume: float) -> float:
-        """Below zero where it is stretched."""
+        """Return the pressure [Pa], negative if the liquid is stretched."""
         return self.bulk_modulus * (self.mass / (self.density * volume) - 1.0)
 
     def stiffness(self, volume: float) -> float:
-        """K m/(ρ₀V²)."""
+        """Return K m/(ρ₀V²)."""
         return self.bulk_modulus * self.mass / (self.density * volume * volume)
 
     def _renew(self, volume: float) -> float:
@@ -173,35 +170,33 @@ class Liquid(Contents):
         return self.energy - before
 
     def expand(self, old: float, new: float) -> float:
-        """No heat."""
+        """Return 0: no heat."""
         self._renew(new)
         return 0.0
 
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Take in liquid with its compression energy."""
+        """Add liquid with its compression energy."""
         self.mass += mass
         return self._renew(volume), 0.0
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Let out liquid with the energy by which that of the rest falls."""
+        """Remove liquid with the energy by which that of the rest decreases."""
         self.mass -= mass
         return -self._renew(volume), 0.0
 
     def excess(self, volume: float, outside: float) -> float:
-        """By its law."""
         return self.density * volume * (self.pressure(volume) - outside) / self.bulk_modulus
 
     def efflux(self, volume: float, outside: float) -> float:
-        """√(2ρ Δp)."""
+        """Return √(2ρ Δp)."""
         return sqrt(2.0 * self.mass / volume * (self.pressure(volume) - outside))
 
     def lack(self, volume: float, outside: float) -> float:
         return -self.excess(volume, outside)
 
     def influx(self, volume: float, outside: float) -> float:
-        """√(2ρ₀ Δp)."""
+        """Return √(2ρ₀ Δp)."""
         return sqrt(2.0 * self.density * (outside - self.pressure(volume)))
 
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
-        """As `take_in`."""
         return self.take_in(mass, 0.0, volume)

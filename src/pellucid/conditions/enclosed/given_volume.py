@@ -92,7 +92,7 @@ class ActiveVolume(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Choose what is not given; bound the first step too."""
+        """Choose the stiffness and damping that are not given; limit the first step."""
         mobility = self._space.mobility(self._now)
         self._spring = self._given.spring(self._stiffness, self._start, self._space.bodies[0].totals.rate, mobility)
         self._damper = critical(self._spring, mobility)
@@ -105,12 +105,10 @@ class ActiveVolume(ActiveCondition):
         return self._spring * (volume - self._now.volume) + self._damper * (rate - self._space.growth(self._now))
 
     def begin(self, time: float, dt: float) -> None:
-        """Push the membrane."""
         self._time, self._passing = time, dt
         self._space.press(self._now, self._at(time, moving=dt > 0.0))
 
     def end(self, dt: float) -> None:
-        """Where it is now."""
         self._now = self._space.now()
         self._pressure = self._at(self._time + self._passing, moving=self._passing > 0.0)
         self._bound()
@@ -120,7 +118,6 @@ class ActiveVolume(ActiveCondition):
         self._governs = self._space.swing(bound_of_spring(self._spring, self._damper, mobility))
 
     def step_limit(self) -> StepLimit:
-        """Where the membrane swings faster on it than otherwise."""
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._space.bodies[0].totals.rate
@@ -138,16 +135,13 @@ class ActiveVolume(ActiveCondition):
         )
 
     def columns(self) -> Mapping[str, float]:
-        """Pressure and volume."""
         return {f"{self._body}_pressure": self._pressure, f"{self._body}_volume": self._now.volume}
 
     def state_numbers(self) -> dict[str, Any]:
-        """Return the pressure, and what was chosen at the start."""
         chosen = {"spring": self._spring, "damper": self._damper, "start": self._start}
         return {"pressure": self._pressure, **chosen}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on."""
         self._pressure, self._start = numbers["pressure"], numbers["start"]
         self._spring, self._damper = numbers["spring"], numbers["damper"]
         self._now = self._space.now()

@@ -141,12 +141,11 @@ class Enclosed(Condition):
         return bool(self.vent) or self.leak > 0.0
 
     def load_channel(self) -> str:
-        """Of the work of its pressure on membranes, less that of the pressure outside: it passes between what the balance
-        has."""
+        """Return the channel of the work of the pressure on membranes, minus that of the outside pressure: an exchange
+        within the balance."""
         return "enclosed_work"
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of energy that it takes and gives."""
         left_out = {
             "inflator_energy": self.inflator is None,
             "vent_energy": not (self.lets_out or self._may_tear),
@@ -155,7 +154,6 @@ class Enclosed(Condition):
         return [Channel(name, sign) for name, sign in CHANNELS.items() if not left_out.get(name, False)]
 
     def columns(self) -> Mapping[str, str]:
-        """Of the history, with their units."""
         units = {"pressure": "Pa", "gauge_pressure": "Pa", "volume": "m^3", "mass": "kg"}
         units |= {"temperature": "K"} if self.gas is not None else {}
         units |= {"vent_flow": "kg/s"} if self.vent else {}
@@ -164,7 +162,6 @@ class Enclosed(Condition):
         return {f"{self.name}_{what}": unit for what, unit in units.items()}
 
     def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
-        """Of its membrane at the start."""
         start = membrane_at_start(body) if body.name == self.body else None
         if start is None:
             return 0.0
@@ -180,13 +177,12 @@ class Enclosed(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Enclosed"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """One for each."""
         from pellucid.conditions.enclosed.active import ActiveEnclosed
 
         return [ActiveEnclosed(enclosed, assembly) for enclosed in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Membranes that are not there, enclose nothing or have contents already."""
+        """Report membranes that do not exist, enclose nothing or have contents already."""
         yield from super().problems(path, parts)
         yield from encloses_problems(self.body, self.lids, path, parts, allows_flat=False)
         for number, name in enumerate(self.inside):

@@ -19,7 +19,6 @@ class BodyForce(ChangesInTime, LoadModel):
     acceleration: Vector = parameter("m/s^2", "force on unit mass")
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """Its forces."""
         body, add = assembly.bodies[self.body].body, assembly.forces_on(self.body, self.channel)
         acceleration = np.array(self.acceleration)
         return AtEachStep(lambda time: add(body.arrays["mass"][:, None] * (self.share(time) * acceleration)))

@@ -49,16 +49,14 @@ class LoadModel(Condition):
         """What acts in a run. Raises CaseError, with the path of the load in the case, where it cannot."""
 
     def load_channel(self) -> str:
-        """Its channel."""
         return self.channel
 
     @classmethod
     def activate(cls, conditions: Sequence["LoadModel"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """One for each."""
         return [load.active(assembly, ("load", number)) for number, load in enumerate(conditions)]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there, or has no inertia."""
+        """Report a body that does not exist or has no inertia."""
         yield from super().problems(path, parts)
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
@@ -76,7 +74,6 @@ class Load(ChangesInTime, LoadModel):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
-        """Find which keys it declares anew."""
         super().__pydantic_init_subclass__(**arguments)
         kinds = cls.__mro__[: cls.__mro__.index(Load)]
         cls.declared_anew = frozenset(name for kind in kinds for name in get_annotations(kind))
@@ -92,13 +89,11 @@ class Load(ChangesInTime, LoadModel):
         return None if "where" in self.declared_anew else self.where
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there or has no points there."""
         yield from super().problems(path, parts)
         if self.region is not None:
             yield from chosen_problems(self.region, self.body, path, parts)
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """Its forces."""
         return ActiveLoad(self, assembly, path)
 
 
@@ -114,14 +109,13 @@ class ActiveLoad(ActiveCondition):
         self._add = assembly.forces_on(load.body, load.channel)
 
     def try_out(self) -> None:
-        """Its forces at the start, so that a load that fails at once costs no earlier results."""
+        """Evaluate the forces at the start, so that a load that fails at once costs no earlier results."""
         try:
             checked_forces(self._load, PointsView(self._body), 0.0)
         except RunStopped as error:
             refuse([Finding(self._path, str(error))])
 
     def begin(self, time: float, dt: float) -> None:
-        """Its forces over the step."""
         points = PointsView(self._body)
         forces = self._load.share(time) * checked_forces(self._load, points, time)
         if self._chosen is not None:

@@ -47,7 +47,7 @@ class FilmPressure(ChangesInTime, LoadModel):
     band: Band | None = parameter("", "a band about an axis in which it acts", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is no fluid film, a direction without length."""
+        """Report a body that is not a fluid film, and a direction without length."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.evaluates_loads:
@@ -57,7 +57,6 @@ class FilmPressure(ChangesInTime, LoadModel):
             yield Finding((*path, "along"), "has no length", "give a direction such as [0, 1, 0], or leave it out")
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """What acts in a run."""
         label = f"{'.'.join(map(str, path))} of kind {self.kind}"
         return surface_load(self.traction, self.body, self.channel, assembly, label)
 

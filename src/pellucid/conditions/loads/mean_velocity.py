@@ -38,15 +38,14 @@ class MeanVelocity(ChangesInTime, LoadModel):
         return self.body, *self.others
 
     def reaction(self) -> str | None:
-        """Its own name."""
         return self.name
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """The controller."""
         return Controller(self, assembly)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Bodies that are not there or have no inertia, an axis along which walls hold the fluid, two that drive one body."""
+        """Report bodies that do not exist or have no inertia, an axis along which walls constrain the fluid, and two
+        controllers of one body."""
         yield from super().problems(path, parts)
         yield from parts.no_grid((*path, "axis"), "it drives what flows through a grid that is periodic along this axis")
         if parts.grid is not None and self.axis not in parts.grid.periodic:
@@ -86,7 +85,7 @@ class Controller(ActiveCondition):
         return sum(kept if "mass" in body.constant_fields else body.mass for body, kept in found)
 
     def begin(self, time: float, dt: float) -> None:
-        """Its force over the step; none while time stands still."""
+        """Apply the controlling force; zero while the time of the loads stands still."""
         self._impulse = np.zeros(3)
         if dt == 0.0:
             return
@@ -101,13 +100,10 @@ class Controller(ActiveCondition):
             add(body.arrays["mass"][:, None] * acceleration)
 
     def impulses(self) -> Mapping[str, np.ndarray]:
-        """Its own."""
         return {} if self._load.name is None else {self._load.name: self._impulse}
 
     def state_numbers(self) -> dict[str, Any]:
-        """The integral."""
         return {"integral": self._integral}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Take it up again."""
         self._integral = float(numbers["integral"])

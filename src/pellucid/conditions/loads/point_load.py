@@ -24,12 +24,11 @@ class PointLoad(ChangesInTime, LoadModel):
     force: Vector = parameter("N", "force on all of them together")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there or has no such nodes."""
+        """Report a body that does not exist or has no such nodes."""
         yield from super().problems(path, parts)
         yield from chosen_problems(self.where, self.body, path, parts)
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """Its forces."""
         member, force = assembly.bodies[self.body], np.array(self.force)
         chosen, add = chosen_points(self.where, member, path), assembly.forces_on(self.body, self.channel)
         share = np.where(chosen, 1.0 / chosen.sum(), 0.0)[:, None]  # of the points by their `id`: sorting moves them

@@ -29,12 +29,11 @@ class RigidForce(ChangesInTime, RigidLoad):
             raise Refusal("this load is nothing", "give a `force`, a `torque`, or both")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not rigid, directions in which nothing moves."""
+        """Report a body that is not rigid, and directions in which it cannot move."""
         yield from super().problems(path, parts)
         yield from thin_problems(self.force, self.torque, ("force", "torque"), path, parts)
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """Its force and torque."""
         body, column = assembly.bodies[self.body].body, assembly.layout.column(Channel(self.channel))
         push = np.array([*self.force, *self.torque])
         return AtEachStep(lambda time: rigid_of(body).add_load(Push(self.share(time) * push, column)))

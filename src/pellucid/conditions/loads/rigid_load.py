@@ -23,7 +23,7 @@ class RigidLoad(LoadModel):
     """A load on a rigid body as a whole."""
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there or not rigid."""
+        """Report a body that does not exist or is not rigid."""
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.is_rigid:

@@ -51,7 +51,7 @@ class RigidSpring(RigidLoad):
             raise Refusal("this spring is nothing", "give a `stiffness`, a `turning_stiffness`, or a damping")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not rigid, directions in which nothing moves, anchors that fail at the start."""
+        """Report a body that is not rigid, directions in which it cannot move, and anchors that fail at the start."""
         yield from super().problems(path, parts)
         yield from thin_problems(self.stiffness, self.turning_stiffness, ("stiffness", "turning_stiffness"), path, parts)
         yield from thin_problems(self.damping, self.turning_damping, ("damping", "turning_damping"), path, parts)
@@ -83,7 +83,6 @@ class RigidSpring(RigidLoad):
         return max(along, _fastest(self.turning_stiffness, self.turning_damping, least))
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """Build the force and torque of the spring."""
         return ActiveRigidSpring(self, assembly)
 
 
@@ -103,7 +102,7 @@ class ActiveRigidSpring(ActiveCondition):
         self._viscous = assembly.layout.column(DAMPING_HEAT)
 
     def begin(self, time: float, dt: float) -> None:
-        """Find the force and torque for the position at the start of the step."""
+        """Compute force and torque for the position at the start of the step."""
         rigid = rigid_of(self._body)
         moved, rates = rigid.moved(), rigid.rates()
         start = np.array([anchor(time) for anchor in self._anchors])

@@ -25,12 +25,11 @@ class Traction(ChangesInTime, LoadModel):
     traction: Vector = parameter("Pa", "force on unit area of the faces as they are at the start")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A body that is not there or has no such faces."""
+        """Report a body that does not exist or has no such faces."""
         yield from super().problems(path, parts)
         yield from face_problems(self.where, (*path, "where"), self.body, parts)
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """Its forces at the nodes."""
         faces = LoadedFaces(assembly.bodies[self.body], self.where, (*path, "where"))
         add, forces = assembly.forces_on(self.body, self.channel), cache(lambda: faces.traction(np.array(self.traction)))
         return AtEachStep(lambda time: add(self.share(time) * forces()))

@@ -83,19 +83,18 @@ class Entering(ActiveCondition):
         self._work, self._impulse = 0.0, np.zeros(3)
 
     def try_out(self) -> None:
-        """Supports are known, and with them the velocities; find the state of what comes in."""
+        """Read the velocities of the supports, which are known now, and compute the state of the inflow."""
         self.strip.find_profile()
         self.strip.bound(self._totals, self.strip.mean_at(0.0))
         self._state = self._body.state_at(self.opening.place, self.opening.area * self.opening.spacing)
         self._given_pressure = _mean_pressure(self._state["stress"], self._state["volume"]) or 0.0
 
     def begin(self, time: float, dt: float) -> None:
-        """Lead or push the strip."""
         self.strip.begin(time, dt)
         self._time = time
 
     def act_on_nodes(self, dt: float) -> None:
-        """Let the strip move as one, or count what leading it takes. Raises RunStopped where what came in would go out."""
+        """Move the strip as one, or count the work of its prescribed motion. Raises RunStopped if the inflow reverses."""
         self._work, self._impulse = self.strip.act(dt)
         self._travel += dt * self.strip.speed
         if self._travel < self._furthest and (self._reached() < self._layers() * self.opening.spacing).any():
@@ -110,11 +109,11 @@ class Entering(ActiveCondition):
             raise RunStopped(f"{text}; {remedy}", time=self._time, body=self.body_name)
 
     def end(self, dt: float) -> None:
-        """What comes in moves no more than a cell in a step."""
+        """Limit the step so that the inflow moves at most one cell."""
         self.strip.bound(self._totals, self.strip.speed)
 
     def step_limit(self) -> StepLimit:
-        """Where it comes in faster than all else in the body."""
+        """Return the limit of an inflow that is faster than the body."""
         return self.strip.limit
 
     def _reached(self) -> np.ndarray:
@@ -127,7 +126,7 @@ class Entering(ActiveCondition):
         return np.maximum(np.floor(reached / self.opening.spacing), 0.0).astype(np.int64)
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
-        """A point for each spacing that its column has moved on: so far behind the one before it."""
+        """Add a point for each spacing by which its column has advanced, one spacing behind the previous point."""
         before = self._layers()
         self._furthest = max(self._furthest, self._travel)
         number = self._layers() - before
@@ -171,15 +170,12 @@ class Entering(ActiveCondition):
         return [np.flatnonzero(sets == number) for number in range(2)]
 
     def work(self) -> StepWork:
-        """Of leading the strip."""
         return work_of_strip(self._layout, INFLOW_WORK, self._work, self._impulse, self._inflow.name)
 
     def state_numbers(self) -> dict[str, Any]:
-        """How far it has come in, and what the pressure falls behind it."""
         return {"travel": self._travel, "furthest": self._furthest, "seen": self._seen, "fall": self._fall}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on from there."""
         self._travel, self._furthest, self._seen, self._fall = (
             float(numbers[key]) for key in ("travel", "furthest", "seen", "fall")
         )

@@ -41,30 +41,27 @@ class Inflow(GivenFlow, Condition):
         return face == self.where
 
     def load_channel(self) -> str | None:
-        """Return the channel of the work of the pressure."""
         return None if self.pressure is None else INFLOW_WORK.name
 
     def _allows_turning(self) -> bool:
-        """A pressure may have any sign."""
+        """True for a pressure, which may have any sign."""
         return self.pressure is not None
 
     @classmethod
     def activate(cls, conditions: Sequence["Inflow"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """One for each."""
         from pellucid.conditions.open_faces.entering import entering
 
         return entering(conditions, assembly)
 
     def reaction(self) -> str | None:
-        """Return the name of the inflow."""
         return self.name
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason that a flow does not come to rest."""
+        """Return the reason: a flow does not come to rest."""
         return Reason("points come in through an [[inflow]] and nothing comes to rest", "leave [steady] out, or the inflow")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Faces through which nothing can come, bodies into which no point can, flows that are too fast."""
+        """Report faces that cannot be open, bodies that points cannot enter, and flows that are too fast."""
         yield from parts.no_grid((*path, "where"), "faces are those of a grid")
         yield from face_problems(self.where, (*path, "where"), parts)
         seeded = parts.named(BodyModel, self.body)

@@ -41,26 +41,23 @@ class LeadingOut(ActiveCondition):
         self._work, self._impulse = 0.0, np.zeros(3)
 
     def try_out(self) -> None:
-        """Supports are known, and with them the velocities."""
         self._strip.find_profile()
         self._strip.bound(self._totals, self._strip.mean_at(0.0))
 
     def begin(self, time: float, dt: float) -> None:
-        """Lead the strip."""
         self._strip.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
-        """Count what leading takes."""
+        """Count the work of the prescribed motion."""
         self._work, self._impulse = self._strip.act(dt)
 
     def end(self, dt: float) -> None:
-        """What goes out moves no more than a cell in a step."""
+        """Limit the step so that the outflow moves at most one cell."""
         self._strip.bound(self._totals, self._strip.speed)
 
     def step_limit(self) -> StepLimit:
-        """Where it goes out faster than all else in the body."""
+        """Return the limit of an outflow that is faster than the body."""
         return self._strip.limit
 
     def work(self) -> StepWork:
-        """Of leading the strip."""
         return work_of_strip(self._layout, OUTFLOW_WORK, self._work, self._impulse, self._name)

@@ -124,7 +124,7 @@ class OutletPressure(ActiveCondition):
             self._ends.append((ends[0].face, ends))
 
     def try_out(self) -> None:
-        """A pressure needs something that it pushes."""
+        """Raise an error if no fluid is at the face: a pressure needs something to act on."""
         for face, ends in self._ends:
             if _nearest(ends)[0] > 1.0:
                 text = f"no point of {_names(ends)} lies in the layer of cells at the face {face.name}, where a pressure pushes"
@@ -132,14 +132,13 @@ class OutletPressure(ActiveCondition):
                 raise CaseError(Problem(text, f"{self._path}.pressure", remedy=remedy))
 
     def begin(self, time: float, dt: float) -> None:
-        """Push on the ends."""
         pressure = self._outflow.share(time) * (self._outflow.pressure or 0.0)
         for _, ends in self._ends:
             for end in ends:
                 end.push(pressure)
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
-        """Nothing comes in: where the layer of cells at a face empties as the fluid flows back, the run stops."""
+        """Stop the run if backflow empties the layer of cells at a face: no points enter here."""
         for number, (face, ends) in enumerate(self._ends):
             depth, inward = _nearest(ends)
             if self._filled[number] and depth > 1.0 and inward > 0.0:
@@ -154,11 +153,9 @@ class OutletPressure(ActiveCondition):
         return ()
 
     def state_numbers(self) -> dict[str, Any]:
-        """At which faces there was fluid."""
         return {"filled": list(self._filled)}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on from there."""
         self._filled = list(numbers["filled"])
 
 

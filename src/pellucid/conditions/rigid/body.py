@@ -243,17 +243,15 @@ class RigidBodies(ActiveCondition):
         self._bodies, self._columns = bodies, n_columns
 
     def begin(self, time: float, dt: float) -> None:
-        """Set the prescribed motion and the rotation of each body."""
         for body in self._bodies:
             body.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
-        """Give the nodes about each body its rigid velocity."""
+        """Apply the rigid velocity of each body to the nodes around it."""
         for body in self._bodies:
             body.hold_nodes(dt)
         for body in self._bodies:
             body.nodes.await_contact()
 
     def work(self) -> StepWork:
-        """The work of all rigid bodies together."""
         return total_work([body.work() for body in self._bodies], self._columns)

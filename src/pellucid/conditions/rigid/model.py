@@ -24,7 +24,6 @@ class Rigid(Condition):
 
     @classmethod
     def activate(cls, conditions: Sequence["Rigid"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """One active condition for all rigid bodies of the case."""
         from pellucid.conditions.rigid.body import RigidBodies, RigidBody
 
         bodies: list[RigidBody] = []

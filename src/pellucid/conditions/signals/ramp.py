@@ -16,9 +16,7 @@ class Ramp(SignalModel):
     start: float = parameter("s", "time t₀ at which it starts", 0.0, ge=0)
 
     def function(self) -> Displacement:
-        """Displacement [m] as a function of time [s]."""
         return lambda t: self.distance * smooth_step((t - self.start) / self.duration)
 
     def top_speed(self) -> float:
-        """Largest velocity [m/s]."""
         return 1.875 * abs(self.distance) / self.duration

@@ -16,9 +16,7 @@ class Sine(SignalModel):
     phase: float = parameter("rad", "phase φ", 0.0)
 
     def function(self) -> Displacement:
-        """Displacement [m] as a function of time [s]."""
         return lambda t: self.amplitude * (sin(2.0 * pi * t / self.period + self.phase) - sin(self.phase))
 
     def top_speed(self) -> float:
-        """Largest velocity [m/s]."""
         return abs(self.amplitude) * 2.0 * pi / self.period

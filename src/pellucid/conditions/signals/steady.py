@@ -13,9 +13,7 @@ class Steady(SignalModel):
     velocity: float = parameter("m/s", "velocity v")
 
     def function(self) -> Displacement:
-        """Displacement [m] as a function of time [s]."""
         return lambda t: self.velocity * t
 
     def top_speed(self) -> float:
-        """Largest velocity [m/s]."""
         return abs(self.velocity)

@@ -20,5 +20,4 @@ class Table(OverTime, SignalModel):
     path: InputFile = parameter("", "CSV file with the columns time [s] and displacement [m]; a row of names may stand first")
 
     def rows(self) -> np.ndarray:
-        """The table, shape (rows, 2). Raises ValueError naming the file's line."""
         return read_rows(self.path, "displacement [m]")

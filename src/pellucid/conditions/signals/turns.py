@@ -42,11 +42,9 @@ class LikeDisplacement(TurnModel):
         """This displacement."""
 
     def function(self) -> Displacement:
-        """Angle [rad] as a function of time [s]."""
         return self.signal().function()
 
     def top_speed(self) -> float:
-        """Largest angular velocity [rad/s]."""
         return self.signal().top_speed()
 
 
@@ -59,7 +57,6 @@ class RampTurn(LikeDisplacement):
     start: float = parameter("s", "time t₀ at which it starts", 0.0, ge=0)
 
     def signal(self) -> SignalModel:
-        """The ramp of this angle."""
         return Ramp(distance=radians(self.angle), duration=self.duration, start=self.start)
 
 
@@ -72,7 +69,6 @@ class SineTurn(LikeDisplacement):
     phase: float = parameter("rad", "phase φ", 0.0)
 
     def signal(self) -> SignalModel:
-        """The sine of this amplitude."""
         return Sine(amplitude=radians(self.angle), period=self.period, phase=self.phase)
 
 
@@ -83,7 +79,6 @@ class SteadyTurn(LikeDisplacement):
     angular_velocity: float = parameter("rad/s", 'angular velocity ω, in rad/s or a text such as "60 rpm"')
 
     def signal(self) -> SignalModel:
-        """The constant velocity of this size."""
         return Steady(velocity=self.angular_velocity)
 
 
@@ -97,6 +92,5 @@ class TableTurn(OverTime, TurnModel):
     path: InputFile = parameter("", "CSV file with the columns time [s] and angle [deg]; a row of names may stand first")
 
     def rows(self) -> np.ndarray:
-        """Time [s] and angle [rad], shape (rows, 2). Raises ValueError naming the file's line."""
         rows = read_rows(self.path, "angle [deg]")
         return np.column_stack([rows[:, 0], np.radians(rows[:, 1])])

@@ -51,7 +51,6 @@ class TenseSurface(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Supports are known by now; it bounds the first step too."""
         body, model = self._body, self._model
         faces = _faces(body.grid, model.angles, model.contact_angle)
         planes = [WettedPlane(wall.plane(), _cosine(angle)) for wall, angle in model.walls]
@@ -60,7 +59,6 @@ class TenseSurface(ActiveCondition):
         self._bound()
 
     def at_stake(self) -> float:
-        """All of its energy."""
         return abs(self._found)
 
     def _find(self) -> None:
@@ -72,7 +70,7 @@ class TenseSurface(ActiveCondition):
         self._found = surface.find()
 
     def begin(self, time: float, dt: float) -> None:
-        """Push the nodes by the potential of the volumes as they are."""
+        """Apply the nodal forces of the surface energy at the present volumes."""
         body, surface = self._body, self._surface
         self._find()
         energy = self._found
@@ -86,7 +84,6 @@ class TenseSurface(ActiveCondition):
         body.velocity_field.load_row(self._row)[...] += self._force
 
     def end(self, dt: float) -> None:
-        """Count its work."""
         power = domain.of_nodes(self._force * self._body.grid.nodes.mean_velocity)
         self._work = dt * float(np.sum(power))
         if dt > 0.0:
@@ -99,29 +96,25 @@ class TenseSurface(ActiveCondition):
         totals.rate = float(np.hypot(totals.rate, self._rate))
 
     def step_limit(self) -> StepLimit:
-        """Where capillary waves are faster than sound in a cell."""
+        """Return the limit of capillary waves if they are faster than sound in a cell."""
         if not self._governs:
             return NO_LIMIT
         step = 1.0 / self._body.totals.rate
         return StepLimit(step, "capillary", f"{self._model.swings_as.reason} within {step:.3g} s")
 
     def work(self) -> StepWork:
-        """What the surface holds more."""
         done, more = self._layout.no_work(), self._changed - self._work
         done.works[self._layout.column(SURFACE_ENERGY)] = more
         done.works[INTERNAL] += more
         return done
 
     def columns(self) -> Mapping[str, float]:
-        """The energy of the surface."""
         return {f"{self._model.body}_surface_energy": self._found}
 
     def state_numbers(self) -> dict[str, Any]:
-        """The energy before and now, and the work since."""
         return {"energy": self._energy, "found": self._found, "work": self._work}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on."""
         self._energy, self._found, self._work = numbers["energy"], numbers["found"], numbers["work"]
 
 

@@ -56,7 +56,6 @@ class SurfaceTension(Condition):
         return self._angles
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
-        """Return the condition with the contact angles of the supports of a case."""
         supports = [condition for condition in conditions if isinstance(condition, Support)]
         walls = [condition for condition in conditions if isinstance(condition, Wall)]
         copy = self.model_copy()
@@ -74,32 +73,29 @@ class SurfaceTension(Condition):
         return sqrt(4.0 * pi * self.tension / (density * cell**3))
 
     def load_channel(self) -> str:
-        """Of the work of its forces, which passes between entries of the balance."""
+        """Return the channel of the work of its forces, an exchange within the balance."""
         return SURFACE_TENSION_WORK.name
 
     def columns(self) -> Mapping[str, str]:
-        """The energy of the surface, and of walls that are wet."""
         return {f"{self.body}_surface_energy": "J"}
 
     def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
-        """Of the shortest capillary waves."""
         if body.name != self.body or cell is None:
             return 0.0
         return self.rate(body.material.density, cell)
 
     def why_not_steady(self) -> Reason | None:
-        """Its waves are no springs that the relaxation knows."""
+        """Return the reason: the relaxation does not know the stiffness of capillary waves."""
         return Reason("[steady] brings no fluid with surface tension to rest", "let it come to rest by its viscosity")
 
     @classmethod
     def activate(cls, conditions: Sequence["SurfaceTension"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """One for each."""
         from pellucid.conditions.surface_tension.active import TenseSurface
 
         return [TenseSurface(condition, assembly) for condition in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """What has no surface of this kind, twice the same, a grid or scheme that it is not for, an angle without a wall."""
+        """Report bodies without such a surface, duplicates, unsuitable grids or schemes, and contact angles without a wall."""
         yield from parts.no_grid((*path, "body"), "the surface is told by the nodes of a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._body_problems((*path, "body"), parts)

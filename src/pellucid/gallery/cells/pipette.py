@@ -19,7 +19,6 @@ class Pipette(Load):
     stiffness: float = parameter("Pa/m", "pressure over the depth of an overlap", gt=0)
 
     def forces(self, points: PointsView, time: float) -> np.ndarray:
-        """Forces of the face, of the rounded edge, and of the wall of the hole."""
         x, y, z = points.position.T
         r = np.hypot(x, y)
         out, up = r - (self.radius + self.edge), z - (self.face + self.edge)  # from the middle of the edge's arc

@@ -17,22 +17,19 @@ class ToldOnTheWay(Progress):
         self._phase, self._end, self._since, self._told = "", 0.0, 0.0, False
 
     def begin(self, phase: str, total: float | None = None) -> None:
-        """A phase begins."""
         self._phase, self._end, self._pace = phase, total or 0.0, Pace()
         self._progress.begin(phase, total)
 
     def compiling(self, kernel: str, number: int, expected: int) -> None:
-        """A kernel is compiled."""
         self._since = monotonic()
         self._progress.compiling(kernel, number, expected)
 
     def compiled(self) -> None:
-        """The phase goes on: the pace is measured anew."""
+        """Restart the measurement of the speed."""
         self._pace.leave_out(monotonic() - self._since)
         self._progress.compiled()
 
     def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
-        """The run stands after `step` steps at simulated time `time`."""
         self._progress.update(step=step, time=time, dt=dt, points=points, energy_error=energy_error)
         if self._told or self._phase != RUNNING:
             return
@@ -43,17 +40,13 @@ class ToldOnTheWay(Progress):
             self._progress.note(f"time: about {left} left, estimated from the first {step} steps")
 
     def count(self, done: int) -> None:
-        """So many parts of the phase are done."""
         self._progress.count(done)
 
     def message(self, text: str) -> None:
-        """A message that the user should see in any case."""
         self._progress.message(text)
 
     def note(self, text: str) -> None:
-        """A message that the user should see who gave the command."""
         self._progress.note(text)
 
     def stop(self) -> None:
-        """Everything has ended."""
         self._progress.stop()

@@ -38,29 +38,25 @@ class LoopSurface(TriangleSurface):
         self._inverse = splu(self._limit.tocsc())
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Values on the surface at the nodes, shape (n, k), of a field with these values x of the nodes."""
         return np.asarray(self._limit @ x)
 
     def through(self, places: np.ndarray) -> np.ndarray:
-        """Nodes of the surface that runs through places, shape (n, k); the inverse of `places`."""
         return np.asarray(self._inverse.solve(np.array(places, dtype=float)))
 
     def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """Places on the surface with nodes at x in triangles (k,) at shares of their corners (k, 3), shape (k, 3) [m]."""
         result = np.empty((len(triangle), 3))
         chunks = -(-len(triangle) // CHUNK)
         _evaluate(chunks, np.ascontiguousarray(x), self.rings, triangle, share, patch.BOX_SPLINES, patch.POWERS, result)
         return result
 
     def renew(self, x: np.ndarray) -> None:
-        """Nothing: the functions depend on the triangles alone."""
+        """Do nothing: the functions depend on the triangles only."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """No arrays."""
         return {}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Nothing: the surface keeps no arrays."""
+        """Do nothing: the surface has no arrays."""
 
 
 def limit_matrix(mesh: Rings) -> csr_array:

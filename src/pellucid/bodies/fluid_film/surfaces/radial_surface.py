@@ -37,15 +37,13 @@ class RadialSurface(TriangleSurface):
         self._fit(np.array(x, dtype=float))
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """The values at the nodes themselves: the surface runs through them."""
+        """Return the nodal values: the surface interpolates them."""
         return np.array(x)
 
     def through(self, places: np.ndarray) -> np.ndarray:
-        """The places themselves."""
         return np.array(places)
 
     def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """Places on the surface with nodes at x in triangles (k,) at shares of their corners (k, 3), shape (k, 3) [m]."""
         result = np.zeros((len(triangle), 3))
         for start in range(0, len(triangle), CHUNK):
             some = slice(start, start + CHUNK)
@@ -53,18 +51,15 @@ class RadialSurface(TriangleSurface):
         return result
 
     def renew(self, x: np.ndarray) -> None:
-        """Make the functions anew where nodes have moved far."""
         moved = x - self._reference
         against = np.linalg.norm(moved[self.rings.neighbours] - moved[:, None], axis=2).max(axis=1)
         if (against > FAR * self.spacing(self._reference)).any():
             self._fit(x.copy())
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """The places of the nodes for which the functions were made."""
         return {"reference": self._reference}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Make the functions for the nodes at the places of a checkpoint."""
         if not np.array_equal(arrays["reference"], self._reference):
             self._fit(np.array(arrays["reference"]))
 

@@ -160,7 +160,7 @@ class Skin(WarnsOfContact):
         return 0.0, 0.0, 0.0
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Where its faces are longer than the cells."""
+        """Warn of faces that are larger than the cells."""
         what, effect = f"body {self.name} touches another, its outer face", "others sink into it; make its mesh finer there"
         return overlong(what, self._faces, self._x, self._field.grid, nodes, effect)
 
