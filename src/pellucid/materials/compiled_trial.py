@@ -1,4 +1,4 @@
-"""Which function of a user's law numba cannot compile: its errors name kernels, and bury the user's line."""
+"""Search for the function of a user's law that numba cannot compile. Numba's errors name kernels and hide the user's line."""
 
 import os
 import re
@@ -44,7 +44,7 @@ def _place(message: str) -> str:
 
 
 def _reason(message: str) -> str:
-    """What a message of numba says first."""
+    """Return the first informative line of a numba message."""
     lines = [COLOURS.sub("", line).strip() for line in message.splitlines()]
     telling = [line for line in lines if line and not line.startswith(NOISE)]
     return telling[0].partition(". Raised from")[0].rstrip(".:") if telling else "numba does not say why"

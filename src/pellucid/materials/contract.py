@@ -16,7 +16,7 @@ from pellucid.tensors import Symmetric
 
 
 class BodyMaterial(Model):
-    """What the materials of all kinds of bodies share."""
+    """Base of the materials of all kinds of bodies."""
 
     kind: str
     density: float = parameter("kg/m^3", "initial density", gt=0)
@@ -40,8 +40,8 @@ class PointMaterial(BodyMaterial):
 
     @property
     def keeps_heat(self) -> bool:
-        """Whether its points take up, as their `internal_energy`, exactly what internal forces and transfers take from the
-        kinetic energy; otherwise the law integrates its energy by itself."""
+        """True if the `internal_energy` of points receives exactly the kinetic energy lost to internal forces and
+        transfers; otherwise the law integrates its energy."""
         return False
 
     @abstractmethod
@@ -58,7 +58,7 @@ class PointMaterial(BodyMaterial):
         return None
 
     def too_soft(self, density: float) -> str | None:
-        """That points with this mean density [kg/m³] are a liquid squeezed further than liquids are; None of others."""
+        """Report a liquid compressed beyond the limit at this mean density [kg/m³]; None otherwise."""
         return None
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
@@ -91,11 +91,11 @@ class PointMaterial(BodyMaterial):
         return signal_speed(self.law(), self.initial_state(), self.density, SQUEEZED, length)
 
     def problems(self) -> Iterator[tuple[str, str, str]]:
-        """What makes it unfit to run though each key is possible: key, text, remedy."""
+        """Yield faults of the combination of keys: key, text, remedy."""
         yield from ()
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
-        """What must be registered for its law, and for the laws that this is made of."""
+        """Return the operations to register for the law and for its component laws."""
         return {law: RATE_FORM}
 
     @check

@@ -75,14 +75,16 @@ def stiffness(law, damage):
 
 @generic
 def has_failed(law: Law, record: DamageRecord, p: int) -> bool:
-    """Whether point p bears no stress any more."""
+    """Return True if point p has failed and carries no stress."""
 
 
 @generic
 def upright(law: Law, along: float) -> bool:
-    """Whether a triangle tells where the surface is, from how much of its normal lies along that of its corner before.
+    """Return True if a triangle defines the orientation of the surface, from the component of its normal along the previous
+    normal of its corner.
 
-    About a tear, triangles turn over or vanish while other triangles of the corner still bear stress."""
+    Near a tear, triangles turn over or vanish while other triangles of the corner still carry stress.
+    """
 
 
 @generic

@@ -33,7 +33,7 @@ def isochoric_stiffness(law: Law, F: Tensor) -> float:
 
 
 class DecoupledMaterial(HyperelasticMaterial):
-    """What hyperelastic solids with a decoupled energy share."""
+    """Base of hyperelastic solids with a decoupled energy."""
 
     @abstractmethod
     def moduli(self) -> tuple[float, float]:
@@ -47,7 +47,7 @@ class DecoupledMaterial(HyperelasticMaterial):
 
 
 class BulkMaterial(DecoupledMaterial):
-    """Those that are given a bulk modulus."""
+    """Base of decoupled solids with a given bulk modulus."""
 
     bulk_modulus: float = parameter("Pa", "bulk modulus κ", gt=0)
 

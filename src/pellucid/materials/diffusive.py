@@ -1,4 +1,4 @@
-"""What a diffusing field is made of."""
+"""Material of a diffusing field."""
 
 from typing import Literal
 

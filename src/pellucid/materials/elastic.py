@@ -12,7 +12,7 @@ def lame(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
 
 
 class ElasticMaterial(Model):
-    """What isotropic elastic solids and membranes share."""
+    """Base of isotropic elastic solids and membranes."""
 
     density: float = parameter("kg/m^3", "initial density", gt=0)
     young_modulus: float = parameter("Pa", "Young's modulus E", gt=0)

@@ -12,7 +12,7 @@ from pellucid.materials.wrinkling import unwrinkled
 
 
 class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
-    """What isotropic elastic membranes of a solid share."""
+    """Base of isotropic elastic membranes made of a solid."""
 
     @abstractmethod
     def elastic_law(self) -> Law:

@@ -39,7 +39,7 @@ class FiniteStrainState(NamedTuple):
 
 
 class HyperelasticMaterial(PointMaterial):
-    """What hyperelastic solids share."""
+    """Base of hyperelastic solids."""
 
     def initial_state(self) -> FiniteStrainState:
         return FiniteStrainState(NO_STRESS, IDENTITY)

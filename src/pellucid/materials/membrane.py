@@ -32,7 +32,7 @@ def stretched(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
 
 @generic
 def stretched_midway(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
-    """As `stretched`, with D in the geometry at the middle of the step, not at its start: second order in dt."""
+    """Like `stretched`, with D in the geometry at the middle of the step: second order in dt."""
 
 
 @generic
@@ -91,7 +91,8 @@ def _no_diffusivity(law, shape, density):
 
 @generic
 def damped_rate(law: Law, rate: float, spread: float) -> float:
-    """One over the largest stable step [1/s], from that of waves and that by which momentum spreads, ν/h² [1/s]."""
+    """Return the inverse of the largest stable step [1/s], from the rate of waves and the rate of momentum diffusion ν/h²
+    [1/s]."""
 
 
 @default_function(damped_rate)

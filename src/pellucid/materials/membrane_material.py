@@ -43,8 +43,8 @@ class MembraneMaterial(BodyMaterial):
         return None
 
     def recoverable_energy(self, shape: np.ndarray) -> np.ndarray | None:
-        """What points of in-plane shapes, (n, 4), can give back of the work of their stress [J/kg], shape (n,); None where
-        that is all, or what was lost is recorded."""
+        """Return the recoverable energy of points with these in-plane shapes, (n, 4), [J/kg], shape (n,); None if all
+        energy is recoverable, or if losses are recorded."""
         return None
 
 

@@ -1,8 +1,8 @@
-"""What points carry for their law: the state of one point, and the same of all points as arrays.
+"""State of points for their law: of one point, and of all points as arrays.
 
-A state is a NamedTuple of numbers and of tuples of numbers, decorated with `point_state`. The same type holds the arrays of a
-body: `FluidState(stress, internal_energy)` of one point is (6-tuple, float), of n points (array (n, 6), array (n,)). The names
-of its fields are those of the arrays, which results show and checkpoints keep.
+A state is a NamedTuple of numbers and of tuples of numbers, decorated with `point_state`. The same type holds the arrays of
+a body: `FluidState(stress, internal_energy)` of one point is (6-tuple, float), of n points (array (n, 6), array (n,)). The
+names of its fields are the names of the arrays in results and checkpoints.
 """
 
 from collections.abc import Callable, Iterator, Mapping

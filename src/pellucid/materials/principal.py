@@ -27,7 +27,7 @@ C0, C1, C2, C3, C4 = 1.73206086, 0.332823444, -0.0918438663, 0.0350243772, -0.00
 
 
 class Spectrum(NamedTuple):
-    """Of a positive tensor a = m I + p B: the three eigenvalues x₁, x₂ ≥ x₃, of which the first lies apart from the others."""
+    """Spectrum of a positive tensor a = m I + p B: the eigenvalues x₁, x₂ ≥ x₃. x₁ is separated from the others."""
 
     values: Triple
     distance: float  # x₂ - x₃

@@ -13,7 +13,7 @@ from pellucid.model import check, parameter
 
 
 class SolidMembraneMaterial(MembraneMaterial):
-    """What elastic membranes share."""
+    """Base of elastic membranes."""
 
     damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
     wrinkling: bool = parameter("", "whether it wrinkles rather than bear compression (tension field)", False)
@@ -34,7 +34,7 @@ class SolidMembraneMaterial(MembraneMaterial):
 
     @property
     def is_viscous(self) -> bool:
-        """Whether part of its work is lost to viscosity."""
+        """True if the membrane has viscosity."""
         return max(self.viscosity, self.dilatational_viscosity) > 0.0
 
     @abstractmethod
@@ -49,7 +49,7 @@ class SolidMembraneMaterial(MembraneMaterial):
 
     @abstractmethod
     def operations(self) -> Mapping[Law, Sequence[Operation]]:
-        """What must be registered for its law, and for the laws that this is made of."""
+        """Return the operations to register for the law and for its component laws."""
 
     @check
     def _law_is_whole(self) -> None:

@@ -34,7 +34,7 @@ def stretch_under(law: Law, stress: Symmetric) -> Tensor:
 
 
 def _possible(strain: np.ndarray) -> bool:
-    """Whether the volume is positive, and all is finite."""
+    """Return True if the deformation is finite with positive volume."""
     F = np.array(_symmetric(strain)).reshape(3, 3)
     return bool(np.isfinite(F).all() and np.linalg.det(F) > 0.0)
 

@@ -45,8 +45,8 @@ def surface_tension(law: Law, F: Shape) -> InPlane:
 
 @generic
 def surface_stiffness(law: Law, F: Shape) -> float:
-    """Of the tangent of τ that which bounds plane waves and, times the sum of squared gradients, elements [N/m]; tension adds
-    to it."""
+    """Return the stiffness that limits plane waves and, multiplied by the sum of squared gradients, elements [N/m], from
+    the tangent of τ; tension is added separately."""
 
 
 @pointwise

@@ -12,7 +12,7 @@ from pellucid.materials.trial import Operation
 
 
 class SurfaceMembraneMaterial(SolidMembraneMaterial):
-    """What membranes by a surface law share."""
+    """Base of membranes with a surface law."""
 
     @abstractmethod
     def elastic_law(self) -> Law:

@@ -89,18 +89,18 @@ class Call(NamedTuple):
     arguments: tuple[Any, ...]
 
     def result(self) -> Any:
-        """What it returns. Raises ValueError."""
+        """Return the result of the call. Raises ValueError."""
         name = self.operation.__name__
         with failing_as(lambda why: ValueError(f"`{name}` of the law {_named(self.arguments[0])} fails at rest: {why}")):
             return self.operation(*self.arguments)
 
     def number(self, least: float = -np.inf) -> float:
-        """What it returns, a finite number. Raises ValueError."""
+        """Return the result as a finite number. Raises ValueError."""
         return _number(self.result(), least, f"`{self.operation.__name__}` of the law {_named(self.arguments[0])}")
 
 
 def calls_of(material: "PointMaterial", law: Any, state: Any) -> dict[Operation, Call]:
-    """What kernels call of a law in rate form, with the arguments of a point at rest over no time in cells of a metre."""
+    """Return the operations of a law in rate form with arguments for a point at rest: zero time step, cells of 1 m."""
     density = material.density
     arguments = {
         update: (law, state, density, ZERO_GRADIENT, 0.0, 1.0),
@@ -166,8 +166,8 @@ def try_membrane(material: "SolidMembraneMaterial") -> None:
 
 
 def calls_of_membrane(material: "SolidMembraneMaterial", law: Any) -> dict[Operation, Call]:
-    """What kernels call of a law of membranes, with the arguments of a point at rest over no time: of the law that it is made
-    of where that is a surface law, and of the law itself."""
+    """Return the operations of a membrane law with arguments for a point at rest and a zero time step: first of its surface
+    law, if any, then of the law itself."""
     of_surface = {
         operation: Call(operation, (part, *SURFACE[operation][1]))
         for part, operations in material.operations().items()

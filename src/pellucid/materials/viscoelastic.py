@@ -1,4 +1,4 @@
-"""What viscoelastic solids share: a hyperelastic solid that bears the load at rest, and something viscous beside it."""
+"""Base of viscoelastic solids: a hyperelastic solid in parallel with viscous branches."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence

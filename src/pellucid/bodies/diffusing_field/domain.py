@@ -1,4 +1,4 @@
-"""Where a field diffuses."""
+"""Domain of a diffusing field."""
 
 from typing import ClassVar, Self
 
@@ -26,7 +26,7 @@ class Line(Model):
         return self
 
     def places(self) -> np.ndarray:
-        """Of the nodes along x, shape (n,) [m]."""
+        """Return the positions of the nodes along x [m], shape (n,)."""
         return np.linspace(self.lower, self.upper, self.nodes)
 
 
@@ -39,7 +39,7 @@ class Domain(Choice):
     surface: Surface | None = None
 
     def positions(self) -> np.ndarray:
-        """Of the nodes, shape (n, 3) [m]."""
+        """Return the positions of the nodes [m], shape (n, 3)."""
         if self.line is None:
             return np.asarray(self.chosen().triangulate().vertices)
         x = self.line.places()

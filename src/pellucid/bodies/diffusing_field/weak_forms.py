@@ -18,7 +18,7 @@ CHUNK = 2048  # triangles whose functions are kept at a time
 
 
 class WeakForm(NamedTuple):
-    """Of n nodes. Where windows meet or the test functions are the shape functions, columns of K add up to 0."""
+    """Matrices of n nodes. If windows are contiguous, or the test functions are the shape functions, columns of K sum to 0."""
 
     content: csr_array  # M (n, n) [m or m²]
     outflow: csr_array  # K (n, n) for D = 1 [1/m or 1]
@@ -55,7 +55,7 @@ def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
 
 
 def _sparse(rows: BlendedRows, entries: np.ndarray, n: int) -> csr_array:
-    """One row for each point, from entries of shape (t, q, r)."""
+    """Assemble a sparse matrix with one row per point, from entries of shape (t, q, r)."""
     t, q, r = entries.shape
     columns = np.broadcast_to(rows.nodes[:, None], entries.shape)
     matrix = csr_array((entries.ravel(), columns.ravel(), np.arange(t * q + 1) * r), shape=(t * q, n))

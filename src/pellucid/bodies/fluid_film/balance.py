@@ -33,7 +33,7 @@ class Unbalanced(Exception):
 
 
 class Driving(NamedTuple):
-    """What acts on the film over a step."""
+    """Loads and constraints of the film over a step."""
 
     tractions: Sequence[ActingTraction]
     forces: Sequence[tuple[int, np.ndarray]]  # on the nodes [N], shape (n, d), each with the column of its work
@@ -70,7 +70,7 @@ class StepDone(NamedTuple):
 
     @property
     def power_received(self) -> float:
-        """From loads and from what prescribes motions, volume and area [W]."""
+        """Return the power received from loads and from prescribed motions, volume and area [W]."""
         leading = float(np.sum((self.prescribed + self.leading) * self.velocity))
         return sum((power for _, power in self.loads), self.bordered + leading)
 
@@ -122,7 +122,7 @@ class FilmBalance(FilmForces):
         )
 
     def _left(self, parts: Forms, velocity: np.ndarray, first: np.ndarray) -> np.ndarray:
-        """What the forces of the film leave unbalanced at the nodes [N], shape (n, d)."""
+        """Return the residual force at the nodes [N], shape (n, d)."""
         felt = self._felt(parts.resistance, velocity) + self._felt(parts.stiffness, velocity - first)
         return self._sums.gathered(felt) - self._sums.gathered(parts.force)
 
@@ -160,10 +160,10 @@ class FilmBalance(FilmForces):
         return Found(solution.velocity, parts, tractions, list(zip(borders, forces, strict=True)), normal)
 
     def _led(self, system: System, borders: Sequence[Border], led: Led, normal: np.ndarray) -> Solution:
-        """With nodes that are led along the normals, shape (n, d).
+        """Solve with nodes prescribed along the normals, shape (n, d).
 
-        Where the film does not run through its nodes, it is the film that moves at that rate: what the nodes differ by follows
-        from the velocity known best.
+        If the film does not interpolate its nodes, the film moves at the prescribed rate; the difference to the nodes is
+        computed from the best known velocity.
         """
         frames, nodes = Frames(normal, led.nodes), self.geometry.nodes
         near = system.guess if system.guess.any() else led.before

@@ -1,4 +1,4 @@
-"""What does not go together in a film, by itself or in a velocity field that it shares with other bodies."""
+"""Checks of a film, alone or in a velocity field shared with other bodies."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING

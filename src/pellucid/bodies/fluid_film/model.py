@@ -98,7 +98,7 @@ class FluidFilmCase(BodyModel):
         return self.density or self.material.density
 
     def physics(self) -> "FilmPhysics":
-        """What kernels need of the material and the drag."""
+        """Return the properties of material and drag for kernels."""
         from pellucid.bodies.fluid_film.forms.virtual_power import Drag, FilmPhysics
 
         m = self.material
@@ -106,7 +106,8 @@ class FluidFilmCase(BodyModel):
         return FilmPhysics(m.viscosity, m.dilatational_viscosity, m.bending_rigidity, m.spontaneous_curvature, drag)
 
     def geometry(self) -> "tuple[FilmGeometry, np.ndarray]":
-        """How its nodes span it, and where they are at the start [m], shape (n, d). Raises CaseError where they cannot."""
+        """Return the geometry and the initial positions of its nodes [m], shape (n, d). Raises CaseError if the geometry
+        cannot be built."""
         if self.shape.surface is not None:
             from pellucid.bodies.fluid_film.surfaces.initial_surface import film_surface
 
@@ -120,14 +121,14 @@ class FluidFilmCase(BodyModel):
         return Curve(len(places), self.radial, self.is_around), places
 
     def numbers(self) -> np.ndarray:
-        """Of the nodes of its geometry, their places in the order of its shape, shape (n,): surfaces are spanned in an order by
-        place."""
+        """Return the rows of the geometry's nodes in the order of the shape, shape (n,): surfaces are stored in spatial
+        order."""
         if self.shape.surface is not None:
             return spatial_order(self.shape.surface.triangulate().vertices)
         return np.arange(len(self.positions()))
 
     def solver(self, geometry: "FilmGeometry", x: np.ndarray) -> "FilmSolver":
-        """What finds the velocities of its nodes, which are at x [m] at the start, shape (n, d)."""
+        """Return the solver for the nodal velocities. x: initial positions of the nodes [m], shape (n, d)."""
         if self.shape.surface is not None:
             from pellucid.bodies.fluid_film.solvers.sparse_solver import SparseSolver
 
@@ -137,14 +138,14 @@ class FluidFilmCase(BodyModel):
         return CurveSolver(geometry.nodes, geometry.held)
 
     def steps(self, balance: "FilmBalance", goals: Goals, arrays: "dict[str, np.ndarray]") -> "OwnSteps":
-        """What moves it; arrays: its state."""
+        """Build the time stepper of the film. arrays: its state."""
         from pellucid.bodies.fluid_film.own_steps import OwnSteps
 
         return OwnSteps(balance, goals, self, arrays)
 
     @property
     def has_drag(self) -> bool:
-        """Whether anything about it drags on it."""
+        """True if the surroundings exert drag on the film."""
         return max(self.drag.normal, self.drag.tangential) > 0.0
 
     def sides(self) -> np.ndarray:
@@ -156,7 +157,7 @@ class FluidFilmCase(BodyModel):
 
     @property
     def is_around(self) -> bool:
-        """Whether it is a surface of revolution."""
+        """True for a surface of revolution."""
         return self.shape.span == "around"
 
     def goals(self, o: "Operators") -> Goals:
@@ -211,7 +212,7 @@ class FluidFilmCase(BodyModel):
         return any(body.kind != self.kind for body in parts.of(BodyModel))
 
     def positions(self) -> np.ndarray:
-        """Of its nodes at the start [m], shape (n, 3)."""
+        """Return the initial positions of the nodes [m], shape (n, 3)."""
         if self.shape.surface is not None:
             return self.shape.surface.triangulate().vertices
         places = self.shape.chosen().places()

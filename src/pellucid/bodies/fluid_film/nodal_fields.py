@@ -1,4 +1,4 @@
-"""What others see of a film at its nodes: places, velocities, masses, and means of what varies between the nodes."""
+"""Nodal fields of a film: positions, velocities, masses, and averages of element fields."""
 
 import numpy as np
 
@@ -59,7 +59,8 @@ class NodalFields:
         return self._shared(o.area)
 
     def _distances(self) -> np.ndarray:
-        """Of the nodes from the centre of mass [m]; that of a surface of revolution lies on its axis."""
+        """Return the distances of the nodes from the centre of mass [m]; for a surface of revolution the centre is on the
+        axis."""
         places, mass = self._forces.geometry.places(self._arrays["x"]), self._arrays["mass"]
         centre = mass @ places / float(mass.sum())
         if self._is_around:
@@ -67,7 +68,7 @@ class NodalFields:
         return np.asarray(np.linalg.norm(places - centre, axis=1))
 
     def _shared(self, of_points: np.ndarray) -> np.ndarray:
-        """What the quadrature points of each element have, shape (e, q), shared equally by its corners, shape (n,)."""
+        """Distribute values at the quadrature points of each element, shape (e, q), equally among its corners, shape (n,)."""
         corners = self._corners
         share = np.repeat(of_points.sum(axis=1) / corners.shape[1], corners.shape[1])
         return np.bincount(corners.ravel(), share, len(self._arrays["mass"]))

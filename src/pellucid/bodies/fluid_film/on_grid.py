@@ -187,7 +187,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         return found
 
     def _signals(self) -> Signals:
-        """In the film as it is."""
+        """Return the signals in the present state of the film."""
         return Signals(self.forces.physics, self.forces.material, self.forces.densities(self._o, self._film["part_mass"]))
 
     def signal_limit(self) -> StepLimit:

@@ -27,7 +27,7 @@ FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
 
 
 def is_still(done: StepDone, span: float) -> bool:
-    """Whether a step [s] moves nodes by no more than the rounding of their places."""
+    """Return True if a step [s] moves nodes by no more than round-off of their positions."""
     return bool(span * np.abs(done.velocity).max() <= STILL * np.abs(done.x).max())
 
 
@@ -97,10 +97,11 @@ class OwnSteps:
         return None
 
     def _take(self, o: Operators, done: StepDone, span: float) -> Operators:
-        """Take over a step [s] that began with these operators, with nodes spread evenly; the operators at its end.
+        """Accept a step [s] that began with these operators, redistribute the nodes evenly, and return the operators at the
+        end.
 
-        The surface through nodes that were moved along it is another one, to the order of the functions, and may store more.
-        Nodes that can wait are spread only where stored energy grows by no more than the work done on the film.
+        The surface through nodes that moved along it differs by the order of the functions and may store more energy.
+        Redistribution that can wait is done only if the stored energy grows by at most the work done on the film.
         """
         arrays, balance, geometry = self._arrays, self._balance, self._balance.geometry
         mass, moved = arrays["part_mass"], arrays["unspread"] + (done.x - arrays["x"])
@@ -118,7 +119,7 @@ class OwnSteps:
 
 
 def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:
-    """That a film is stretched so far that it is no film any more, and where; o: where it is."""
+    """Describe a film that is stretched beyond the range of the model, with the place. o: operators of the present state."""
     geometry, rest = balance.geometry, balance.material.density
     density = balance.densities(o, arrays["part_mass"])
     if density.min() >= THINNEST * rest:

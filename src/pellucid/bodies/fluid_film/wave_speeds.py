@@ -1,4 +1,4 @@
-"""How fast signals cross a film that moves with the nodes of the grid."""
+"""Signal speeds in a film that moves with the nodes of the grid."""
 
 from math import sqrt
 
@@ -22,7 +22,7 @@ class Signals:
         self.bending = physics.bending_rigidity / least
 
     def rate(self, h: float) -> float:
-        """How often the fastest of them crosses a cell of edge 1/h in a second [1/s]."""
+        """Return the largest rate at which signals cross a cell of edge 1/h [1/s]."""
         return max(h * self.wave, 2.0 * h * h * self.spread, 2.0 * h * h * sqrt(self.bending))
 
     def limit(self, cell: float, speed: float) -> StepLimit:

@@ -9,7 +9,7 @@ from pellucid.model import Model
 
 
 class InitialField(Model):
-    """What is added to a quantity of a body at the start. A new kind is a subclass with a `kind` of its own."""
+    """Field added to a quantity of a body at the start. A new kind is a subclass with its own `kind`."""
 
     quantity: ClassVar[str] = "velocity"
     """The array of the points to which it adds: the velocity, or a state of the material, such as the stress."""
@@ -18,4 +18,4 @@ class InitialField(Model):
 
     @abstractmethod
     def at(self, position: np.ndarray) -> np.ndarray:
-        """What it adds at positions [m], shape (n, 3): a row for each, for velocities [m/s] shape (n, 3)."""
+        """Return the added values at positions [m], shape (n, 3): one row per position, for velocities [m/s] shape (n, 3)."""

@@ -23,7 +23,7 @@ It swings at the rate of the fluid: where it does as fast as steps can follow, p
 
 @kernel()
 def _list_beside(position, n, normal, level, most, listed):
-    """Which of the first n points are no higher than `most` above a plane [m], into `listed`; how many."""
+    """List the first n points that are at most `most` above a plane [m] into `listed`; return their number."""
     count = 0
     for p in range(n):
         height = position[p, 0] * normal[0] + position[p, 1] * normal[1] + position[p, 2] * normal[2] - level

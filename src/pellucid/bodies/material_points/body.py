@@ -93,12 +93,12 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     @property
     def _strains(self) -> bool:
-        """Whether the grid strains it."""
+        """True if the grid strains the body."""
         return self.constraint is None or self.constraint.strains
 
     @property
     def has_surface(self) -> bool:  # type: ignore[override]
-        """Where its material does not flow."""
+        """True if its material does not flow."""
         return not self.material.flows
 
     def make_contact_surface(self, column: int) -> GridSurface | None:
@@ -161,7 +161,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     @property
     def viscous_stress(self) -> np.ndarray:
-        """That of implicit viscosity in the last step, which `stress` has no part of but within a step [Pa], shape (n, 6)."""
+        """Stress of the implicit viscosity in the last step [Pa], shape (n, 6). `stress` contains it only within a step."""
         return self.arrays[VISCOUS_STRESS]
 
     def fluid_volume(self) -> float:
@@ -228,7 +228,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     @property
     def keeps_heat(self) -> bool:  # type: ignore[override]
-        """Where its material does and the grid strains it."""
+        """True if the material keeps heat and the grid strains the body."""
         return self.material.keeps_heat and self._strains
 
     def return_heat(self, share: float) -> None:
@@ -249,7 +249,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
     @property
     def may_leave(self) -> bool:  # type: ignore[override]
-        """Where nothing leads it and its pressure does not act on whole cells."""
+        """True if no motion prescribes the body and its pressure does not act on whole cells."""
         return self.constraint is None and not self._model.why_no_outflow()
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
@@ -379,7 +379,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
 
 
 def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vector) -> tuple[dict[str, np.ndarray], int]:
-    """Those of the points that are `here`, in front in arrays with room for all, and how many they are."""
+    """Return the arrays of the points chosen by `here`, first in arrays with room for all points, and their number."""
     seeds = case.seeded(grid, everywhere if case.has_users_fields else here)
     arrays = {"id": seeds.number, **_arrays_at(case, seeds.position, seeds.volume, gravity)}
     if case.has_users_fields:
@@ -389,7 +389,7 @@ def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vec
 
 
 def _arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravity: Vector) -> dict[str, np.ndarray]:
-    """Those of points at positions [m], shape (n, 3), with volumes [m³], shape (n,)."""
+    """Build the arrays of points at positions [m], shape (n, 3), with volumes [m³], shape (n,)."""
     density, state = _initial_state(case, position, gravity)
     velocity = case.initial_velocity(position)
     arrays = {"position": position, "velocity": velocity, "mass": density * volume, "volume": volume, **state}

@@ -1,4 +1,4 @@
-"""Where a body of material points does not fit the grid, planes of symmetry, or other bodies."""
+"""Checks of a body of material points: grid, planes of symmetry, other bodies."""
 
 from collections.abc import Iterator
 

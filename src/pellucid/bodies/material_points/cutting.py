@@ -69,9 +69,10 @@ class FilledRegion:
             yield places, share[mine]
 
     def measure(self, total: float) -> float:
-        """That of the region [m, m², m³], of which points represent so many cells; once all points are known.
+        """Return the measure of the region [m, m², m³], once all points are known; `total` is the number of cells that
+        points represent.
 
-        Raises ValueError where more is left too far from every point than volumes may be corrected by.
+        Raises ValueError if more volume than can be corrected is too far from every point.
         """
         exact = self._shape.measure(self._active) + self._twice / len(self._offsets) * self._cell
         for other, samples in zip(self._left_out, self._taken, strict=True):
@@ -87,15 +88,15 @@ class FilledRegion:
         return exact
 
     def _kept(self, places: np.ndarray) -> np.ndarray:
-        """Which places lie in the region."""
+        """Return a mask of the positions in the region."""
         kept = self._shape.contains(places, self._active)
         for other in self._left_out:
             kept &= ~other.contains(places, self._active)
         return kept
 
     def _cut(self, centres: np.ndarray) -> np.ndarray:
-        """Which cells may lie partly beyond the region; a box fills its own lattice, so that only bodies left out cut its
-        cells."""
+        """Return a mask of the cells that may lie partly outside the region. A box fills its own lattice, so only excluded
+        bodies cut its cells."""
         active, spacing = np.array(self._active), self._cells.spacing
         if not isinstance(self._shape, Box):
             if self._left_out:
@@ -115,8 +116,8 @@ class FilledRegion:
         return cut
 
     def _shares(self, centres: np.ndarray, kept: np.ndarray, cut: np.ndarray, own: slice) -> tuple[np.ndarray, np.ndarray]:
-        """Of each cell the part that is left and its middle [m]; `cut` are sampled. Of the `own` cells it counts what each body
-        left out takes, and what they take twice."""
+        """Return the fraction of each cell in the region and its centroid [m]; cells in `cut` are sampled. For the `own`
+        cells it counts the volumes excluded by each body, and the volumes excluded twice."""
         share, middle, offsets = kept.astype(float), centres.copy(), self._offsets
         for chunk in np.array_split(cut, 1 + len(cut) * len(offsets) // SAMPLES_AT_ONCE):
             samples = (centres[chunk, None] + offsets).reshape(-1, 3)
@@ -148,7 +149,7 @@ class FilledRegion:
         return share, moments
 
     def _sticks_out(self) -> bool:
-        """Whether the shape reaches beyond its lattice."""
+        """Return True if the shape extends beyond its lattice."""
         slack = 1e-6 * self._cells.spacing
         (lower, upper), (low, high) = self._shape.bounds(), self._cells.bounds()
         return bool(np.any(((lower < low - slack) | (upper > high + slack))[np.array(self._active)]))
@@ -157,7 +158,8 @@ class FilledRegion:
 def _slivers(
     centres: np.ndarray, middle: np.ndarray, kept: np.ndarray, slivers: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which slivers go to which points, and what part of each; those as near share, so that symmetric shapes stay so."""
+    """Assign slivers to the nearest points with their shares. Equally near points share, so that symmetric shapes stay
+    symmetric."""
     from scipy.spatial import cKDTree
 
     count = min(NEIGHBOURS, len(kept))
@@ -169,7 +171,7 @@ def _slivers(
 
 
 def _in_a_box(other: Geometry, shape: Geometry, active: tuple[bool, bool, bool]) -> bool:
-    """Whether a shape is a box, turned or not, and the bounds of another lie inside it."""
+    """Return True if a shape is a box, rotated or not, that contains the bounds of another."""
     corners = np.stack(np.meshgrid(*np.transpose(other.bounds()), indexing="ij"), axis=-1).reshape(-1, 3)
     box, corners = shape.in_own_frame(corners)
     if not isinstance(box, Box):

@@ -153,7 +153,7 @@ class GridSurface(ContactSurface):
         self._moved = Bundle(moved)
 
     def _above(self) -> np.ndarray:
-        """From the ends of the offsets to the surface, along its normals [m], shape (m, 3)."""
+        """Return the vectors from the ends of the offsets to the surface, along its normals [m], shape (m, 3)."""
         size = np.linalg.norm(self.area, axis=1, keepdims=True)
         return self._depth * self.area / np.where(size > 0.0, size, 1.0)
 

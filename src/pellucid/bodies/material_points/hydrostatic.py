@@ -59,8 +59,11 @@ def states_by_height(
 def far_level(
     level: float, material: PointMaterial, body: Bounds, grid: Bounds, gravity: Vector
 ) -> tuple[float, float, float] | None:
-    """Of a level beyond the grid: its lowest and highest height [m], and the ratio of the density in the body to that at the
-    level, if it is as of another fluid. None too where there is no state at rest, which `states_by_height` tells."""
+    """Return the lowest and highest height of a level outside the grid [m], and the ratio of the density in the body to the
+    density at the level, if it indicates another fluid; None otherwise.
+
+    None also if there is no state at rest, which `states_by_height` reports.
+    """
     bottom, top = heights_of_ends(grid, gravity)
     if bottom <= level <= top:
         return None

@@ -28,7 +28,7 @@ class OpenFaces:
             self._open[axis, end] = True
 
     def crossed(self, position: np.ndarray, lattice: Lattice) -> tuple[np.ndarray, np.ndarray]:
-        """Which points at positions [m], shape (n, 3), are beyond an open face, and which beyond none but closed ones."""
+        """Return masks of the points at positions [m], shape (n, 3), beyond an open face, and beyond closed faces only."""
         cells = (position - np.array(lattice.lower)) * lattice.inverse_cell  # as kernels judge it
         beyond = np.stack([cells < 0.0, cells > np.array(lattice.counts)], axis=-1)
         beyond[:, [cells_beyond(lattice.folding, axis) > 0 for axis in range(3)]] = False  # there it goes on
@@ -39,10 +39,10 @@ class OpenFaces:
 def taken_along(
     arrays: Mapping[str, np.ndarray], stored: np.ndarray, which: np.ndarray | slice, half_power: float
 ) -> tuple[Passed, float]:
-    """What some points take along that leave, and of their kinetic energy that of affine fields [J].
+    """Return the mass, momentum and energy that leaving points take along, and the energy of their affine fields [J].
 
-    arrays: of the points that are there; stored: their internal or strain energies [J], shape (n,); which, shape (n,): the
-    points; half_power: half the power of their internal forces [W].
+    arrays: of the points present; stored: their internal or strain energies [J], shape (n,); which, shape (n,): the points;
+    half_power: half the power of their internal forces [W].
     """
     mass, velocity = arrays["mass"][which], arrays["velocity"][which]
     affine = float(np.sum(mass * arrays["affine"][which, FIELD_ENERGY])) if "affine" in arrays else 0.0
@@ -53,7 +53,7 @@ def taken_along(
 
 
 def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice) -> None:
-    """Leave points without mass, volume and velocity, on the face that they crossed."""
+    """Set mass, volume and velocity of points to zero, and move them to the face that they crossed."""
     for name in ("mass", "volume", "velocity", "affine", "stress", VISCOUS_STRESS):
         if name in arrays:
             arrays[name][which] = 0.0
@@ -65,7 +65,7 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
 
 
 def brought_in(arrays: Mapping[str, np.ndarray], stored: np.ndarray) -> tuple[Passed, float]:
-    """What points with such arrays bring along that come in, with internal or strain energies [J], shape (n,), and their
-    Σ m|v| [kg m/s]."""
+    """Return the mass, momentum and energy of entering points with internal or strain energies [J], shape (n,), and their Σ
+    m|v| [kg m/s]."""
     entered, _ = taken_along(arrays, stored, slice(None), 0.0)
     return entered, float(np.sum(arrays["mass"] * np.linalg.norm(arrays["velocity"], axis=1)))

@@ -21,7 +21,7 @@ class SeedLattice(NamedTuple):
 
     @classmethod
     def of(cls, shape: Geometry, grid: GridCase, per_cell: tuple[int, int, int]) -> "SeedLattice":
-        """That of a shape in a grid with so many points in a cell along each axis."""
+        """Build the lattice of a shape in a grid with this number of points per cell along each axis."""
         thin = np.array(grid.thin())
         lower, upper = shape.bounds()
         lower = np.where(thin, grid.lower, lower)

@@ -1,4 +1,4 @@
-"""What a body of material points is at the start: the region that it fills, its material, its initial state."""
+"""Initial state of a body of material points: region, material, fields."""
 
 from collections.abc import Mapping, Sequence
 from math import prod

@@ -48,7 +48,7 @@ class Seeds(NamedTuple):
 
 
 def everywhere(position: np.ndarray) -> np.ndarray:
-    """All points, of whatever positions."""
+    """Select all points."""
     return np.arange(len(position))
 
 

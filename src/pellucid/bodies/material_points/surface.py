@@ -27,21 +27,21 @@ class RigidState(Protocol):
     def per_inertia(self) -> np.ndarray: ...
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
-        """See `ContactSurface.mobility_along`."""
+        """Return the mobility; see `ContactSurface.mobility_along`."""
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """See `ContactSurface.turning`."""
+        """Return the turning; see `ContactSurface.turning`."""
 
 
 @runtime_checkable
 class TakesForces(Protocol):
-    """What leads a rigid body."""
+    """Constraint that moves a rigid body."""
 
     moves_freely: bool
     """True if anything of its motion is free."""
 
     def state(self) -> RigidState:
-        """As a step begins."""
+        """Return the state at the start of a step."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
@@ -125,9 +125,10 @@ def surface_of(
 def carried(
     place: np.ndarray, area: np.ndarray, nearest: np.ndarray, tree: cKDTree, position: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where points of a surface [m] with vector areas [m²], shape (m, 3), come to, as material points are carried from where
-    they began, the places of a tree, to their positions [m], shape (n, 3): with those nearest to them, indices of shape (m,),
-    by the deformation gradients that fit their neighbours best.
+    """Move points of a surface [m] with vector areas [m²], shape (m, 3), with the material.
+
+    Each point follows the material point `nearest` to it, shape (m,), with the deformation gradient fitted to that point's
+    neighbours. tree: initial positions of the material points; position: present positions [m], shape (n, 3).
     """
     begun = tree.data
     _, about = tree.query(begun[nearest], k=min(ABOUT, len(begun)))

@@ -52,7 +52,7 @@ class Swings(NamedTuple):
         return hypot(self.area, self.volume)
 
     def limit(self) -> StepLimit:
-        """How both bound the step, by the faster one."""
+        """Return the step limit of the faster of both oscillations."""
         if self.rate <= 0.0:
             return NO_LIMIT
         what = "volume" if self.volume > self.area else "area"
@@ -61,14 +61,14 @@ class Swings(NamedTuple):
 
 
 class Constraints(NamedTuple):
-    """What is kept of a membrane of triangles; a stiffness of 0 keeps nothing."""
+    """Penalties on area and volume of a membrane of triangles; a stiffness of 0 switches one off."""
 
     area: Kept
     volume: Kept
 
     @classmethod
     def of(cls, area_stiffness: float, volume_stiffness: float, mesh: ElementMesh, vertices: np.ndarray) -> "Constraints":
-        """Those of stiffnesses [N/m], [Pa], from the mesh at the start."""
+        """Build the penalties from stiffnesses [N/m], [Pa] and the initial mesh."""
         volume = signed_volume(vertices, mesh.corners[:, :3]) if volume_stiffness else 1.0
         return cls(Kept(area_stiffness, float(mesh.areas(vertices).sum())), Kept(volume_stiffness, volume))
 
@@ -81,17 +81,17 @@ class Constraints(NamedTuple):
             target -= self.volume.force(volume) * outwards
 
     def energy_and_swings(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, Swings]:
-        """What both have stored [J], and how fast the nodes swing on them."""
+        """Return the stored energy of both [J] and the oscillation rates of the nodes."""
         area, volume, growth, outwards = self._measured(surface, position)
         swings = self.swings(growth, outwards, surface.node_mass[surface.number])
         return self.area.energy(area) + self.volume.energy(volume), swings
 
     def swings(self, growth: np.ndarray, outwards: np.ndarray, mass: np.ndarray) -> Swings:
-        """How fast nodes of masses [kg], shape (n,), swing on both, where area and volume have these slopes, shape (n, 3)."""
+        """Return the oscillation rates of nodes with masses [kg], shape (n,), for slopes of area and volume, shape (n, 3)."""
         return Swings(0.5 * sqrt(self.area.eigenvalue(growth, mass)), 0.5 * sqrt(self.volume.eigenvalue(outwards, mass)))
 
     def drifts(self, surface: "ElementSurface", position: np.ndarray) -> dict[str, float]:
-        """How far area and volume, where they are kept, are from those at the start, over these."""
+        """Return the relative changes of area and volume since the start, for those that are penalized."""
         area, volume, _, _ = self._measured(surface, position)
         drifts = {"area_drift": (self.area, area), "volume_drift": (self.volume, volume)}
         return {name: value / kept.initial - 1.0 for name, (kept, value) in drifts.items() if kept.stiffness > 0.0}

@@ -32,7 +32,7 @@ class ViscousControl(NamedTuple):
 
 
 class HourglassCase(Model):
-    """What keeps quadrilaterals from deforming without strain at their centre."""
+    """Hourglass control of quadrilaterals."""
 
     kind: Literal["stiffness", "viscous"] = parameter("", "springs or dashpots against hourglass modes", "stiffness")
     coefficient: float = parameter("", "their strength κ; 0 for none", 0.05, ge=0, le=0.5)

@@ -1,4 +1,4 @@
-"""What a membrane of elements tells of itself, whichever nodes move it."""
+"""Output of a membrane of elements, on its own nodes or on the grid."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Which nodes the elements and hinges of a membrane have, and which elements its nodes."""
+"""Connectivity of the elements and hinges of a membrane."""
 
 from typing import NamedTuple
 

@@ -75,7 +75,7 @@ class MembraneElementsCase(MembraneCase):
 
     @property
     def is_kept(self) -> bool:
-        """Whether springs keep its area or volume."""
+        """True if penalties act on area or volume."""
         return self.area_stiffness + self.volume_stiffness > 0.0
 
     def why_no_wall(self) -> Reason | None:
@@ -152,11 +152,11 @@ class MembraneElementsCase(MembraneCase):
         return tightest([told(hypot(*(1.0 / limit.step for limit in together)), together), *apart])
 
     def _node_masses(self, elements: ElementMesh, mesh: Mesh) -> np.ndarray:
-        """Of its nodes at the start [kg], shape (n,)."""
+        """Return the nodal masses at the start [kg], shape (n,)."""
         return elements.at_nodes(self.material.density * self.thickness * elements.areas(mesh.vertices))
 
     def mesh(self) -> Mesh:
-        """Its elements at the start."""
+        """Return the mesh of the elements at the start."""
         return self.surface.mesh(self.elements)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -223,10 +223,10 @@ def _finer(times: float) -> str:
 
 
 def _remoteness(places: np.ndarray) -> np.ndarray:
-    """How far the remotest point of each triangle is from its nearest corner [m]; places: shape (m, 3, 3).
+    """Return the distance of the most remote point of each triangle from its nearest corner [m]; places: shape (m, 3, 3).
 
-    The centre of the circumscribed circle where no angle is obtuse, else a point of the longest edge; of a square cut in two it
-    is the middle of the square.
+    This is the circumcentre if no angle is obtuse, else a point of the longest edge. For a square cut in two it is the
+    centre of the square.
     """
     edges = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2)
     a, b, c = np.sort(edges, axis=1).T

@@ -1,11 +1,11 @@
-"""What happens to quadrilaterals in a step (Lian, Liu & Zhang 2014, section 4), in blocks of them.
+"""Strains, stresses and forces of quadrilaterals in a step (Lian, Liu & Zhang 2014, section 4), in blocks.
 
-Each has one point, at its centre. Its strain rate there counts the warping across the plane in the mean over the element,
-(∂w/∂x ∂ẇ/∂y) with w = η₃ ξη/4: a sheet that is under tension then resists warping as a fully integrated element would, and one
-that is pushed together warps, which the strain at the centre leaves out.
+Each has one quadrature point, at its centre. Its strain rate includes the average warping rate over the element, (∂w/∂x
+∂ẇ/∂y) with w = η₃ ξη/4. A sheet under tension then resists warping like a fully integrated element; a compressed sheet
+warps, which the strain at the centre does not see.
 
-What a block needs is fetched into columns; loops that write nothing but columns become vectors.
-`surface` is the bundle of `pellucid.bodies.membrane_elements.strain`.
+Blocks are fetched into columns; loops that write only to columns are vectorized. `surface` is the bundle of
+`pellucid.bodies.membrane_elements.strain`.
 """
 
 from math import inf, sqrt
@@ -163,7 +163,7 @@ def _keep(law, state, thickness, first, n, dt, c):
 
 @pointwise
 def fault_of(c, q):
-    """What is wrong with quadrilateral q of a block."""
+    """Return the fault code of quadrilateral q of a block."""
     if c[uintp(q + TURNED_OVER * WIDTH)] > 0.0:
         return COLLAPSED
     return OK if c[uintp(q + MAGNITUDE * WIDTH)] < inf else NOT_FINITE
@@ -193,7 +193,7 @@ def quadrilateral_forces(surface, x, forces, first, n, c):
 
 @pointwise
 def _span_forces(now, s, V, Q1, Q2):
-    """What works on the rates of χ, ψ and η."""
+    """Return the forces conjugate to the rates of χ, ψ and η."""
     frame = frame_of(now[0], now[1])
     here = within(frame, now)
     bend = here[2]
@@ -252,7 +252,7 @@ def press_quadrilateral(surface, x, forces, e, pressure):
 
 @kernel(inline=True)
 def quadrilateral_stress(surface, x, stress, e):
-    """Its Cauchy stress, components xx, yy, zz, yz, xz, xy [Pa], into stress[e]."""
+    """Write the Cauchy stress of the element, components xx, yy, zz, yz, xz, xy [Pa], to stress[e]."""
     corners, state = surface.corners, surface.state
     old = state.plane_stress
     chi, psi, _ = spans(x, corners, e)

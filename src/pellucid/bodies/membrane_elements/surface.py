@@ -101,9 +101,9 @@ class ElementSurface:
         self._corner_forces = np.zeros((m, 4, 3))
 
     def bind(self, number: np.ndarray, first: np.ndarray) -> None:
-        """Take up the order in which the nodes are stored: their numbers in the mesh, shape (n,).
+        """Set the storage order of the nodes: their numbers in the mesh, shape (n,).
 
-        Nodes first[r]:first[r+1] are worked on together.
+        Nodes first[r]:first[r+1] are processed together.
         """
         self.number, self._ranges, self._slopes = number, len(first) - 1, None
         where = np.argsort(number)  # from a node's number to its place
@@ -149,7 +149,8 @@ class ElementSurface:
         return self._slice * self.mesh.at_nodes(self.mesh.areas(place))
 
     def overlong(self, name: str, place: np.ndarray, grid: Grid, nodes: np.ndarray) -> str | None:
-        """Where elements of body `name` with nodes at these places [m], shape (n, 3), have outgrown the cells."""
+        """Describe elements of body `name` with nodes at these positions [m], shape (n, 3), that have become larger than
+        the cells."""
         what = f"body {name} touches another, its element"
         return overlong(what, self.mesh.corners, place, grid, nodes, OVERLONG)
 
@@ -182,14 +183,15 @@ class ElementSurface:
             self.arrays[name][...] = array  # no strain leaves no viscous stress
 
     def step_limit(self, grid: Grid | None, speed: float) -> StepLimit:
-        """How its elements as they were strained last bound the step, the springs that keep area and volume, and its nodes at a
-        speed [m/s] the cells of a grid."""
+        """Return the step limit of the elements at their last strain, of the area and volume penalties, and of nodes at a
+        speed [m/s] in the cells of a grid."""
         in_cells = [motion_in_cells(grid.lattice.cell, speed)] if grid is not None else []
         waves = waves_in_mesh(float(self._sums[:, FREQUENCY].max()), self._wave, "membrane")
         return tightest([waves, self._swings.limit(), *in_cells])
 
     def fault(self) -> tuple[int, int] | None:
-        """What is wrong with an element after a step: a code of `pellucid.grid.points` and the place of its first node."""
+        """Return the fault of an element after a step: a code of `pellucid.grid.points` and the storage row of its first
+        node; None if there is none."""
         found = np.flatnonzero(self._fault[:, 0])
         if not len(found):
             return None

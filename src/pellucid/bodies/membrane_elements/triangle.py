@@ -142,7 +142,7 @@ def press_triangle(surface, x, forces, e, pressure):
 
 @kernel(inline=True)
 def triangle_stress(surface, x, stress, e):
-    """Its Cauchy stress, components xx, yy, zz, yz, xz, xy [Pa], into stress[e]."""
+    """Write the Cauchy stress of the element, components xx, yy, zz, yz, xz, xy [Pa], to stress[e]."""
     corners, n_quads = surface.corners, surface.n_quads
     initial, rests, state = surface.thickness, surface.rest, surface.state
     rest = _rest_of(rests, e - n_quads)
@@ -162,5 +162,5 @@ def _rest_of(rests, t):
 
 @pointwise
 def _volume_of(rest, thickness):
-    """At rest, from the gradients there."""
+    """Return the volume at rest, from the gradients at rest."""
     return 0.5 * thickness / abs(rest[0] * rest[3] - rest[1] * rest[2])

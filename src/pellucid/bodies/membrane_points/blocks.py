@@ -51,7 +51,7 @@ def fetch_shapes(surface, start, n, c):
 
 @pointwise
 def all_bear(c, n):
-    """Whether all points of a block bear stress."""
+    """Return True if all points of a block carry stress."""
     q = 0
     while q < n and c[uintp(q + BEARS * WIDTH)] > 0.0:
         q += 1
@@ -119,7 +119,7 @@ def keep_shapes(surface, start, n, c):
 
 @pointwise
 def fetch_stresses(surface, start, n, c):
-    """What the points had before their stresses are found."""
+    """Fetch the values of the points before the stress update."""
     index, points, state = surface.index, surface.points, surface.state
     fetch(index, (0.0, 0.0), (points.mass, state.strain_energy), start, n, c, MASS * WIDTH)
     fetch(index, (0.0, ZERO_VECTOR), (points.volume, state.plane_stress), start, n, c, VOLUME * WIDTH)
@@ -184,7 +184,7 @@ def respond_to_shapes(law, lattice, thickness, dt, n, c):
 
 @pointwise
 def fault_in(c, q):
-    """What is wrong with point q of a block."""
+    """Return the fault code of point q of a block."""
     if c[uintp(q + BEARS * WIDTH)] > 0.0:
         if c[uintp(q + COSINE * WIDTH)] < -0.999:
             return FOLDED

@@ -13,13 +13,13 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
 
 class Read(NamedTuple):
-    """What it reads of a point, or the arrays of it."""
+    """Input of a point, or the arrays of all points."""
 
     position: Any  # [m]
 
 
 class Kept(NamedTuple):
-    """What it keeps."""
+    """Output of a point, or the arrays of all points."""
 
     position: Any
     gradient: Any  # [1/s]

@@ -1,6 +1,6 @@
-"""What happens to one membrane point in a step: its frame turns, and its stress with it.
+"""Update of one membrane point in a step: its frame rotates, and its stress with it.
 
-Branches here choose between numbers alone, so that loops over points become vectors.
+Branches here only choose between numbers, so that loops over points are vectorized.
 """
 
 from math import nan, sqrt

@@ -1,1 +1,1 @@
-"""What membranes share, whether points or elements carry their stress."""
+"""Common parts of membranes of points and of elements."""

@@ -57,10 +57,10 @@ def make_bending(
 
 
 def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.ndarray) -> bool:
-    """Let what holds nodes clamp an open membrane. Returns whether that changes anything.
+    """Clamp the bending of an open membrane at constrained nodes. Returns True if that changes anything.
 
-    rows: (n, 3) the number of the constraint of a node along each axis, 0 where it is free; on_plane: (n, 3) whether it lies
-    in a plane of symmetry across each axis; both in the order of the mesh.
+    rows: (n, 3) the number of the constraint of a node along each axis, 0 if it is free; on_plane: (n, 3) True if it lies
+    in a plane of symmetry normal to each axis; both in the order of the mesh.
     """
     if not isinstance(bending, PlateBending):
         return False
@@ -76,12 +76,12 @@ def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.n
 def find_rows_on_grid(
     grid: Grid, position: np.ndarray, number: np.ndarray, constraint: PointConstraint | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """For points on a grid: the numbers of their constraints along each axis, 0 where they are free, and whether they lie in
-    planes of symmetry across each axis, both of shape (n, 3), by the numbers of the points.
+    """Find the constraints of points on a grid along each axis, 0 if free, and whether the points lie in planes of symmetry
+    normal to each axis; both of shape (n, 3), by number of the point.
 
-    Supports hold a point whose nodes they all hold; a plane of symmetry is a face of the grid that is held along its normal
-    alone. position: of the points at the start [m], shape (n, 3), by their numbers; number: of the points in the order in which
-    they are stored, shape (n,).
+    A support constrains a point if it constrains all of the point's nodes; a plane of symmetry is a face of the grid that
+    is constrained along its normal only. position: initial positions of the points [m], shape (n, 3), by number; number:
+    numbers of the points in storage order, shape (n,).
     """
     lattice, constrained = grid.lattice, grid.nodes.constrained
     counts, strides = np.array(lattice.counts), np.array(lattice.strides)

@@ -69,7 +69,7 @@ class Bending:
         self.bind(np.arange(n))
 
     def bind(self, where: np.ndarray) -> None:
-        """Take up the order in which the nodes are stored: their places by their numbers, shape (n,)."""
+        """Set the storage rows of the nodes by number, shape (n,)."""
         h, t, n = len(self._corners), len(self._triangles), len(self._mass)
         self._bent = None
         self._sums = np.zeros((self._chunks[2], SUMS))
@@ -108,7 +108,7 @@ class Bending:
 
 @pointwise
 def _unfolded(x, places, e):
-    """Of a hinge: its edge, the ways from its start to the corners on the left and on the right, and their normals."""
+    """Return the edge of a hinge, the vectors from its start to the left and right corners, and their normals."""
     a, b, c, d = places[e, 0], places[e, 1], places[e, 2], places[e, 3]
     along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
     left = (x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2])
@@ -159,7 +159,7 @@ def _bend_nodes(chunk, of, x):
 
 @parallel_loop()
 def _push_hinges(chunk, of, x):
-    """What hinges give to their corners: forces, and what bounds the step."""
+    """Compute the nodal forces of hinges and the terms of the step limit."""
     corners, places, values, slope = of.corners, of.places, of.hinge_values, of.slope
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, places, e)

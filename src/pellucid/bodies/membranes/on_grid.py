@@ -119,10 +119,10 @@ class Extension:
         self._buffer = np.zeros((grid.n_nodes, 3))  # of other nodes it has no meaning
 
     def share_forces(self, body: PointsOnGrid, listed: np.ndarray, forces: np.ndarray, target: np.ndarray) -> None:
-        """Let forces on held nodes act on the free nodes.
+        """Transfer forces on constrained nodes to free nodes.
 
-        listed: places of the points that may reach these nodes; forces: of the points [N], shape (n, 3), which are on the nodes
-        already; target: the forces on the nodes [N], shape (nodes, 3).
+        listed: rows of the points that may reach these nodes; forces: on the points [N], shape (n, 3), already on the
+        nodes; target: the nodal forces [N], shape (nodes, 3).
         """
         values = np.zeros((len(listed), 3))
         values[:, 0] = body.points.mass[listed]
@@ -189,8 +189,8 @@ class BendsOnGrid(PointsOnGrid):
         raise NotImplementedError
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
-        """Take the supports at rest that hold points in all directions within their regions: their numbers, counted from 1, and
-        0 for other points, shape (n,), by number."""
+        """Set the supports at rest that constrain points in all directions within their regions: their numbers, counted
+        from 1, and 0 for other points, shape (n,), by number."""
         self._held_rows = rows
 
     def complete(self) -> None:

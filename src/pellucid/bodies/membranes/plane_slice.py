@@ -13,10 +13,10 @@ LEANING = 1e-3  # of a length, by which a band may be off its axis; files have s
 
 
 def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
-    """What mass and forces of a membrane with these vertices [m], shape (n, 3), are multiplied by to be those of the slice.
+    """Return the factor from mass and forces of a membrane with these vertices [m], shape (n, 3), to those of the slice.
 
-    For each thin axis the thickness of the slice over the extent of the surface. Along an axis where the surface has none lies
-    the membrane's own thickness, which is all there.
+    For each thin axis this is the thickness of the slice divided by the extent of the surface. Along an axis without extent
+    lies the membrane's own thickness, which is contained whole.
     """
     if grid is None:
         return 1.0

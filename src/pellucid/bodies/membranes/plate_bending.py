@@ -67,15 +67,15 @@ class PlateBending:
         self.support(no_supports(len(triangles), len(vertices)))
 
     def relax(self, curvature: float = 0.0, shape: np.ndarray | None = None) -> None:
-        """Let nothing bend the membrane where it has these principal curvatures ½c₀ each, given c₀ [1/m], or the shape with
-        these vertices [m], shape (n, 3)."""
+        """Set the unbent state: these principal curvatures ½c₀ each, given c₀ [1/m], or the shape with these vertices [m],
+        shape (n, 3)."""
         self._relaxed = curvature, None if shape is None else shape.copy()
         operators = self._operators
         self._rest[:] = 0.5 * curvature * operators.unit if shape is None else operators.folds(shape)
         self._bent = None
 
     def support(self, supports: BendingSupports) -> None:
-        """Let supports clamp the membrane, or make it symmetrical."""
+        """Apply clamps and symmetry of supports to the bending operators."""
         self.supports = supports
         properties = self.triangles, self._vertices, self.rigidity, self.poisson_ratio
         self._operators = operators = build_plate_operators(*properties, supports)
@@ -89,7 +89,7 @@ class PlateBending:
         self.bind(self._where)
 
     def bind(self, where: np.ndarray) -> None:
-        """Take up the order in which the nodes are stored: their places by their numbers, shape (n,)."""
+        """Set the storage rows of the nodes by number, shape (n,)."""
         self._where, self._bent = where, None
         operators = self._operators
         corners, rows = operators.corners, operators.stiffness

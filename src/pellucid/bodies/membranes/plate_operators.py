@@ -49,12 +49,13 @@ def no_supports(n_triangles: int, n_nodes: int) -> BendingSupports:
 
 
 def find_led_triangles(triangles: np.ndarray, normals: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Which triangles move as a clamp does, shape (t,).
+    """Return a mask of the triangles that move as a clamp, shape (t,).
 
-    All their nodes follow the same constraint along every axis along which the normal has a component, and so do those of a
-    neighbour: a single triangle, as in the corner of a plate on knife edges, clamps nothing.
+    All nodes of such a triangle, and of a neighbour, follow the same constraint along every axis along which the normal has
+    a component. A single triangle, as in the corner of a plate on knife edges, clamps nothing.
 
-    triangles: (t, 3); normals: (t, 3); rows: (n, 3) the number of the constraint of a node along each axis, 0 where it is free.
+    triangles: (t, 3); normals: (t, 3); rows: (n, 3) the number of the constraint of a node along each axis, 0 if it is
+    free.
     """
     of = rows[triangles]
     agree = (of[:, 0] == of[:, 1]) & (of[:, 1] == of[:, 2]) & (of[:, 0] > 0)

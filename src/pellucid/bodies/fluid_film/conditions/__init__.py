@@ -1,1 +1,1 @@
-"""What constrains a film: its volume and area, nodes whose velocity is prescribed, loads that nothing balances."""
+"""Constraints of a film: volume, area, prescribed nodal velocities; detection of unbalanced loads."""

@@ -14,9 +14,9 @@ from pellucid.parts.support_precedence import find_owners
 
 
 class HeldNodes:
-    """What holds or leads n nodes with velocities along these d axes of space, and what it does over a step of the clock.
+    """Prescribed velocities of n nodes along d axes of space, and their work over a step of the run.
 
-    is_around: whether the film is a surface of revolution, on which forces across the axis add up to nothing.
+    is_around: True for a surface of revolution, on which forces perpendicular to the axis cancel.
     """
 
     def __init__(self, n: int, axes: Sequence[int], is_around: bool) -> None:
@@ -28,7 +28,7 @@ class HeldNodes:
         self.rates = np.zeros(0)  # of the motions along the normal [m/s]
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """Let supports constrain nodes."""
+        """Set the supports that constrain nodes."""
         self.supports, self._owner = supports, find_owners(supports, self._n, may_leave=True)
 
     def check(self, name: str) -> None:
@@ -42,7 +42,7 @@ class HeldNodes:
                 raise CaseError(Problem(text, f"motion.{motion}.part", remedy=remedy))
 
     def prescribed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Which components supports prescribe, and their values [m/s], shape (n, d)."""
+        """Return a mask of the components prescribed by supports and their values [m/s], shape (n, d)."""
         known, velocity = np.zeros((self._n, len(self._axes)), bool), np.zeros((self._n, len(self._axes)))
         for number, support in enumerate(self.supports):
             chosen = self._constrained(number)
@@ -55,7 +55,7 @@ class HeldNodes:
         return Led(self.numbers > 0, np.append(0.0, self.rates)[self.numbers], before)
 
     def no_work(self, columns: int) -> StepWork:
-        """Where the works and impulses of a step are added up."""
+        """Return zero sums for the works and impulses of a step."""
         motions = {name: np.zeros(3) for name in self.motions}
         return StepWork(np.zeros(columns), 0.0, np.zeros((len(self.supports) + 1, 3)), np.zeros(3), motions)
 

@@ -46,7 +46,8 @@ class Frames:
         ]
 
     def known(self, led: Led, rate: np.ndarray, known: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which components are prescribed, and what they are [m/s], shape (n, d), with the rates (n,) of those that are led."""
+        """Return a mask of the prescribed components and their values [m/s], shape (n, d), including the rates (n,) of
+        nodes prescribed along the normal."""
         last = np.zeros(known.shape, bool)
         last[:, -1] = led.nodes
         return known | last, np.where(last, (self._way * rate)[:, None], velocity)

@@ -11,8 +11,8 @@ ROUNDING = 1e-9  # of the forces that drive: less is no resultant
 
 
 def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads: Mapping[str, np.ndarray]) -> str:
-    """Why a film cannot go on: forces that drive motions without resistance, on nodes at x [m], of loads by their names [N];
-    shape (n, d) each, along these axes of space."""
+    """Describe the loads that drive motions without resistance: forces on nodes at x [m], by name of the load [N]; shape
+    (n, d) each, along these axes of space."""
     size, whole = _size(driven), _size(sum(loads.values(), np.zeros_like(driven)))
     shares = {label: abs(float(np.sum(force * driven))) for label, force in loads.items()}
     most = max(shares, key=lambda label: shares[label])

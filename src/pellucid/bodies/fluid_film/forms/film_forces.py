@@ -27,32 +27,32 @@ class FilmForces:
         return np.bincount(shares.part.ravel(), areas.ravel())
 
     def densities(self, o: Operators, mass: np.ndarray) -> np.ndarray:
-        """Of the parts [kg/m²]."""
+        """Return the densities of the parts [kg/m²]."""
         return np.asarray(mass / self.part_areas(o))
 
     def at_points(self, parts: np.ndarray) -> np.ndarray:
-        """What parts have, at the quadrature points, shape (e, q)."""
+        """Interpolate values of parts to the quadrature points, shape (e, q)."""
         shares = self.geometry.shares
         return np.asarray(parts[shares.part] @ shares.share.T)
 
     def stored_energy(self, o: Operators, mass: np.ndarray) -> float:
-        """Of compression and bending [J]."""
+        """Return the energy of compression and bending [J]."""
         compressed = float(np.sum(mass * self.material.stored_energy(self.densities(o, mass))))
         return compressed + float(bending_energies(o, self.physics).sum())
 
     def forms(self, o: Operators, mass: np.ndarray, ahead: float) -> Forms:
-        """Its resistance, its stiffness against changes over a time `ahead` [s], and its forces."""
+        """Return the resistance, the stiffness against changes over a time `ahead` [s], and the forces."""
         density = self.densities(o, mass)
         pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
         return forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
 
     def internal_force(self, o: Operators, mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """What it does to its nodes while they move with these velocities [m/s], shape (n, d): forces [N], shape (n, d)."""
+        """Return the internal force on the nodes [N], shape (n, d), at these nodal velocities [m/s], shape (n, d)."""
         parts = self.forms(o, mass, 0.0)
         return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(parts.resistance, velocity)))
 
     def _felt(self, squares: Sequence[ElementRows | SharedRows], velocity: np.ndarray) -> list[ElementRows]:
-        """What sums of squares of rows resist velocities with, as rows of forces."""
+        """Return the forces of sums of squared rows at a velocity, as rows."""
         whole = (square.of_components(velocity.shape[1]) for square in squares)
         return [ElementRows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
 

@@ -25,7 +25,7 @@ class ElementRows(NamedTuple):
 
 
 def rows(values: np.ndarray, factor: np.ndarray) -> ElementRows:
-    """Of rows (e, ..., m, d), with factors (e, ...) that broadcast to them."""
+    """Build rows from values (e, ..., m, d) with factors (e, ...) that broadcast to them."""
     e, (m, d) = len(values), values.shape[-2:]
     whole = np.array(np.broadcast_to(factor, values.shape[:-2]), dtype=float)  # kernels want writable arrays: one type for all
     return ElementRows(np.ascontiguousarray(values.reshape(e, -1, m * d)), whole.reshape(e, -1))
@@ -52,7 +52,7 @@ class Uses(NamedTuple):
 
 
 def uses(nodes: np.ndarray, n: int, d: int) -> Uses:
-    """Of n nodes with d components, by the nodes (e, m) of the elements."""
+    """List the uses of n nodes with d components by the elements with nodes (e, m)."""
     first = np.concatenate([[0], np.cumsum(np.bincount(nodes.ravel(), minlength=n))])
     return Uses(np.ascontiguousarray(nodes), d, first, np.argsort(nodes.ravel(), kind="stable"))
 
@@ -103,7 +103,7 @@ class NodalSums:
         return self.summed(parts)
 
     def summed(self, parts: np.ndarray) -> np.ndarray:
-        """What elements give to their nodes, shape (e, m, d) or (e, m d), summed at each node: shape (n, d)."""
+        """Sum element contributions, shape (e, m, d) or (e, m d), at each node: shape (n, d)."""
         result = np.zeros((self.n, self.d))
         _gather(-(-self.n // CHUNK), self._uses, np.ascontiguousarray(parts.reshape(len(parts), -1)), result)
         return result

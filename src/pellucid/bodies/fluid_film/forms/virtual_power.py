@@ -21,14 +21,14 @@ from pellucid.bodies.fluid_film.surfaces.operators import Operators
 
 
 class Drag(NamedTuple):
-    """What the fluid about it resists a film with [N s/m³]."""
+    """Drag coefficients of the surrounding fluid [N s/m³]."""
 
     normal: float
     tangential: float
 
 
 class FilmPhysics(NamedTuple):
-    """What the film is made of."""
+    """Physical properties of the film."""
 
     viscosity: float  # μ [N s/m]
     dilatational_viscosity: float  # λ [N s/m]
@@ -110,14 +110,14 @@ def bending_energies(o: Operators, physics: FilmPhysics) -> np.ndarray:
 
 
 class Dissipation(NamedTuple):
-    """What a motion of the film turns into heat [W]."""
+    """Power dissipated by a motion of the film [W]."""
 
     viscous: float
     drag: float
 
 
 def dissipation(o: Operators, physics: FilmPhysics, velocity: np.ndarray) -> Dissipation:
-    """By velocities of the nodes of each element [m/s], shape (e, m, d)."""
+    """Return the dissipation of nodal velocities by element [m/s], shape (e, m, d)."""
     rates = np.einsum("eqsmd,emd->eqs", o.strain, velocity)
     moved = np.einsum("eqmd,emd->eqd", o.value, velocity)
     across = np.einsum("eqd,eqd->eq", o.normal, moved)

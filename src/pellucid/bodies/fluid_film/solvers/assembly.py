@@ -20,7 +20,7 @@ BLOCK = 3 * LANES  # numbers of a row that are added up side by side: those of f
 
 
 class Pattern(NamedTuple):
-    """Where the numbers of a matrix stand; made once for all matrices of the same elements."""
+    """Sparsity pattern of a matrix; built once for all matrices of the same elements."""
 
     first: np.ndarray  # (n + 1,) blocks of each row of nodes, d × d numbers each
     column: np.ndarray  # nodes of the blocks, ascending in each row
@@ -104,7 +104,7 @@ def _add_squares(chunk, uses, pattern, rows, factor, R, M, shared, values):
 
 
 def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
-    """All of them as one, for e elements with m nodes."""
+    """Concatenate shared rows for e elements with m nodes."""
     rows, factor = np.empty((e, 0, m)), np.empty((e, 0))
     return SharedRows(
         np.concatenate([rows, *(one.rows for one in shared)], axis=1),
@@ -142,7 +142,7 @@ class Assembly(NodalSums):
         self._indices = self._columns(width)
 
     def _columns(self, width: np.ndarray) -> np.ndarray:
-        """Of the numbers of the matrix, shape (numbers,)."""
+        """Return the columns of the entries of the matrix, shape (entries,)."""
         d, first, column = self.d, self._pattern.first, self._pattern.column
         row = np.repeat(np.arange(self.n), d)
         start = np.repeat(first[row], width[row])
@@ -160,7 +160,7 @@ class Assembly(NodalSums):
         return csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
 
     def _collect(self, squares: Sequence[ElementRows]) -> None:
-        """All rows side by side, each filled up with zeros to whole blocks; in memory that is kept, as new memory is slow."""
+        """Collect all rows, each padded with zeros to whole blocks. The memory is reused, since allocation is slow."""
         used = _merged(squares)
         e, R, M = len(self._uses.nodes), sum(square.factor.shape[1] for square in used), self._uses.nodes.shape[1] * self.d
         if self._rows.shape[1] != R:
@@ -173,11 +173,11 @@ class Assembly(NodalSums):
 
     @property
     def structure(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where the rows of matrices begin, and the columns of their numbers, as scipy's compressed rows have them."""
+        """Return row pointers and column indices in scipy's CSR format."""
         return self._indptr, self._indices
 
     def links(self) -> csr_array:
-        """Which nodes share an element, shape (n, n)."""
+        """Return the adjacency of nodes that share an element, shape (n, n)."""
         column, first = self._pattern.column, self._pattern.first
         return csr_array((np.ones(len(column), np.int8), column, first), shape=(self.n, self.n))
 
@@ -190,7 +190,7 @@ class Assembly(NodalSums):
         return np.asarray(values[column >= row])
 
     def symmetric(self, upper: np.ndarray) -> np.ndarray:
-        """Those of the whole matrix, in its structure."""
+        """Return the entries of the full symmetric matrix in CSR order."""
         values = np.zeros(len(self._indices))
         values[self._indices >= self._row()] = upper
         half = csr_array((values, self._indices, self._indptr), shape=(self.n * self.d, self.n * self.d))
@@ -199,5 +199,5 @@ class Assembly(NodalSums):
         return values
 
     def _row(self) -> np.ndarray:
-        """Of the numbers of the matrix."""
+        """Return the rows of the entries of the matrix."""
         return np.repeat(np.arange(self.n * self.d, dtype=np.int32), np.diff(self._indptr))

@@ -68,7 +68,7 @@ class FilmSolver(Protocol):
         """Raises IncompatibleLoad where the forces drive motions that meet no resistance."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What the next solution depends on beside its system, for checkpoints."""
+        """Return the arrays that the next solution depends on besides its system, for checkpoints."""
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
+        """Restore the arrays of a checkpoint."""

@@ -27,7 +27,6 @@ class CurveSolver:
         self._columns = np.tile(self._places, (1, self._places.shape[1])).ravel()
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
-        """See `pellucid.bodies.fluid_film.solvers.contract`."""
         known, stiffness = system.known, self._squares(system.stiffness)
         free = np.flatnonzero(~(known | self._held).ravel())
         resistance = self._squares(system.resistance)
@@ -64,11 +63,10 @@ class CurveSolver:
         refuse_driven(system, driven.reshape(self._shape), UNBALANCED)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Nothing."""
         return {}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """It keeps nothing."""
+        """Do nothing: the solver has no state."""
 
     def _squares(self, rows: Sequence[ElementRows | SharedRows]) -> np.ndarray:
         """The matrices of the elements, shape (e, m d, m d)."""
@@ -76,12 +74,12 @@ class CurveSolver:
         return np.asarray(sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found))
 
     def _applied(self, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Their sum times a vector."""
+        """Multiply the sum of the squares by a vector."""
         parts = np.matmul(squares, v[self._places][..., None])
         return np.bincount(self._places.ravel(), parts.ravel(), self._size)
 
     def _matrix(self, squares: np.ndarray, free: np.ndarray, sides: np.ndarray | None = None) -> csc_matrix:
-        """Their sum for the free components, with a border of further rows and columns."""
+        """Assemble the sum of the squares for the free components, bordered by `sides`."""
         number = np.full(self._size, -1)
         number[free] = np.arange(len(free))
         rows, columns = number[self._rows], number[self._columns]

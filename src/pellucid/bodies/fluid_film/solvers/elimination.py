@@ -133,7 +133,7 @@ class Factor:
             updates[number] = syrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1) if size > own else update
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """For a right side, shape (n,)."""
+        """Solve for a right-hand side, shape (n,)."""
         fronts, order, trsv = self._elimination.fronts, self._elimination.order, self._trsv
         size = float(np.abs(right).max()) or 1.0
         y = (right[order] / size).astype(self._precision)

@@ -50,16 +50,13 @@ class SparseSolver:
         }
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What the next solution depends on."""
         return self._arrays
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         self._arrays = {name: np.array(arrays[name]) for name in self._arrays}
         self._factor = self._made() if len(self._arrays["factored"]) else None
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
-        """See `pellucid.bodies.fluid_film.solvers.contract`."""
         assembly, arrays = self.assembly, self._arrays
         known = system.known.ravel() | self._held
         free = np.where(known, 0.0, 1.0)
@@ -163,7 +160,7 @@ class Projection:
         return u - self.reached(self._C @ u)
 
     def forces(self, residual: np.ndarray) -> np.ndarray:
-        """Of the constraints, of a residual that they hold, shape (k,)."""
+        """Return the constraint forces of a residual, shape (k,)."""
         return np.asarray(self._inverse.T @ (self._Z @ residual))
 
     def transposed(self, residual: np.ndarray) -> np.ndarray:

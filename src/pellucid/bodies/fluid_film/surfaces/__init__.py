@@ -1,1 +1,1 @@
-"""How nodes span a film: curves, triangles with radial functions, Loop subdivision."""
+"""Geometries of a film: curves, triangles with radial functions, Loop subdivision."""

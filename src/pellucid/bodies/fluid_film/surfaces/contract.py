@@ -10,7 +10,7 @@ from pellucid.geometry.meshes.cells import Cells
 
 
 class Shares(NamedTuple):
-    """Which parts of the film, each with a mass, a quadrature point belongs to."""
+    """Parts of the film, each with a mass, that a quadrature point belongs to."""
 
     part: np.ndarray  # (e, c) numbers of the parts to which the points of an element belong
     share: np.ndarray  # (q, c) how much; of each point 1 in all
@@ -57,10 +57,10 @@ class FilmGeometry(Protocol):
         RunStopped where elements are too flat."""
 
     def can_wait(self, x: np.ndarray) -> bool:
-        """Whether nodes at x [m], shape (n, d), may stay there for now where spreading them would add energy."""
+        """Return True if nodes at x [m], shape (n, d), need not be redistributed yet when that would add energy."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """The arrays that the functions depend on beside the nodes, for checkpoints."""
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from the arrays of a checkpoint."""
+        """Restore the arrays of a checkpoint."""

@@ -125,7 +125,7 @@ class Curve:
         return {}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Nothing: a curve keeps no arrays."""
+        """Do nothing: a curve has no arrays."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
         """Nodes at equal distances along the curve, if they are not; the mass of each segment is that which lay there.

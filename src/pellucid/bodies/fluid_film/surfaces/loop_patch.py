@@ -19,9 +19,10 @@ VALUE, FIRST_1, FIRST_2, SECOND_11, SECOND_12, SECOND_22, COUNT = range(7)  # wi
 
 
 def _corner_terms() -> list[dict[tuple[int, int, int], float]]:
-    """Of a corner, and the three nodes of its ring from the one across from the next corner on; 12 times the box splines.
+    """Return the box-spline terms (times 12) of a corner and of the three nodes of its ring, starting with the node
+    opposite the next corner.
 
-    Keys are the powers of the shares of the corner, the next one and the one before.
+    Keys are the powers of the barycentric coordinates of the corner, the next corner and the previous corner.
     """
     corner = {(4, 0, 0): 6.0, (2, 1, 1): 60.0, (0, 2, 2): 12.0}
     for a, b in ((1, 2), (2, 1)):
@@ -57,14 +58,14 @@ BOX_SPLINES = _box_splines()
 
 @pointwise
 def share_of_neighbour(valence):
-    """How much a neighbour counts when a node is moved by subdivision."""
+    """Return the weight of a neighbour in a subdivision step."""
     inner = 0.375 + 0.25 * cos(2.0 * pi / valence)
     return (0.625 - inner * inner) / valence
 
 
 @pointwise
 def limit_share(valence):
-    """How much a neighbour counts in the place of a node on the surface."""
+    """Return the weight of a neighbour in the limit position of a node."""
     return 1.0 / (0.375 / share_of_neighbour(valence) + valence)
 
 

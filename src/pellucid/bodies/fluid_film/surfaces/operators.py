@@ -1,8 +1,8 @@
-"""What the velocities of a film's nodes do at its quadrature points, as rows: strain rate, change of curvature, slope.
+"""Rows that map nodal velocities to rates at the quadrature points of a film: strain rate, change of curvature, slope.
 
 A row holds the factors of the velocity components of the nodes of an element, node by node, so that `row · v` is the rate.
-The same rows give the virtual power and, squared, the dissipation, which makes the operator symmetric, and rigid motions
-have no strain rate to rounding.
+The same rows give the virtual power and, squared, the dissipation. The operator is therefore symmetric, and rigid motions
+have no strain rate to round-off.
 """
 
 from typing import NamedTuple

@@ -104,9 +104,10 @@ def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> 
 
 
 def _union(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All different nodes of each element, shape (e, m), and where those of its stencils (e, 3, s) are among them.
+    """Return the distinct nodes of each element, shape (e, m), and the positions of the nodes of its stencils (e, 3, s)
+    among them.
 
-    Where there are fewer than m, the last one repeated; it has its functions at its first place.
+    If an element has fewer than m nodes, the last one is repeated; its functions are stored at its first position.
     """
     e, _, s = nodes.shape
     flat = nodes.reshape(e, -1)

@@ -75,7 +75,6 @@ class TriangleSurface(ABC):
         return Cells(triangles=self.rings.triangles)
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
-        """See `pellucid.bodies.fluid_film.surfaces.contract`."""
         before, areas = self.places(x), self._cell_areas(x)
         after = self._along(x, before, way_along(self.rings, before, self.places(moved)))
         check_quality(self.rings.triangles, after)
@@ -84,11 +83,10 @@ class TriangleSurface(ABC):
         return Redistributed(new, self._fluxes.moved(before, after, areas, self._cell_areas(new), mass))
 
     def can_wait(self, x: np.ndarray) -> bool:
-        """See `pellucid.bodies.fluid_film.surfaces.contract`."""
         return bool(triangle_qualities(self.places(x), self.rings.triangles).min() >= WELL_SPREAD)
 
     def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
-        """Nodes of the same surface that are spread more evenly, as its curvature needs them; after so many sweeps."""
+        """Return nodes of the same surface, redistributed according to its curvature in this number of sweeps."""
         for _ in range(sweeps):
             places = self.places(x)
             x = self.through(self._along(x, places, way_along(self.rings, places, np.zeros_like(x))))
@@ -97,15 +95,15 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def renew(self, x: np.ndarray) -> None:
-        """Fit what depends on where nodes stand to nodes at x [m], shape (n, 3)."""
+        """Fit the functions to nodes at x [m], shape (n, 3)."""
 
     @abstractmethod
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """The arrays that the functions depend on beside the nodes, for checkpoints."""
+        """Return the arrays that the functions depend on besides the nodes, for checkpoints."""
 
     @abstractmethod
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from the arrays of a checkpoint."""
+        """Restore the arrays of a checkpoint."""
 
     def _along(self, x: np.ndarray, places: np.ndarray, way: np.ndarray) -> np.ndarray:
         return places_along(self.rings, places, way, lambda triangle, share: self.at(x, triangle, share))
