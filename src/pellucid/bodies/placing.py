@@ -1,4 +1,4 @@
-"""What kinds of bodies share: that they lie in the grid, what bounds their step there, what probes read of them."""
+"""Checks and values common to kinds of bodies: position in the grid, step limits, values for probes."""
 
 from collections.abc import Iterator, Sequence
 
@@ -50,7 +50,7 @@ def place_problems(
 def _seam_problems(
     path: Path, axis: str, ends: tuple[float, float], grid: GridCase, fills: bool, flows: bool
 ) -> Iterator[Finding]:
-    """Of a body along a periodic axis."""
+    """Report faults of a body along a periodic axis."""
     (low, high), d = ends, "xyz".index(axis)
     lower, upper = grid.lower[d], grid.extent_upper()[d]
     period, slack = upper - lower, SLACK * (upper - lower)
@@ -71,5 +71,5 @@ def _seam_problems(
 
 
 def longest_edge(places: np.ndarray) -> float:
-    """Of all elements [m]; places of their corners: shape (m, corners, 3)."""
+    """Return the longest edge of all elements [m]; places of their corners: shape (m, corners, 3)."""
     return float(np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).max(initial=0.0))

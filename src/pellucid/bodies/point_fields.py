@@ -1,4 +1,4 @@
-"""Which points of a body on the grid are there, in which order, and their fields."""
+"""Points of a body on the grid: presence, order and fields."""
 
 import numpy as np
 

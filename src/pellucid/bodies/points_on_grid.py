@@ -113,13 +113,14 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._sort()
 
     def _bind(self) -> None:
-        """Take up the arrays, which stay what they are in any order. Points have no stress where elements do."""
+        """Bind the arrays, which stay the same objects in any order. Points have no stress if elements have."""
         a = self.arrays
         self.points = PointArrays(**{name: a[name] for name in PointArrays._fields if name in a})
         self._affine = a.get("affine")
 
     def carry_rotation(self) -> None:
-        """Let the points have affine velocity fields, which what leads them sets, and take no velocity from the nodes."""
+        """Give the points affine velocity fields that the constraint of the body sets, instead of velocities from the
+        nodes."""
         if self._affine is None:
             self.arrays["affine"] = np.zeros((len(self.arrays["mass"]), FIELD_ENERGY + 1))
             self._bind()
@@ -170,7 +171,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self._nodes.forces
 
     def share_cells(self, cells: FullCells) -> None:
-        """Let the mean pressure of full cells act as a whole; see `pellucid.grid.full_cells`."""
+        """Apply the mean pressure of full cells as a whole; see `pellucid.grid.full_cells`."""
         self._cells = cells
         self._make_bundles()
 
@@ -215,14 +216,15 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return WholePoints(self.slabs)
 
     def keep_whole(self) -> None:
-        """Let each process have all points, since they are asked for as a whole in the steps."""
+        """Keep all points on every process, since the steps need them as a whole."""
         if isinstance(self.shared, SpreadPoints):
             self.shared = self.shared.joined_again()
             self._orders.clear()
             self._follow_order()
 
     def hand_over(self) -> Callable[[], None]:
-        """Before the rows are cut anew: complete what other processes may have then. What takes up the new rows after it."""
+        """Complete the data that other processes need before rows are redistributed. Returns the function that adopts the
+        new rows."""
         self.complete_arrays()
         domain.complete(self.slabs.left_slab)
         self._orders.clear()
@@ -237,7 +239,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return ordered_sum(domain.complete(self.slabs.sums))
 
     def _put_behind(self, left: np.ndarray) -> None:
-        """Put those of the points that are there which have left, shape (n_there,), behind the others; they must be sorted."""
+        """Move the points that have left, shape (n_there,), behind the others; the points must be sorted."""
         order = np.argsort(left, kind="stable")
         for array in self.arrays.values():
             array[: len(order)] = array[order]
@@ -250,7 +252,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self.sort()
 
     def passes(self) -> dict[str, PassAlone]:
-        """For measurements: each pass of a step by name, to be done without a step in time."""
+        """Return each pass of a step by name, for benchmarks; a pass can be run without advancing time."""
         velocities, given = self._velocity_pass(), self._to_grid
         traffic = traffic_of(velocities)
 

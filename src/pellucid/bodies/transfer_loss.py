@@ -30,7 +30,7 @@ from pellucid.parts.families import GridBody
 
 
 def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
-    """In velocity fields where some bodies keep heat and others do not, let the former have nodal forces of their own."""
+    """Give bodies that keep heat their own nodal forces, in velocity fields where others do not keep heat."""
     for together in bodies:
         if not all(body.keeps_heat for body in together):
             for body in together:
@@ -39,14 +39,16 @@ def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
 
 
 def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, strained_last: bool) -> StepWork:
-    """What the transfers take in one velocity field over a step dt [s], and what comes off the work of internal forces.
+    """Return the energy lost by P2G and G2P in one velocity field over a step dt [s], and the correction of the work of
+    internal forces.
 
-    strained_last: with MUSL and USL, `NodalMomentum.strain_lag_work` finds the part of L of the bodies that keep no heat. With
-    USL these are strained along v + Δv, and there is none: all of L is heat. With USF v' is not known before the next step, and
-    all of their L counts as that of internal forces; of other impulses it is then in `time_integration_error`.
+    strained_last: with MUSL and USL, `NodalMomentum.strain_lag_work` computes the part of L of the bodies that keep no
+    heat. With USL these are strained along v + Δv, so this part is zero and all of L is heat. With USF v' is unknown before
+    the next step, so their L counts as work of internal forces; the part of other impulses is then in
+    `time_integration_error`.
 
-    A drag changes the velocities of points before the step, and with them how far these are ahead of the stresses, ±½ Δt f·v
-    (`EnergyBudget`). That is its work too, beside the kinetic energy that it takes from the points.
+    A drag changes the velocities of points before the step, and so their lead over the stresses, ±½ Δt f·v
+    (`EnergyBudget`). That is also its work, in addition to the kinetic energy that it removes from the points.
     """
     others = [body.transfer_loss for body in bodies if not body.keeps_heat]
     keeping = [body.transfer_loss for body in bodies if body.keeps_heat]
@@ -72,10 +74,10 @@ def contact_lag_work(pairs: ContactPairs) -> StepWork:
 
 
 def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
-    """Where the transfers above have won energy [J] in a step, let fluids give it back from the heat that they kept in it.
+    """Remove energy [J] that the transfers gained in a step from the heat that fluids kept in it.
 
-    That is where a fluid shares its velocity field with others: it keeps h_p of its points, which is a part of L of the forces
-    of all, and the others are given the part of their forces in L of all points. The sum may be more than L.
+    This happens if a fluid shares its velocity field with others: it keeps h_p of its points, a part of L of the forces of
+    all, and the others get the part of their forces in L of all points. The sum may exceed L.
     """
     keeping = [body for body in bodies if body.keeps_heat]
     kept = sum(body.transfer_loss.kept for body in keeping)

@@ -1,4 +1,4 @@
-"""From displacements of nodes to deformation gradients of packs, and from stresses of packs to forces on nodes."""
+"""Deformation gradients of packs from nodal displacements, and nodal forces from stresses of packs."""
 
 import numpy as np
 
@@ -15,7 +15,8 @@ def _turned(x, y, z, K, at, step):
 
 @kernel(inner=True)
 def deform(pack, solid, u, F, at, step):
-    """Put the deformation gradients of a pack into F from `at` on, components a step apart; u: displacements of the block."""
+    """Write the deformation gradients of a pack to F, starting at `at`, with components a step apart; u: displacements of
+    the block."""
     G, first, end = solid.gradients.numbers, solid.gradients.first[pack], solid.gradients.first[pack + 1]
     place, zero = solid.gradients.place[first:end], splat(0.0)
     a, b, c, d, e, f, g, h, i = zero, zero, zero, zero, zero, zero, zero, zero, zero
@@ -41,7 +42,7 @@ def deform(pack, solid, u, F, at, step):
 
 @kernel(inner=True)
 def pull(pack, solid, P, at, f):
-    """Take P ∇p_a from the forces f of the block: P, times the weights, in P from `at` on, components a column apart."""
+    """Subtract P ∇p_a from the forces f of the block. P, times the weights, starts at `at`, with components a column apart."""
     K, k = solid.turns, 9 * LANES * pack
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
     x, y, z = load(P, at), load(P, at + COLUMN), load(P, at + 2 * COLUMN)
@@ -63,7 +64,7 @@ def pull(pack, solid, P, at, f):
 
 @kernel(inner=True, allocates=True)
 def displacements(start, m, solid):
-    """Of the m nodes of a block, a vector for each."""
+    """Return the displacements of the m nodes of a block, one vector each."""
     u = np.zeros(LANES * m)
     for k in range(m):
         for d in range(3):

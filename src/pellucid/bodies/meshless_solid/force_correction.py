@@ -65,7 +65,6 @@ class ForceCorrection:
         self._solve = [known[id(shares)] for _, shares in self._axes]
 
     def impulses(self, velocity: np.ndarray, inertia: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-        """See `FieldCondition`."""
         if inertia is not self._inertia:
             self._factor(inertia)
         by_node, of_rows = np.zeros((2, *velocity.shape)), np.zeros_like(rows)
@@ -128,7 +127,7 @@ def _dependent(condition: float) -> Refusal:
 
 
 def _condition(V: sparse.csc_array, factors: SuperLU) -> float:
-    """Of V, which is symmetric, in the norm of sums over columns, estimated."""
+    """Estimate the condition number of the symmetric matrix V in the 1-norm."""
 
     def solve(right: np.ndarray) -> np.ndarray:
         return np.asarray(factors.solve(right))

@@ -64,8 +64,8 @@ def gradient_at(s, i):
 
 @kernel(inner=True)
 def keep_stress(s, i, law, averaged, F, J, stored, P):
-    """Put energy stored in unit volume and P of point i into a batch, times its weight, and its volume ratio; where that is
-    averaged, with the volumetric part of the law taken of the mean."""
+    """Store the energy per unit volume and P of point i in a batch, times its weight, and its volume ratio. If the volume
+    ratio is averaged, the volumetric part of the law is evaluated at the mean."""
     w, extra = s[WEIGHT * COLUMN + i], 0.0
     if averaged:
         stored -= volumetric_energy(law, J)
@@ -116,7 +116,7 @@ def _average_chunk(chunk, solid):
 
 @kernel(inner=True)
 def _fill_batch(first, n, solid, averaged, mean, u, s):
-    """Put deformation gradients, weights and nodal means of n packs into columns of s; u, mean: of the nodes of the block."""
+    """Copy deformation gradients, weights and nodal means of n packs to columns of s; u, mean: of the nodes of the block."""
     corners = solid.corners
     for k in range(n):
         pack, here = first + k, 9 * LANES * (first + k)
@@ -134,7 +134,7 @@ def _fill_batch(first, n, solid, averaged, mean, u, s):
 
 @kernel(inner=True, allocates=True)
 def _mean_stresses(start, m, solid):
-    """Of the m nodes of a block, where the volume ratio is averaged."""
+    """Return the mean volumetric stresses of the m nodes of a block; zero unless the volume ratio is averaged."""
     mean = np.zeros(m)
     if len(solid.block_volume) > 0:
         for k in range(m):

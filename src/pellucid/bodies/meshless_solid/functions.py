@@ -89,7 +89,7 @@ class SolidFunctions:
 
     @property
     def prescribes_nodes(self) -> bool:
-        """Whether the numbers of the nodes are prescribed, not the field by forces."""
+        """True if nodal coefficients are prescribed directly, not the field by forces."""
         return self._case.essential == "direct"
 
     def correction(self, position: np.ndarray, inertia: np.ndarray, motions: tuple[int, int]) -> ForceCorrection | None:
@@ -106,5 +106,5 @@ class SolidFunctions:
             return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
 
     def skin_points(self, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()) -> SkinPoints:
-        """See the function."""
+        """Build the points on the skin; see `skin_points`."""
         return skin_points(self._mesh, self.evaluator, mass, longest, closed)

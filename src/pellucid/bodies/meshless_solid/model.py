@@ -74,7 +74,7 @@ class MeshlessSolidCase(DampedModel):
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
     def mesh_in_order(self) -> SimplexMesh:
-        """Its mesh, with the tetrahedra in an order in which neighbours stand near each other."""
+        """Return the mesh with tetrahedra in spatial order."""
         mesh = self.mesh.mesh()
         return SimplexMesh(mesh.nodes, mesh.cells[self._order_of_cells()], mesh.sets)
 
@@ -84,7 +84,7 @@ class MeshlessSolidCase(DampedModel):
 
     @property
     def averages_volume(self) -> bool:
-        """Whether the volume ratio is averaged."""
+        """True if the volume ratio is averaged."""
         if self.volume_averaging is not None:
             return self.volume_averaging
         return float(getattr(self._at_rest, "poisson_ratio", 0.5)) >= NEARLY_INCOMPRESSIBLE
@@ -96,15 +96,15 @@ class MeshlessSolidCase(DampedModel):
 
     @property
     def density(self) -> float:
-        """At rest [kg/m³]."""
+        """Density at rest [kg/m³]."""
         return self.material.density
 
     def law(self) -> Law:
-        """Its hyperelastic law as kernels take it."""
+        """Return the hyperelastic law for kernels."""
         return self._at_rest.law()
 
     def viscous(self) -> "Viscous | None":
-        """Its law with a history and the state of its points at the start; None of a hyperelastic solid."""
+        """Return the law with history and its initial state; None for a hyperelastic solid."""
         from pellucid.bodies.meshless_solid.viscous_forces import Viscous
 
         if isinstance(self.material, HyperelasticMaterial):

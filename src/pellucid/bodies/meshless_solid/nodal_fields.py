@@ -20,8 +20,8 @@ LOST = "dissipated_energy"  # a field of viscous solids
 
 
 class AtPoints(NamedTuple):
-    """Of the points, but for what averaged volume ratios change: Cauchy stress [Pa], shape (n, 6); strain energy and, under
-    laws that tell it apart, energy lost so far in unit reference volume [J/m³], shape (n,)."""
+    """Values at the points, without the effect of averaged volume ratios: Cauchy stress [Pa], shape (n, 6); strain energy
+    and, for laws that compute it, dissipated energy per unit reference volume [J/m³], shape (n,)."""
 
     stress: np.ndarray
     stored: np.ndarray
@@ -55,7 +55,7 @@ def _elastic(block, solid, stress, stored):
 
 
 def elastic_points(solid: Solid, n: int) -> AtPoints:
-    """Of a hyperelastic solid, from its n deformation gradients."""
+    """Return the values of a hyperelastic solid at its n deformation gradients."""
     found = AtPoints(np.zeros((n, 6)), np.zeros(n))
     _elastic(len(solid.sums), Bundle(solid), found.stress, found.stored)
     return found

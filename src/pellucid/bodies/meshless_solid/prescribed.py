@@ -1,4 +1,4 @@
-"""What supports and motions prescribe of the field of a meshless solid, and how far the field is from it."""
+"""Prescribed values of the field of a meshless solid, and the residuals of the field."""
 
 import numpy as np
 from scipy import sparse
@@ -49,7 +49,8 @@ class PrescribedField:
         return node[apart], self.faces[face[apart]]
 
     def _apart(self, face: np.ndarray, node: np.ndarray) -> np.ndarray:
-        """Whether nodes, shape (k,), are of another group than places of `faces`, shape (k,), along an axis that these hold."""
+        """Return True for nodes, shape (k,), of another group than positions on `faces`, shape (k,), along an axis
+        constrained on these faces."""
         corner = self.mesh.faces[0][self.faces[face], 0]
         return np.asarray(((self._group[node] != self._group[corner]) & self.held[face]).any(axis=1))
 
@@ -71,7 +72,7 @@ class PrescribedField:
         return nodes, missed
 
     def residuals(self, values: sparse.csr_array, evaluator: Evaluator) -> "Residuals":
-        """What finds the residuals; values: functions at all nodes, shape (n, n)."""
+        """Build the evaluator of the residuals; values: functions at all nodes, shape (n, n)."""
         on_boundary = np.intersect1d(self.nodes, self.mesh.faces[0][self.mesh.boundary])
         first = self.mesh.faces[0][self.faces][:, 0]
         n = len(_ON_FACE)
@@ -101,7 +102,8 @@ class Residuals:
         at_nodes: tuple[sparse.csr_array, np.ndarray],
         between: tuple[sparse.csr_array, np.ndarray],
     ) -> None:
-        """Of both the functions at m places, shape (m, n), and what is prescribed there, numbers of shape (m, 3)."""
+        """at_nodes, between: functions at m positions, shape (m, n), and the numbers of the constraints there, shape (m,
+        3)."""
         self._prescribed, self._sets = prescribed, {"nodes": at_nodes, "between": between}
 
     def largest(self, displacement: np.ndarray) -> dict[str, float]:

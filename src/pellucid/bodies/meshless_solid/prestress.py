@@ -18,7 +18,7 @@ ROWS = ((0, 5, 4), (5, 1, 3), (4, 3, 2))  # of a symmetric tensor among xx, yy, 
 
 
 class Prestressed(NamedTuple):
-    """What finds the other stresses of the points, and the initial ones [Pa], shape (lanes, 6)."""
+    """Points with initial stresses [Pa], shape (lanes, 6), added to the stresses of the law."""
 
     points: Any
     stress: np.ndarray

@@ -91,7 +91,7 @@ def _round_together(n, step, numbers):
 
 @kernel(inner=True, allocates=True)
 def _turn(n, lane, nodes, position, g, K):
-    """Put K - I into K, with K = (Σ x_a ⊗ g_a)⁻¹, by which Kᵀ g_a reproduce linear functions."""
+    """Compute K - I with K = (Σ x_a ⊗ g_a)⁻¹, so that Kᵀ g_a reproduce linear functions."""
     D = np.zeros((3, 3))
     for k in range(n):
         for i in range(3):
@@ -122,7 +122,7 @@ def _fill_gradients(chunk, source, position, longest, rounded, gradients, turns)
 
 
 def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray) -> np.ndarray:
-    """One number to each node of a point, in packs: LANES to an entry of their lists."""
+    """Pack one number per node of a point: LANES to an entry of their lists."""
     out, chunks = np.empty(LANES * len(packs.items)), -(-(len(packs.first) - 1) // CHUNK)
     _fill(chunks, Bundle(Source(n_points, cells, packs, numbers)), 1, out)
     return out

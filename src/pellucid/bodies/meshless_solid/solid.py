@@ -49,7 +49,7 @@ class Elastic(NamedTuple):
 
 
 class Solid(NamedTuple):
-    """What kernels take of a solid."""
+    """Data of a solid for kernels."""
 
     law: Any  # hyperelastic
     points: Any  # what finds the stresses of its points: `Elastic`, or what has a history of them
@@ -71,13 +71,14 @@ class Solid(NamedTuple):
 
 
 def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:
-    """Of the points of each cell, shape (n_cells, points, 3, 3)."""
+    """Return the deformation gradients of the points of each cell, shape (n_cells, points, 3, 3)."""
     points = solid.deformation.reshape(-1, 9, LANES).swapaxes(1, 2)
     return points.reshape(-1, 3, 3)[: n_cells * solid.n_points].reshape(n_cells, solid.n_points, 3, 3)
 
 
 def inversion(mesh: SimplexMesh, solid: Solid) -> tuple[str, int] | None:
-    """Where, with the volume ratio there, and a node of it, if that of a point or the mean about a node is not positive."""
+    """Describe the place of an inverted point or of a non-positive mean volume ratio around a node, with a node of it; None
+    if there is none."""
     if not solid.sums[:, LEAST_J].min() > 0.0:
         ratios = np.linalg.det(deformation_gradients(solid, len(mesh.cells)))
         cell = int(np.argmin(ratios)) // solid.n_points

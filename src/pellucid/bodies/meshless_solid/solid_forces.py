@@ -13,7 +13,7 @@ from pellucid.jit.bundle import Bundle
 
 
 class ElasticForces:
-    """What a body asks of its material: here stresses follow from the deformation alone."""
+    """Internal forces of an elastic material: stresses depend on the deformation only."""
 
     def __init__(self, solid: Solid, initial_stress: np.ndarray | None = None) -> None:
         """initial_stress: of the points [Pa], shape (n, 6)."""
@@ -46,11 +46,11 @@ class ElasticForces:
         return None
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """As the function, about displacements [m], shape (n, 3); forces and energy must be found again."""
+        """Iterate as `converge` around displacements [m], shape (n, 3); forces and energy must be computed again."""
         converge(iteration, self._try, displacement)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """As `find`, with one more iteration towards the largest frequency: first the trial, then what remains."""
+        """Like `find`, with one more iteration towards the largest frequency."""
         there = np.empty_like(force)
         self._try(displacement + iteration.trial(), there, iteration.frequency)
         self.find(displacement, force, dt)

@@ -49,18 +49,18 @@ class PowerIteration:
         self._vector, self._waits, self._renewing = self._without_preference(), 0, ITERATIONS
 
     def is_due(self) -> bool:
-        """Whether the coming step has an iteration; called once in each."""
+        """Return True if the coming step has an iteration; called once in each."""
         self._waits -= 1
         return self._waits <= 0
 
     def trial(self) -> np.ndarray:
-        """By how much to displace the nodes [m], shape (n, 3)."""
+        """Return the trial displacement of the nodes [m], shape (n, 3)."""
         self._vector /= self._size(self._vector) or 1.0
         self._scale = SMALL * self._extent / (float(abs(self._vector).max()) or 1.0)
         return self._scale * self._vector
 
     def learn(self, resistance: np.ndarray) -> None:
-        """From the forces that this takes away [N], shape (n, 3). Those of a state beyond all bounds teach nothing."""
+        """Update the estimate from the resisting forces [N], shape (n, 3). Forces that are not finite are ignored."""
         if self._shift is not None:
             resistance = resistance + self._shift(resistance)
         vector = self.free * resistance / (self._scale * self._inertia)
@@ -77,11 +77,11 @@ class PowerIteration:
         return float(np.sqrt(np.sum(self._inertia * vector * vector)))
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What the next iteration depends on."""
+        """Return the arrays that the next iteration depends on."""
         return {"fastest_mode": self._vector, "frequency": np.array([self.frequency, self._waits, self._renewing])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
+        """Restore the arrays of a checkpoint."""
         self._vector = arrays["fastest_mode"].copy()
         self.frequency = float(arrays["frequency"][0])
         self._waits, self._renewing = (int(number) for number in arrays["frequency"][1:])

@@ -1,4 +1,4 @@
-"""What a meshless solid keeps of its approximant: gradients and weights at the points of its cells, and lumped masses."""
+"""Tables of the approximant of a meshless solid: gradients and weights at the quadrature points, and lumped masses."""
 
 from math import sqrt
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int)
 
 
 def quadrature_places(mesh: SimplexMesh, n_points: int) -> np.ndarray:
-    """So many points of each cell [m], shape (cells × n_points, 3)."""
+    """Return the positions of n_points quadrature points per cell [m], shape (cells × n_points, 3)."""
     return np.asarray(np.einsum("qk,cki->cqi", TETRAHEDRON[n_points], mesh.nodes[mesh.cells]).reshape(-1, 3))
 
 

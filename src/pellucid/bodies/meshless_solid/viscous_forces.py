@@ -90,7 +90,7 @@ def _energies(block, history, stored, lost):
 
 
 class ViscousForces(ElasticForces):
-    """Those of a law whose points have a history, which is kept here."""
+    """Internal forces of a law with history variables, which are stored here."""
 
     def __init__(
         self, viscous: Viscous, solid: Solid, density: float, wave_number: float, initial_stress: np.ndarray | None = None

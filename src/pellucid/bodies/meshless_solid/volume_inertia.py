@@ -31,12 +31,12 @@ STRAIN = 1e-6  # with which U'' is differenced
 
 
 def pays(solid: Solid, shear: float) -> bool:
-    """Whether a solid of this shear modulus [Pa] comes to rest sooner with it."""
+    """Return True if a solid of this shear modulus [Pa] relaxes faster with it."""
     return len(solid.block_volume) > 0 and len(solid.volume) <= MOST_NODES and stiffness_of_volume(solid) > SOFT * shear
 
 
 class VolumeInertia:
-    """Of a solid whose volume ratio is averaged.
+    """Inertia against changes of volume, for a solid with averaged volume ratio.
 
     inertia: M of the nodes [kg], shape (n,), which move where `free`, shape (n, 3); shear: modulus at rest [Pa]; frequency:
     the largest one with M alone [rad/s].
@@ -66,8 +66,8 @@ class VolumeInertia:
         self._factors: SuperLU = splu(sparse.csc_array(system), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def wears(self, dt: float, frequency: float) -> bool:
-        """After a step dt [s], whether the solid has deformed so much since B was found that changes of volume pass for
-        others. frequency: the largest one now [rad/s]."""
+        """Return True if the solid has deformed so much since B was computed that volume changes are misjudged. Called
+        after a step dt [s]; frequency: the largest one now [rad/s]."""
         before, self._change = self._change, float(abs(self._solid.deformation - self._deformation).max())
         if self.rate:
             wear = (self._change - before) / (self._tolerated * dt)
@@ -81,17 +81,18 @@ class VolumeInertia:
         return {"volume_inertia": self.displacement, "volume_wear": np.array([self._change, self.rate])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays, with the solid at the displacements at which B was found."""
+        """Restore the arrays of a checkpoint, with the solid at the displacements at which B was computed."""
         self.renew()
         self._change, self.rate = arrays["volume_wear"].tolist()
 
     def release(self, free: np.ndarray) -> None:
-        """Let nodes go: they move where `free` now, at first in steps as without this inertia, for they set out at once."""
+        """Release nodes: they move where `free` now. The first steps are as small as without this inertia, since released
+        nodes start at once."""
         self._free, self.rate = free, self._alone
         self.renew()
 
     def shift(self, force: np.ndarray) -> np.ndarray:
-        """By what forces on the nodes [N], shape (n, 3), change: -Bᵀ y."""
+        """Return the change of forces on the nodes [N], shape (n, 3): -Bᵀ y."""
         y = self._factors.solve(self._rates @ (self._free * force / self._inertia).ravel())
         return np.asarray(-(self._rates.T @ y).reshape(-1, 3))
 

@@ -1,4 +1,4 @@
-"""What bodies with their own nodes share that advance these explicitly: conditions, contact on the grid, checkpoint."""
+"""Bodies with their own nodes and explicit time integration: conditions, contact on the grid, checkpoints."""
 
 import warnings
 from abc import abstractmethod
@@ -98,21 +98,17 @@ class ExplicitNodes(
     # conditions
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """A support constrains its nodes; none passes a face of the grid that is a wall."""
         self.motion.add_supports(supports)
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Let supports of these numbers constrain none of its nodes any more."""
         self.motion.let_go(supports)
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Let nodes follow prescribed motions; these overrule supports."""
+        """Set prescribed motions of nodes; motions overrule supports."""
         self.motion.add_motions(names, numbers, axes)
         self._overruled = overruled(self.motion.supports, numbers, axes)
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3). Warns once of each support that
-        prescribes others where these count."""
         self.motion.set_motion_velocities(velocity)
         agree = []
         for pair in self._overruled:
@@ -123,31 +119,27 @@ class ExplicitNodes(
         self._overruled = agree
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
-        """Add external forces on the nodes [N], shape (n, 3), over this step."""
         self.motion.add_external_force(force, column)
 
     @property
     def follows(self) -> bool:
-        """Whether prescribed motions or supports lead all nodes along all axes that count."""
+        """True if motions or supports prescribe all nodes along all active axes."""
         thin = self.grid.thin if self.grid else FREE
         return not self.motion.free[:, ~np.array(thin)].any()
 
     # the step
 
     def begin(self, dt: float) -> None:
-        """Forget the external forces of the last step; renew the index where a node left its slab."""
         self._dt = dt
         if self.coupling:
             self.coupling.sort_if_needed()
         self.motion.loads.fill(0.0)
 
     def predict(self, dt: float) -> None:
-        """Mass, momentum and all forces to the nodes of the grid, where it touches others on these."""
         if self.coupling and self.touches_on_nodes:
             self.coupling.scatter(self.motion.forces())
 
     def correct(self, remap: bool) -> None:
-        """New velocities of the nodes; where `remap`, their momentum mapped to the grid again."""
         if self.touches_on_nodes:
             self.gather()
         self.motion.advance_velocities(self._dt)
@@ -158,7 +150,6 @@ class ExplicitNodes(
         self.motion.sum_momentum(self.totals)
 
     def update(self, dt: float) -> None:
-        """New positions of the nodes; a kind of body goes on with its stresses, energies and bound on the step."""
         self.motion.advance_positions(dt)
         self._left_grid = self.coupling.check_positions() if self.coupling else None
 
@@ -167,37 +158,31 @@ class ExplicitNodes(
         self.totals.half_power = 0.0 if self.relaxes else 0.5 * self.motion.power()
 
     def renew_totals(self) -> None:
-        """Find the totals of the state as it is."""
         self.motion.top_speed = self.constraint.top_speed if self.constraint is not None else 0.0
         self.motion.sum_momentum(self.totals)
         self.update(0.0)
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped`, naming the node, where a fault was found in this step."""
         for fault in (self.motion.fault(), self._left_grid):
             if fault is not None:
                 self.stop(*fault, n_steps, time)
 
     def work(self) -> StepWork:
-        """Work and impulses of this step."""
         return self.motion.work()
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
-        """Along the mean velocity of the step; the works of the nodes count it."""
         self.motion.slow(rate, dt)
         return 0.0, np.zeros(3)
 
     def share_gravity(self, share: float) -> None:
-        """Let a share of gravity act over this step."""
         self.motion.share_gravity(share)
 
     # steady states
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Nothing: masses stay as they are."""
+        """Do nothing: masses are unchanged."""
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
-        """Damp the coming step."""
         self.relaxes = True
         self.motion.top_speed = 0.0  # that of the time of the loads
         self.motion.drag, self.motion.load_rate = Drag(keep, gain), load_rate
@@ -205,13 +190,12 @@ class ExplicitNodes(
         self.motion.share_gravity(gravity_share)
 
     def springs(self) -> Springs:
-        """Its internal forces, at the places at which the step began."""
+        """Return the internal forces at the positions of the start of the step."""
         position = self.arrays["position"] - self._dt * self.arrays["velocity"]
         contact = None if self.contact_surface is None else (position, self.motion.loads[self._contact_row])
         return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free, contact)
 
     def unbalanced(self) -> tuple[float, float]:
-        """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""
         force = self.motion.forces()
         left = (force + self.motion.leading_forces(self._dt))[self.motion.free]
         return float(np.linalg.norm(left)), float(np.linalg.norm(force))
@@ -220,12 +204,12 @@ class ExplicitNodes(
 
     @property
     def touches_on_nodes(self) -> bool:
-        """Whether it may touch others on the nodes of the grid."""
+        """True if the body may touch others on the nodes of the grid."""
         return isinstance(self.velocity_field, OwnNodesField) and self.velocity_field.touches_on_nodes
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Leave its surface where that touches nothing; else no step becomes longer than at the start, for which springs of
-        contact are as stiff as steps allow."""
+        """Drop the contact surface if nothing touches it. Otherwise limit the step to that of the start, since contact
+        springs are as stiff as that step allows."""
         surface = self.contact_surface
         if surface is None or not any(other is surface for other in touching):
             self.contact_surface, self.contact_rate = None, 0.0
@@ -234,7 +218,6 @@ class ExplicitNodes(
 
     @property
     def on_grid(self) -> ContactBody | None:
-        """Itself, where there is a grid: its nodes then have an index by cell."""
         return self if self.coupling else None
 
     def _coupled(self) -> GridCoupling:
@@ -247,7 +230,6 @@ class ExplicitNodes(
         return self._coupled().gather()
 
     def take_second_impulses(self, dt: float) -> float:
-        """Add the second increments of its field to the velocities of its nodes; the works of these count them."""
         self.motion.add_velocities(self._coupled().gather_second(), dt)
         self.constrain_again()
         self.motion.sum_momentum(self.totals)
@@ -269,18 +251,16 @@ class ExplicitNodes(
 
     @abstractmethod
     def half_width(self) -> tuple[float, float, float]:
-        """How far the body reaches beyond its nodes; see `pellucid.contact.contact_body`."""
+        """Return the extent of the body beyond its nodes; see `pellucid.contact.contact_body`."""
 
     # checkpoint
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of the nodes and elements, and the index of the nodes by cell."""
         index = self.coupling.state_arrays() if self.coupling else {}
         surface = self.contact_surface.state_arrays() if self.contact_surface else {}
         return {**self.arrays, **with_owner("elements", self.element_arrays), **with_owner("index", index), **surface}
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Begin with places, velocities and elements of an earlier run."""
         for name in ("position", "velocity"):
             self.arrays[name][...] = state[name]
         for name, array in self.element_arrays.items():
@@ -290,7 +270,6 @@ class ExplicitNodes(
         self.renew_totals()
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from such arrays."""
         for name, array in self.arrays.items():
             array[...] = arrays[name]
         for name, array in self.element_arrays.items():

@@ -86,7 +86,7 @@ class PointsOfFaces(ContactSurface):
         self._take(self._to_corners @ force)
 
     def respond_with(self, values: sparse.csr_array, motion: NodalMotion) -> None:
-        """Let contact know how the points move by the forces on the nodes; values: as in `mass_per_area_of`."""
+        """Set the response of the points to forces on the nodes; values: as in `mass_per_area_of`."""
         self.response = NodalResponse(sparse.csr_array(self._shares @ values), motion)
 
     def mass_per_area_of(self, values: sparse.csr_array, mass: np.ndarray) -> float:

@@ -59,7 +59,7 @@ class GridCoupling:
             self._shared.share_out()
 
     def hand_over(self) -> Callable[[], None]:
-        """As a body of points on the grid, before the rows are cut anew."""
+        """Complete the data that other processes need before rows are redistributed."""
         domain.complete(self.slabs.left_slab)
         return self._shared.hand_over()
 
@@ -92,18 +92,19 @@ class GridCoupling:
         return self._shared.fill(second, self._order)
 
     def check_positions(self) -> tuple[int, int] | None:
-        """After the nodes moved: mark slabs that a node left; a fault (of `pellucid.grid.points`) and its node, if any."""
+        """Mark slabs that a node left, after the nodes moved. Returns a fault (of `pellucid.grid.points`) and its node, if
+        any."""
         move_points(self._staying, 0.0)
         found = np.flatnonzero(domain.complete(self.slabs.fault)[:, 0])
         return (int(self.slabs.fault[found[0], 0]), int(self.slabs.fault[found[0], 1])) if len(found) else None
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What a checkpoint keeps."""
+        """Return the arrays for a checkpoint."""
         domain.complete(self.slabs.left_slab)
         return {"order": self._order} | kept_of(self.slabs) | {"first": self._shared.first}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         self._order[:] = arrays["order"]
         restore_slabs(self.slabs, arrays)
         if not self._whole:

@@ -23,7 +23,7 @@ FASTEST, NODE_SUMS = SPEED + 1, SPEED + 2  # columns of the sums of a chunk, beh
 
 
 class Drag(NamedTuple):
-    """What is kept of a velocity over a step, k, and what acts of an acceleration, g."""
+    """Drag over a step: the factor k of the velocity and the factor g of the acceleration."""
 
     keep: float
     gain: float
@@ -33,7 +33,7 @@ UNDAMPED = Drag(1.0, 1.0)
 
 
 class NodeForces(NamedTuple):
-    """What acts on the nodes over a step."""
+    """Forces and constraints on the nodes over a step."""
 
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
@@ -93,7 +93,7 @@ def _free(forces, p, d, drag, gained):
 
 @pointwise
 def _rubbed(forces, p, drag, dt, chunk):
-    """See `friction_of_walls`."""
+    """Return the velocity change by the friction of walls; see `friction_of_walls`."""
     x, y, z = _gained(forces, p, 0, dt)[0], _gained(forces, p, 1, dt)[0], _gained(forces, p, 2, dt)[0]
     free = _free(forces, p, 0, drag, x), _free(forces, p, 1, drag, y), _free(forces, p, 2, drag, z)
     return friction_of_walls(forces, p, free, drag.gain, dt, chunk)

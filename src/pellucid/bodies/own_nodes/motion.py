@@ -68,7 +68,7 @@ class NodalMotion:
         self._constrain()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Let supports of these numbers constrain nothing any more."""
+        """Release supports with these numbers."""
         self._gone, prescribed = frozenset(supports), self._prescribed
         self._constrain()
         self._prescribed[:] = prescribed
@@ -87,7 +87,7 @@ class NodalMotion:
         return found
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Let nodes follow prescribed motions; see `Body.add_motions`."""
+        """Set prescribed motions of nodes; see `Body.add_motions`."""
         self.motions, self._motion_of_node, self._axes = list(names), numbers, axes
         self._constrain()
 
@@ -97,7 +97,7 @@ class NodalMotion:
         self._prescribed[first : first + len(velocity)] = velocity
 
     def impose_on_field(self, condition: FieldCondition | None) -> None:
-        """Let the nodes go free, and lead them so that the field between them does what is prescribed, if anything is."""
+        """Release the nodes, and enforce prescribed values of the field between them, if there are any."""
         self._condition, self._lead = condition, np.zeros((2 if condition else 0, *self.internal.shape))
         self._constrain()
 
@@ -176,21 +176,21 @@ class NodalMotion:
         self.loads[column - FIRST_LOAD] += force
 
     def share_gravity(self, share: float) -> None:
-        """Let a share of gravity act."""
+        """Apply a share of gravity."""
         self.gravity_share, self.gravity[:] = share, share * self._full_gravity
 
     def scale_inertia(self, inertia: np.ndarray) -> None:
-        """Let the nodes answer forces with another inertia [kg], shape (n,), than that of their masses."""
+        """Set an inertia [kg], shape (n,), that replaces the nodal masses in the response to forces."""
         self.inertia = inertia
         self._constrain()
 
     def slow(self, rate: float, dt: float) -> None:
-        """Let a drag in proportion to mass and velocity act on the nodes, at a rate [1/s], over a step dt [s]."""
+        """Apply a drag proportional to mass and velocity at a rate [1/s] over a step dt [s]."""
         half = 0.5 * rate * dt
         self.drag = Drag((1.0 - half) / (1.0 + half), 1.0 / (1.0 + half))
 
     def forces(self) -> np.ndarray:
-        """All forces on the nodes but those of contact and constraints [N], shape (n, 3)."""
+        """Return the forces on the nodes, without contact and constraints [N], shape (n, 3)."""
         force = self.internal + self.loads.sum(axis=0) if len(self.loads) else self.internal
         if self.gravity.any():
             force = force + self._arrays["mass"][:, None] * self.gravity
@@ -223,7 +223,8 @@ class NodalMotion:
         self._work[0, self._columns + 1 :][: of_rows.size] += of_rows.ravel()
 
     def _find_lead(self, condition: FieldCondition, dt: float) -> np.ndarray:
-        """What free velocities lack, from a trial: then works are along the mean of old and new ones. Impulses of the rows."""
+        """Compute the constraint velocities from a trial step, so that works are along the mean of old and new velocities.
+        Returns the impulses of the rows."""
         velocity = self._arrays["velocity"]
         old = velocity.copy()
         self._lead.fill(0.0)
@@ -234,7 +235,7 @@ class NodalMotion:
         return of_rows / self.drag.gain
 
     def leading_forces(self, dt: float) -> np.ndarray:
-        """Of supports and motions that act on the field, over a step dt [s] that was done [N], shape (n, 3)."""
+        """Return the forces of supports and motions on the field, for a completed step dt [s] [N], shape (n, 3)."""
         return (
             np.asarray(self.inertia[:, None] * self._lead.sum(axis=0) / dt) if len(self._lead) else np.zeros_like(self.internal)
         )
@@ -258,7 +259,7 @@ class NodalMotion:
             self.crossing = fastest * self._grid.lattice.inverse_cell
 
     def power(self) -> float:
-        """Of the internal forces as they are now [W]."""
+        """Return the power of the present internal forces [W]."""
         return power(self.internal, self._arrays["velocity"])
 
     def fault(self) -> tuple[int, int] | None:

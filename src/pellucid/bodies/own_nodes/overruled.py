@@ -26,7 +26,7 @@ class Overruled(NamedTuple):
 
 
 def overruled(supports: Sequence[NodalSupport], numbers: np.ndarray, axes: np.ndarray) -> list[Overruled]:
-    """All such pairs; numbers and axes as in `Body.add_motions`."""
+    """Find all pairs of supports and overruling motions; numbers and axes as in `Body.add_motions`."""
     found = []
     for motion, along in enumerate(axes):
         driven = numbers == motion + 1
@@ -39,7 +39,7 @@ def overruled(supports: Sequence[NodalSupport], numbers: np.ndarray, axes: np.nd
 
 
 def warning(pair: Overruled, motion: str, body: str, velocity: np.ndarray) -> str | None:
-    """What to tell of a pair, if the two do not agree."""
+    """Return a warning about a pair whose velocities differ, else None."""
     axes = pair.differ(velocity)
     if not axes:
         return None

@@ -30,16 +30,17 @@ def at_wall(forces, place, d, new, dt):
 
 @pointwise
 def _stopped(forces, p, d, new, dt):
-    """What `at_wall` finds of node p, unless something prescribes its motion along d."""
+    """Return the result of `at_wall` for node p, unless its motion along d is prescribed."""
     return (0, 0.0, 0) if forces.prescribed[p, d] > 0 else at_wall(forces, forces.position[p, d], d, new, dt)
 
 
 @pointwise
 def friction_of_walls(forces, p, free, gain, dt, chunk):
-    """What the friction of walls adds to the velocity of node p, `free` without any wall, along x, y, z [m/s].
+    """Return the velocity change of node p by the friction of walls, along x, y, z [m/s]; `free`: its velocity without
+    walls.
 
-    Adds its impulses to the works, and the work on the walls' side; that on the node is to be taken from the heat of friction.
-    gain: see `Drag`.
+    Adds its impulses to the works, and the work on the walls; the work on the node is to be subtracted from the heat of
+    friction. gain: see `Drag`.
     """
     m, first = forces.inertia[p] / gain, FIRST_LOAD + len(forces.loads) + 1
     x, y, z = 0.0, 0.0, 0.0

@@ -1,11 +1,11 @@
-"""How the surface of a solid responds to velocity increments of the nodes of the grid where others touch it.
+"""Response of the surface of a solid to velocity increments of the grid nodes in contact.
 
-Increments Δv_I come to the points of the surface and to the nodes of the body, and what these give to the points comes back to
-the nodes of the grid (`skin`):
+Increments Δv_I are mapped to the points of the surface and to the nodes of the body; the resulting velocities of the points
+are mapped back to the nodes of the grid (`skin`):
 
     Δv_a = Σ_I K_Ia Δv_I / m_a,  m_I Δv'_I = Σ_a K_Ia Δv_a,  K_Ia = Σ_k N_I(x_k) m_k S_ka .
 
-Contact asks again and again in a step, and always at the same few nodes: K is found once, of these alone.
+Contact applies this repeatedly in a step, always at the same few nodes, so K is computed once, for these nodes only.
 """
 
 import numpy as np
@@ -87,7 +87,7 @@ class SkinResponse:
         return sparse.csr_array(sparse.csr_array(points.T) @ self._values[listed])
 
     def give(self) -> None:
-        """Let these nodes have the velocities with which the body responds to their increments so far."""
+        """Set the velocities of these nodes to the response of the body to the increments so far."""
         nodes, at = self._nodes, self._at
         of_body = self._mobility * (self._to_body @ nodes.velocity_increment[at])
         nodes.velocity[at] = self._trial + self._share * (self._from_body @ of_body)

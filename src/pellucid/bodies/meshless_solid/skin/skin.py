@@ -88,7 +88,7 @@ class Skin(WarnsOfContact):
         return surface
 
     def _follow(self) -> None:
-        """Put the points where the material is: the functions reproduce places, Σ_a S_ka X_a = X_k."""
+        """Move the points with the material: the functions reproduce positions, Σ_a S_ka X_a = X_k."""
         self._x[:], self._v[:] = self._values @ self._position, self._values @ self._velocity
         if self._field.touches_on_nodes:
             self._everywhere[:] = self._all @ self._position
@@ -123,11 +123,9 @@ class Skin(WarnsOfContact):
 
     @property
     def contact_response(self) -> ContactResponse:
-        """It responds by all of the body."""
         return self
 
     def respond(self) -> None:
-        """Let the nodes of the grid have the velocities that contact gave the body so far."""
         if self._first:
             at = self._field.awaiting
             self._response.begin(domain.of_nodes(at, at))
@@ -156,7 +154,7 @@ class Skin(WarnsOfContact):
         return self.whole.n_slabs
 
     def half_width(self) -> tuple[float, float, float]:
-        """None: points lie on the surface."""
+        """Return 0: points lie on the surface."""
         return 0.0, 0.0, 0.0
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
@@ -174,14 +172,14 @@ class Skin(WarnsOfContact):
                 coupling.check_positions()
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What a checkpoint keeps."""
+        """Return the arrays for a checkpoint."""
         parts = {"surface": self.surface, "whole": self.whole}
         return {
             name: array for part, c in parts.items() for name, array in with_owner(f"skin/{part}", c.state_arrays()).items()
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from a checkpoint, after the numbers of the nodes."""
+        """Restore a checkpoint, after the numbers of the nodes."""
         self._follow()
         self.surface.restore(of_owner("skin/surface", arrays))
         self.whole.restore(of_owner("skin/whole", arrays))
