@@ -1,4 +1,4 @@
-"""All conditions of a case as they act in a run."""
+"""Active conditions of a case in a run."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
@@ -73,7 +73,7 @@ class ActiveConditions:
             condition.begin(time, dt)
 
     def act_on_nodes(self, dt: float) -> None:
-        """Give the nodes the impulses of the step dt [s], after their momentum was advanced and before contact."""
+        """Apply impulses to the nodes for the step dt [s], after the momentum update and before contact."""
         for condition in self._active:
             condition.act_on_nodes(dt)
 
@@ -83,7 +83,7 @@ class ActiveConditions:
             condition.end(dt)
 
     def enter(self, n_steps: int, time: float) -> Iterator[Passed]:
-        """What points bring along that come in after the step, one condition after the other."""
+        """Let points enter after the step, one condition after the other; yields mass, momentum and energy that they add."""
         for condition in self._active:
             yield from condition.enter(n_steps, time)
 
@@ -96,23 +96,23 @@ class ActiveConditions:
         return tightest(condition.step_limit() for condition in self._active)
 
     def warnings(self) -> list[str | None]:
-        """What a user should know of each after the step."""
+        """Return the warnings of the conditions after the step."""
         return [condition.warning() for condition in self._active]
 
     def at_stake(self) -> float:
-        """What they store at the start and could set free [J]."""
+        """Return the energy stored at the start that could be released [J]."""
         return sum(condition.at_stake() for condition in self._active)
 
     def columns(self) -> dict[str, float]:
-        """What the history shows of their states, by name."""
+        """Return the columns of the history, by name."""
         return {name: value for condition in self._active for name, value in condition.columns().items()}
 
     def state_numbers(self) -> list[dict[str, Any]]:
-        """What a checkpoint keeps of each."""
+        """Return the states for a checkpoint."""
         return [dict(condition.state_numbers()) for condition in self._active]
 
     def restore(self, numbers: Sequence[Mapping[str, Any]]) -> None:
-        """Go on from a checkpoint."""
+        """Restore the states of a checkpoint."""
         for condition, own in zip(self._active, numbers, strict=True):
             condition.restore(own)
 

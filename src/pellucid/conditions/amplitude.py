@@ -1,4 +1,4 @@
-"""How loads, pressures and gravity change in time: one way for all of them."""
+"""Change in time of loads, pressures and gravity."""
 
 from functools import cached_property
 from typing import ClassVar
@@ -53,7 +53,7 @@ class Amplitude(Model):
 
 
 class ChangesInTime(Model):
-    """What a load or pressure has beside its size: a smooth rise, or an amplitude."""
+    """Change of a load or pressure in time: a smooth rise, or an amplitude."""
 
     declared_anew: ClassVar[frozenset[str]] = frozenset()
     """Keys that a kind declares itself: what they do is its own."""
@@ -68,7 +68,7 @@ class ChangesInTime(Model):
             raise ValueError("`rise` and `amplitude` both say how it changes in time; leave one out")
 
     def _change(self) -> tuple[float, Amplitude | None]:
-        """Its rise [s] and its amplitude, without keys that are the kind's own."""
+        """Return the rise [s] and the amplitude, without keys that the kind redefines."""
         own = self.declared_anew
         return 0.0 if "rise" in own else self.rise, None if "amplitude" in own else self.amplitude
 

@@ -57,8 +57,8 @@ class Released(ActiveCondition):
 
 
 def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence[ActiveCondition]:
-    """Let supports constrain the nodes of all grids and those of bodies with their own, face by face; what lets them go in a
-    run. Raises CaseError for a support without nodes."""
+    """Constrain the nodes of all grids and of bodies with their own nodes, face by face. Returns the conditions that
+    release them in a run. Raises CaseError for a support without nodes."""
     numbers = [number for number, support in enumerate(supports) for _ in support.on_each_face()]
     supports = [one for support in supports for one in support.on_each_face()]
     own: dict[NodalBody, list[NodalSupport]] = {}

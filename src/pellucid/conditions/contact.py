@@ -10,8 +10,8 @@ from pellucid.parts.part import Parts
 
 
 class Contact(Sliding):
-    """How two bodies of different velocity fields touch, or one body touches itself. Fields that no contact names touch without
-    friction; bodies that no contact names alone pass through themselves."""
+    """Contact of two bodies in different velocity fields, or of one body with itself. Pairs of fields not named by any
+    contact touch without friction; self-contact is computed only for bodies that a contact names alone."""
 
     between: tuple[str, ...] = parameter(
         "",
@@ -28,7 +28,7 @@ class Contact(Sliding):
 
     @property
     def is_of_one_body(self) -> bool:
-        """Whether it is contact of a body with itself."""
+        """True for contact of a body with itself."""
         return len(self.between) == 1
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

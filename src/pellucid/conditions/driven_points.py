@@ -28,7 +28,7 @@ SHARES = LARGEST_STENCIL**3 * LANES  # numbers of the vectors in which the nodes
 
 
 class DrivenPoints(NamedTuple):
-    """Which points of a body follow which prescribed motion, where these lead, and what they take."""
+    """Points of a body that follow prescribed motions: motions, positions, and work and impulses."""
 
     driven: np.ndarray  # (n,) the number of the point's motion plus one, 0 where it is free
     start: np.ndarray  # (n, 3) first position [m]
@@ -130,7 +130,8 @@ def _prescribe_velocities(task, s, mapped, drive, nodes, start, run, m, shares):
 
 @pointwise
 def _impulse_on_nodes(about, lattice, nodal_impulse, shares):
-    """Of a run, from the impulses on unit mass of its nodes and their shares of its mass, which are zero from then on."""
+    """Return the impulse on a run of points, from the impulses per unit mass of its nodes and their shares of its mass,
+    which are reset to zero."""
     x = y = z = 0.0
     number = 0
     for a in range(len(about.wx)):

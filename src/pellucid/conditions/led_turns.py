@@ -33,7 +33,7 @@ class Rotations(Model):
 
 
 def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, others: "Iterable[Motion]") -> Iterator[Finding]:
-    """Of a motion that leads a rigid body or prescribes a rotation; others: those before it."""
+    """Report faults of a motion that prescribes a rigid body or a rotation; others: the motions before it."""
     about = "rotation" if motion.rotation.axes() else "hold_rotation"
     if not body.is_rigid:
         text = f"body {body.name} is not rigid: its points follow displacements alone"

@@ -39,7 +39,7 @@ class LoadedFaces:
         """True if no face was in a region from which they are chosen anew."""
 
     def shares(self) -> FaceShares:
-        """How what acts on them goes to the nodes: known when all conditions are."""
+        """Return the shares by which loads on the faces are distributed to nodes; known when all conditions are."""
         if self._shares is None:
             body = self.body
             self._shares = body.face_shares(self.faces) if isinstance(body, HasMesh) else FaceShares.linear(self.faces)
@@ -70,7 +70,7 @@ class LoadedFaces:
 
 
 def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: bool = False) -> Iterator[Finding]:
-    """Why nothing can act on faces of a body in a region at a path: it has none that keep their nodes, or none there."""
+    """Report why loads cannot act on faces of a body in a region: the body has no persistent faces, or none there."""
     body = parts.named(BodyModel, name)
     if body is None:
         return

@@ -1,4 +1,4 @@
-"""How far bodies are from walls that open: a wall presses where a body has come up to it."""
+"""Gaps between bodies and walls that open: a wall pushes only bodies that have reached it."""
 
 from collections.abc import Iterable
 

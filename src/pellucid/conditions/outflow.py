@@ -145,7 +145,7 @@ class Outflow(GivenFlow, Condition):
 
 
 def _why_not(body: BodyModel, parts: Parts) -> Reason | None:
-    """Why the points of a body cannot leave."""
+    """Return why the points of a body cannot leave; None if they can."""
     if reason := body.why_no_outflow():
         return reason
     led = next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None)

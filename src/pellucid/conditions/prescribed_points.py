@@ -107,7 +107,7 @@ class PrescribedPoints(ActiveCondition):
         return np.asarray(axes[driven] * driven[:, None])
 
     def release_nodes(self, nodes: np.ndarray) -> None:
-        """Leave these nodes of the grid, shape (k,), free of points that rest where they are now."""
+        """Release these nodes of the grid, shape (k,), from points that rest at their present positions."""
         if self._points is None or self._nodes is None:
             return
         rows, arrays = self.rows() > 0, self.body.arrays

@@ -90,7 +90,7 @@ class Pressure(ChangesInTime, Condition):
             yield from face_problems(self.where or "boundary", place, self.body, parts, each_step)
 
     def _region_problems(self, where: Where, path: Path, body: BodyModel, parts: Parts) -> Iterator[Finding]:
-        """Of a region of a membrane."""
+        """Report faults of a region of a membrane."""
         start = body.selectable()
         if body.evaluates_loads or start is None:
             text = f'body {self.body} is of kind "{body.kind}", on all of which a pressure acts'
@@ -101,7 +101,7 @@ class Pressure(ChangesInTime, Condition):
             yield from faults(where, start, path, self.body, faces=True, by_centre=True)
 
     def _volume_problems(self, given: GivenVolume, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Of a membrane whose volume is given."""
+        """Report faults of a membrane with prescribed volume."""
         wrong = list(encloses_problems(self.body, self.lids, path, parts, allows_flat=given.ratios is None))
         yield from wrong
         body = parts.named(BodyModel, self.body)
@@ -141,7 +141,7 @@ class Pressure(ChangesInTime, Condition):
         return [pressure.active(assembly, number) for number, pressure in enumerate(conditions)]
 
     def active(self, assembly: Assembly, number: int) -> ActiveCondition:
-        """What acts in a run; number: its place among the pressures of the case."""
+        """Build the active condition; number: its index among the pressures of the case."""
         if self.volume is not None:
             return ActiveVolume(self.body, self.volume, self.stiffness, self.load_channel(), assembly)
         member, channel = assembly.bodies[self.body], self.load_channel()

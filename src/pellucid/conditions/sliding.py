@@ -1,4 +1,4 @@
-"""How bodies slide on what they touch, as the user describes it."""
+"""Sliding law of a contact, as given in a case."""
 
 from collections.abc import Iterator
 from typing import Literal
@@ -14,7 +14,7 @@ OTHER_NAMES = ("friction", "frictional", "slip-friction", "rough")
 
 
 class Sliding(Condition):
-    """What touches with or without friction, and has a force that probes read where it has a name."""
+    """Contact with or without friction; probes read its force by name."""
 
     name: str | None = name_parameter("name for probes of its force: on the first body, or on all that touch a wall", None)
     kind: Literal["frictionless", "stick", "coulomb"] = parameter(

@@ -89,7 +89,7 @@ class Support(Condition):
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
 
     def _wall_keys(self) -> list[str]:
-        """Which keys say how it yields as a wall."""
+        """Return the keys that make it a yielding wall."""
         given = {"friction": self.friction is not None, "stick": self.stick, "opens": self.opens is not None}
         return [key for key, is_given in given.items() if is_given]
 
@@ -120,7 +120,7 @@ class Support(Condition):
                 yield from self._box_problems((*path, "where", "box"), *shape.geometry().bounds(), parts.grid)
 
     def _face_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Of faces that are none, or stand there twice."""
+        """Report faces that do not exist or are named twice."""
         if self.faces():
             yield from parts.no_grid(path, "faces are those of a grid")
         for number, face in enumerate(self.faces()):
@@ -169,7 +169,8 @@ class Support(Condition):
                         return
 
     def _yielding_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Of a wall that rubs or opens: what is none, what is said twice, and bodies to which it does neither."""
+        """Report keys of friction or opening that contradict each other, on supports that are not walls, or for bodies that
+        they cannot act on."""
         keys = self._wall_keys()
         if keys and self.fix != "normal":
             text = "only a wall rubs or opens, a face of the grid that is held along its normal; this support is a clamp"
@@ -204,7 +205,7 @@ class Support(Condition):
         return region is not None and needs_mesh(region)
 
     def _only_body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Of a support that means a body and does not name it."""
+        """Report a support that needs a body and does not name it."""
         text, bodies = 'named sets, normals and "boundary" are those of a body', parts.of(BodyModel)
         if len(parts.names(BodyModel)) > 1:
             yield Finding(path, f"{text}, and there are {listed(parts.names(BodyModel))}", "add the name of one as `body`")
@@ -226,7 +227,7 @@ class Support(Condition):
             yield from faults(region, nodes, (*path, "where"), name, parts.active_axes)
 
     def _nothing_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Of a support of all bodies without a grid, where all their nodes are known and none lies in its region."""
+        """Report a support of all bodies that constrains no node, for cases without a grid whose nodes are all known."""
         region = self.region()
         nodes = [selectable_of(body, parts) for body in parts.of(BodyModel)]
         known = [selectable for selectable in nodes if selectable is not None]
@@ -269,8 +270,8 @@ class Support(Condition):
         return self.velocity if held else None
 
     def holds(self, nodes: Selectable, axis: int, active: ActiveAxes, reach: float) -> np.ndarray:
-        """Which nodes of the grid, shape (n,), its region holds along an axis; none where it has none, or names a body. reach:
-        how far they may lie beyond a box [m]."""
+        """Return a mask of the grid nodes, shape (n,), that its region constrains along an axis; all False if it has no
+        region or names a body. reach: distance by which nodes may lie outside a box [m]."""
         region = self.region()
         if region is None or needs_mesh(region) or self.body is not None or not self.axes()[axis]:
             return np.zeros(len(nodes.position), bool)
@@ -305,13 +306,13 @@ class Support(Condition):
         return (self.where,)
 
     def on_each_face(self) -> "list[Support]":
-        """One for each face of the grid that it lists, or itself."""
+        """Return one support for each face of the grid that it lists, or itself."""
         return [self.model_copy(update={"where": face}) for face in self.where] if isinstance(self.where, tuple) else [self]
 
     # of one of these
 
     def axes(self) -> tuple[bool, bool, bool]:
-        """Which directions are constrained."""
+        """Return the constrained directions."""
         face = self.face()
         if self.fix == "normal" and face is not None:
             return face[0] == 0, face[0] == 1, face[0] == 2

@@ -20,6 +20,6 @@ def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
 
 
 def seams(grid: GridCase) -> list[Seam]:
-    """Where a periodic grid meets itself."""
+    """Return the seams of a periodic grid."""
     ends = enumerate(zip(grid.lower, grid.periods(), strict=True))
     return [Seam(axis, low, period) for axis, (low, period) in ends if period > 0.0]

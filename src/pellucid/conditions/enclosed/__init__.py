@@ -1,1 +1,1 @@
-"""What membranes enclose: its volume, gas or liquid by mass, and volumes that are given."""
+"""Contents of membranes: enclosed volume, gas or liquid given by mass, prescribed volumes."""

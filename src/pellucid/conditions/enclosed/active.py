@@ -92,7 +92,7 @@ class ActiveEnclosed(ActiveCondition):
         self._bound()
 
     def _flow(self, time: float, works: dict[str, float]) -> None:
-        """Let gas or liquid in and out for half a step from `time` [s] on."""
+        """Exchange gas or liquid for half a step, starting at `time` [s]."""
         if self._passing > 0.0:
             self._flow_in(time, 0.5 * self._passing, works)
             self._flow_out(0.5 * self._passing, works)
@@ -107,7 +107,7 @@ class ActiveEnclosed(ActiveCondition):
             works["enclosed_heat"] += heat
 
     def _flow_out(self, dt: float, works: dict[str, float]) -> None:
-        """By the flow at the middle of this time [s]; no farther than to the pressure outside."""
+        """Let contents flow out for a time [s], with the flux at its middle, at most until the outside pressure is reached."""
         if self._gauge < 0.0 and self._now.hole > 0.0:
             self._flow_back(dt, works)
         if not (self._model.lets_out or self._now.hole > 0.0) or self.contents.mass == 0.0:
@@ -135,7 +135,7 @@ class ActiveEnclosed(ActiveCondition):
             self._hole_flow += share * flows[2]
 
     def _flow_back(self, dt: float, works: dict[str, float]) -> None:
-        """Let in through holes what is outside, over a time [s]; no farther than to the pressure there."""
+        """Let outside fluid flow in through holes for a time [s], at most until the outside pressure is reached."""
         volume, outside = self._now.volume, self._model.outside
         most = self.contents.lack(volume, outside)
         mass = min(dt * self._now.hole * self.contents.influx(volume, outside), most)

@@ -1,7 +1,7 @@
-"""What fills a volume by mass: gas or liquid, with its energy.
+"""Gas or liquid that fills a volume, given by mass, with its energy.
 
-A step first lets the volume change, then mass come and go at the new one. Each is booked by what it does to the energy, so that
-the energy balances to rounding.
+In a step first the volume changes, then mass flows in and out at the new volume. Each change is recorded by its effect on
+the energy, so that the energy balances to round-off.
 """
 
 from abc import ABC, abstractmethod
@@ -16,7 +16,7 @@ class Contents(ABC):
 
     @abstractmethod
     def pressure(self, volume: float) -> float:
-        """In a volume [m³] [Pa]."""
+        """Return the pressure in a volume [m³] [Pa]."""
 
     @abstractmethod
     def stiffness(self, volume: float) -> float:
@@ -24,7 +24,7 @@ class Contents(ABC):
 
     @property
     def temperature(self) -> float | None:
-        """Of a gas [K]."""
+        """Return the temperature of a gas [K]; None for a liquid."""
         return None
 
     @abstractmethod
@@ -60,7 +60,7 @@ class Contents(ABC):
 
     @abstractmethod
     def draw_in(self, mass: float, volume: float) -> tuple[float, float]:
-        """Take in mass from outside [kg]. Returns the energy that it brings and the heat taken up [J]."""
+        """Add mass from outside [kg]. Returns the energy added and the heat absorbed [J]."""
 
 
 class Gas(Contents):

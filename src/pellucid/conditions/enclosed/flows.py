@@ -11,7 +11,7 @@ from pellucid.model import InputFile, Model, check, parameter
 
 
 class Inflator(Model):
-    """What flows in over time: straight lines between instants, nothing before the first and behind the last."""
+    """Inflow over time: linear between given times, zero before the first and after the last."""
 
     times: tuple[float, ...] | None = parameter("s", "instants, one after the other", None, min_length=2)
     mass_flows: tuple[float, ...] | None = parameter("kg/s", "mass that flows in on unit of time at each", None)
@@ -47,7 +47,7 @@ class Inflator(Model):
 
     @property
     def has_temperatures(self) -> bool:
-        """Whether it says how warm what flows in is."""
+        """True if temperatures of the inflow are given."""
         return len(self._rows[2]) > 0
 
     def given(self, start: float, end: float) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""How fast membranes swing on what they enclose, before they are built."""
+"""Oscillation rates of membranes on enclosed contents, estimated before they are built."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ class AtStart(NamedTuple):
 
 
 def membrane_at_start(body: BodyModel) -> AtStart | None:
-    """None of what is no membrane, or of one that encloses nothing."""
+    """Return initial volume and mobility; None if not a membrane or if nothing is enclosed."""
     if not isinstance(body, MembraneCase):
         return None
     vertices, triangles = body.surface.triangulate()

@@ -159,7 +159,7 @@ def critical(spring: float, mobility: float) -> float:
 
 
 def start_fault(given: GivenVolume, start: float) -> str | None:
-    """That the volume at time 0 is far from that of the membrane at the start [m³]."""
+    """Describe a volume at time 0 that differs too much from the initial volume of the membrane [m³]."""
     if given.ratios is not None:
         return None
     first, largest = given.at(0.0, start)[0], max(given.rows[1])

@@ -51,7 +51,7 @@ class GasCase(Amount):
     isothermal: bool = parameter("", "whether heat keeps it at its temperature; without it no heat passes the membrane", False)
 
     def contents(self, volume: float) -> Contents:
-        """In a volume at the start [m³]."""
+        """Build the contents for an initial volume [m³]."""
         mass = self.mass
         if mass is None:
             mass = (self.pressure or 0.0) * volume / (self.gas_constant * self.temperature)
@@ -70,7 +70,7 @@ class LiquidCase(Amount):
             raise ValueError("mass = 0: a volume without liquid has no pressure of one; give more, or leave it out")
 
     def contents(self, volume: float) -> Contents:
-        """In a volume at the start [m³]."""
+        """Build the contents for an initial volume [m³]."""
         mass = self.mass
         if mass is None:
             mass = self.density * volume * (1.0 + (self.pressure or 0.0) / self.bulk_modulus)

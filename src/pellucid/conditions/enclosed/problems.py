@@ -1,4 +1,4 @@
-"""Why a body encloses no volume."""
+"""Reasons why a body encloses no volume."""
 
 from collections.abc import Iterator
 
@@ -16,8 +16,8 @@ FLAT = 1e-9  # of the third power of its extent, below which a membrane encloses
 def encloses_problems(
     name: str, lids: bool, path: Path, parts: Parts, allows_flat: bool, at: Path | None = None
 ) -> Iterator[Finding]:
-    """What is wrong with a condition at a path that needs the volume in a membrane; at: where the name stands, if not under
-    `body`."""
+    """Report faults of a condition that needs the volume enclosed by a membrane. path: of the condition; at: place of the
+    body's name, if not under `body`."""
     here = at or (*path, "body")
     yield from parts.unknown(BodyModel, here, name)
     body = parts.named(BodyModel, name)
@@ -49,10 +49,10 @@ def encloses_problems(
 
 
 def volume_at_start(position: np.ndarray, triangles: np.ndarray) -> float:
-    """Of a surface with lids [m³], whichever way its normals point."""
+    """Return the volume of a surface with lids [m³], for either orientation of its normals."""
     return abs(volume_with_lids(position, triangles))
 
 
 def is_flat(position: np.ndarray, triangles: np.ndarray) -> bool:
-    """Whether it encloses nothing."""
+    """Return True if the surface encloses no volume."""
     return volume_at_start(position, triangles) <= FLAT * float(np.ptp(position, axis=0).max()) ** 3

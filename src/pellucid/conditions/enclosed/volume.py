@@ -54,7 +54,7 @@ class EnclosedVolume:
         return [member.body for member in self.members]
 
     def now(self) -> Enclosure:
-        """As it is."""
+        """Return the present volume, areas and holes."""
         volumes, areas, places = zip(*(self._of(number) for number in range(len(self.members))), strict=True)
         holes = [failed_points(body) for body in self.bodies]
         for area, failed in zip(areas, holes, strict=True):
@@ -73,7 +73,7 @@ class EnclosedVolume:
         return sign * self._lids[number].volume(places, areas), sign * areas, places
 
     def press(self, now: Enclosure, pressure: float) -> None:
-        """Let a pressure [Pa] in it, less that around, push its membranes over this step."""
+        """Apply a gauge pressure [Pa] to the membranes over this step."""
         for body, add, areas in zip(self.bodies, self._add, now.areas, strict=True):
             add((pressure * areas)[body.stored_array("id")])
 
@@ -82,7 +82,7 @@ class EnclosedVolume:
         return float(self._membrane.surface_areas().sum())
 
     def mobility(self, now: Enclosure) -> float:
-        """By how much a pressure makes the volume accelerate, Σ A²/m [m⁴/kg], where nothing else has mass."""
+        """Return the acceleration of the volume per unit pressure, Σ A²/m [m⁴/kg], if nothing else has mass."""
         masses = [np.asarray(body.field("mass")) for body in self.bodies]
         return sum(float(np.sum(np.sum(a * a, axis=1) / m)) for a, m in zip(now.areas, masses, strict=True))
 

@@ -12,16 +12,16 @@ from pellucid.parts.part import Parts
 
 
 def chosen_problems(where: Where, name: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """That a region of the load at a path has none of the nodes of the body of this name, where these are known already."""
+    """Report a region of a load that contains none of the body's nodes, if these are known already."""
     body = parts.named(BodyModel, name)
     if body is not None and (start := selectable_of(body, parts)) is not None:
         yield from faults(where, start, (*path, "where"), name, parts.active_axes)
 
 
 def chosen_points(where: Where, member: AssembledBody, path: Path) -> np.ndarray:
-    """Whether a point of a body that is built is in the region of the load at a path, by the numbers of the points, shape (n,).
+    """Return a mask of the points of a built body in the region of a load, by number of the point, shape (n,).
 
-    Raises CaseError where none is.
+    Raises CaseError if there is none.
     """
     start, body = member.selectable(), member.body
     refuse(faults(where, start, (*path, "where"), body.name, member.active_axes))

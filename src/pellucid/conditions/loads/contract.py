@@ -46,7 +46,7 @@ class LoadModel(Condition):
 
     @abstractmethod
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
-        """What acts in a run. Raises CaseError, with the path of the load in the case, where it cannot."""
+        """Build the active condition. Raises CaseError with the path of the load in the case."""
 
     def load_channel(self) -> str:
         return self.channel
@@ -85,7 +85,7 @@ class Load(ChangesInTime, LoadModel):
 
     @property
     def region(self) -> Where | None:
-        """Where it acts, if not on all points."""
+        """Return the region in which it acts; None for all points."""
         return None if "where" in self.declared_anew else self.where
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -26,7 +26,7 @@ class Band(Model):
     width: float = parameter("m", "standard deviation", gt=0)
 
     def share(self, position: np.ndarray) -> np.ndarray:
-        """Of the pressure at positions [m], shape (..., 3)."""
+        """Return the share of the pressure at positions [m], shape (..., 3)."""
         offset = (position[..., "xyz".index(self.axis)] - self.centre) / self.width
         return np.asarray(np.exp(-0.5 * offset * offset))
 

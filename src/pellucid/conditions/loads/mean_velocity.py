@@ -34,7 +34,7 @@ class MeanVelocity(ChangesInTime, LoadModel):
     response: float = parameter("s", "time τ in which it answers, some steps at least", gt=0)
 
     def bodies(self) -> tuple[str, ...]:
-        """All that it drives."""
+        """Return the names of all controlled bodies."""
         return self.body, *self.others
 
     def reaction(self) -> str | None:
@@ -80,7 +80,7 @@ class Controller(ActiveCondition):
         self._kept_mass = [body.mass for body in self._bodies]
 
     def _mass(self) -> float:
-        """Of all bodies [kg]; that of which points come and go is found anew."""
+        """Return the mass of all bodies [kg]; recomputed for bodies whose points come and go."""
         found = zip(self._bodies, self._kept_mass, strict=True)
         return sum(kept if "mass" in body.constant_fields else body.mass for body, kept in found)
 

@@ -1,4 +1,4 @@
-"""What users' loads see of the points of a body."""
+"""View of the points of a body for users' loads."""
 
 from functools import cached_property
 from typing import NoReturn
@@ -49,29 +49,30 @@ class PointsView:
 
     @cached_property
     def triangles(self) -> np.ndarray:
-        """Of a membrane, the triangles of its surface, shape (m, 3): places of their corners in the arrays, counterclockwise
-        about the normal; quadrilaterals are cut in two."""
+        """Return the triangles of a membrane, shape (m, 3): indices of their corners in the arrays, counterclockwise about
+        the normal; quadrilaterals are cut in two."""
         self._membrane("triangles")
         return read_only(self._body.cells().surface())
 
     @cached_property
     def vector_area(self) -> np.ndarray:
-        """Of a membrane, what a pressure of 1 Pa pushes with [m²], shape (n, 3); over a closed surface they add up to zero."""
+        """Return the vector areas of a membrane's points [m²], shape (n, 3): the forces of a pressure of 1 Pa. Over a
+        closed surface they sum to zero."""
         return read_only(self._membrane("vector areas").pressed_areas())
 
     @cached_property
     def normal(self) -> np.ndarray:
-        """Of a membrane, the directions of these, shape (n, 3); zero where a point has none."""
+        """Return the unit normals of a membrane's points, shape (n, 3); zero where undefined."""
         size = np.linalg.norm(self.vector_area, axis=1, keepdims=True)
         return read_only(np.divide(self.vector_area, size, out=np.zeros_like(self.vector_area), where=size > 0.0))
 
     @cached_property
     def area(self) -> np.ndarray:
-        """Of a membrane, the shares of the points in its area [m²], shape (n,)."""
+        """Return the areas of a membrane's points [m²], shape (n,)."""
         return read_only(self._membrane("areas").surface_areas())
 
     def as_stored(self, forces: np.ndarray) -> np.ndarray:
-        """What points in this order have, shape (n, 3), in that in which the body stores them; zeros for those that left."""
+        """Reorder values, shape (n, 3), to the storage order of the body; zeros for points that left."""
         stored = np.zeros((self._body.n_points, 3))
         stored[self._order] = forces
         return stored

@@ -1,4 +1,4 @@
-"""What loads on rigid bodies share: the body that they act on, as a whole."""
+"""Base of loads on rigid bodies as a whole."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING

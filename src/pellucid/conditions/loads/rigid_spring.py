@@ -64,7 +64,7 @@ class RigidSpring(RigidLoad):
                 yield Finding((*path, key, axis), why)
 
     def signals(self) -> list[Signal | None]:
-        """Of the anchor along and about the axes."""
+        """Return the signals of the anchor along and about the axes."""
         return [getattr(of, axis) for of in (self.anchor, self.anchor_rotation) for axis in AXES]
 
     def anchors(self) -> list[Callable[[float], float]]:
@@ -75,8 +75,8 @@ class RigidSpring(RigidLoad):
         ]
 
     def swing(self, mass: float, inertia: np.ndarray) -> float:
-        """How fast a body of this mass [kg] and inertia about the axes about which it turns [kg m²], shape (k, k), swings on
-        it, or a damper slows it, at most [1/s]."""
+        """Return the largest rate of oscillation on the spring, or of decay by the damper [1/s], of a body with this mass
+        [kg] and inertia about its rotation axes [kg m²], shape (k, k)."""
         sizes = np.linalg.eigvalsh(inertia) if len(inertia) else np.zeros(0)
         least = float(sizes[sizes > 1e-10 * sizes.max(initial=0.0)].min(initial=np.inf))
         along = _fastest(self.stiffness, self.damping, mass)

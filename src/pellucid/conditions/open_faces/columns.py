@@ -29,7 +29,7 @@ class OpenFace(NamedTuple):
 
     @classmethod
     def of(cls, face: str, grid: GridCase) -> "OpenFace":
-        """By its name, such as "x-lower"."""
+        """Build a face from its name, such as "x-lower"."""
         axis, upper = "xyz".index(face[0]), face.endswith("upper")
         return cls(face, axis, upper, float((grid.extent_upper() if upper else grid.lower)[axis]))
 
@@ -68,7 +68,7 @@ class Columns(NamedTuple):
 
     @property
     def n(self) -> int:
-        """Their number."""
+        """Number of columns."""
         return len(self.area)
 
 
@@ -78,7 +78,7 @@ def _endless(grid: GridCase) -> np.ndarray:
 
 
 def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Reason | None:
-    """Why a shape of this name does not meet a face, by the box about it."""
+    """Return why a shape does not intersect a face, judged by its bounding box; None if it does."""
     rounding, ends = ROUNDING * grid.cell, zip(grid.lower, grid.extent_upper(), _endless(grid), strict=True)
     for axis, (low, high, (start, end, endless)) in enumerate(zip(*shape.bounds(), ends, strict=True)):
         if axis == face.axis and not low - rounding <= face.level <= high + rounding:

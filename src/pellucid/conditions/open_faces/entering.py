@@ -32,7 +32,7 @@ DENSER = 1.1
 
 
 def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"]:
-    """What lets points in for each inflow; the bodies have room for them."""
+    """Build the active inflows and reserve rows for their points in the bodies."""
     found = [Entering(inflow, assembly, f"inflow.{inflow.name or number}") for number, inflow in enumerate(inflows)]
     for name in dict.fromkeys(inflow.body for inflow in inflows):
         _make_room(assembly.bodies[name], [one for one in found if one.body_name == name])
@@ -40,7 +40,7 @@ def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"
 
 
 def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
-    """As many rows as fill the grid at the start's density, and some layers."""
+    """Reserve as many rows as fill the grid at the initial density, and some layers."""
     body = member.body
     volume = body.volumes()
     whole = inflows[0].grid_volume
@@ -117,11 +117,12 @@ class Entering(ActiveCondition):
         return self.strip.limit
 
     def _reached(self) -> np.ndarray:
-        """How far the first points of the columns are from the face [m], shape (c,), if they have not turned aside."""
+        """Return the distance of the first points of the columns from the face [m], shape (c,), if they did not move
+        sideways."""
         return np.asarray(self._travel * self.strip.at_columns + self.opening.depth)
 
     def _layers(self) -> np.ndarray:
-        """How many points have come in so far in each column, shape (c,)."""
+        """Return the number of points that have entered in each column, shape (c,)."""
         reached = self._furthest * self.strip.at_columns + self.opening.depth - self._margin
         return np.maximum(np.floor(reached / self.opening.spacing), 0.0).astype(np.int64)
 
@@ -157,9 +158,10 @@ class Entering(ActiveCondition):
         return self._body.pressed(arrays, first + 0.5 * self._fall - self._given_pressure)
 
     def _behind(self, position: np.ndarray) -> Sequence[np.ndarray]:
-        """Which positions [m], shape (n, 3), are in the first layers of cells behind the strip, and in the next: their numbers.
+        """Select the positions [m], shape (n, 3), in the first layers of cells behind the strip, and in the next layers;
+        returns their indices.
 
-        Pressures that swing from one cell to the next have no part in the mean of LAYERS_OF_MEAN.
+        The average over LAYERS_OF_MEAN removes pressures that oscillate from cell to cell.
         """
         case, place = self._grid.case, self.opening.place
         across = np.delete(np.arange(3), self._face.axis)
@@ -191,5 +193,6 @@ def _folded(position: np.ndarray, case: GridCase) -> np.ndarray:
 
 
 def _mean_pressure(stress: np.ndarray, volume: np.ndarray) -> float | None:
-    """Of points with these stresses [Pa], shape (n, 6), and volumes [m³], shape (n,); None of none."""
+    """Return the mean pressure of points with these stresses [Pa], shape (n, 6), and volumes [m³], shape (n,); None without
+    points."""
     return float(np.average(-stress[:, :3].mean(axis=1), weights=volume)) if len(volume) else None

@@ -1,4 +1,4 @@
-"""What a case says of a flow through a face of the grid."""
+"""Flow through a face of the grid as given in a case."""
 
 from collections.abc import Iterator
 from typing import Any, Literal
@@ -42,11 +42,11 @@ class GivenFlow(ChangesInTime):
             raise ValueError(f"{text}; use shares of 0 or more")
 
     def _allows_turning(self) -> bool:
-        """Whether it may act the other way at times."""
+        """Return True if the direction of the flow may reverse."""
         return False
 
     def sizes(self) -> list[str]:
-        """Which keys say how large it is."""
+        """Return the keys that give the size of the flow."""
         return [key for key in ("velocity", "flow_rate") if getattr(self, key) is not None]
 
     def largest_share(self) -> float:
@@ -54,9 +54,9 @@ class GivenFlow(ChangesInTime):
         return 1.0 if self.amplitude is None else self.amplitude.largest
 
     def opening_problems(self, face: str, path: Path, parts: Parts, body: Any = None) -> Iterator[Finding]:
-        """Of an opening that does not reach the face, that supports close, or across which nothing tells a profile.
+        """Report an opening that does not reach the face, that supports close, or whose profile is unknown.
 
-        body: the model of the body that flows through it, where that is known.
+        body: model of the body that flows through it, if known.
         """
         grid = parts.grid
         if grid is None:
@@ -74,7 +74,7 @@ class GivenFlow(ChangesInTime):
             yield Finding(path, text, "take the supports out of the opening, or make it larger")
 
     def _is_closed(self, face: OpenFace, grid: GridCase, parts: Parts) -> bool:
-        """Whether regions of supports hold all nodes of the opening along the normal."""
+        """Return True if supports in regions constrain all nodes of the opening along the normal."""
         nodes, periods, active = face.nodes(grid), grid.periods(), parts.active_axes
         if self.through is not None:
             just_inside = nodes + face.inward * ROUNDING * grid.cell * np.eye(3)[face.axis]
@@ -89,7 +89,7 @@ class GivenFlow(ChangesInTime):
         return None if shape is None else why_no_profile(shape.geometry(), face.axis)
 
     def _why_shut(self, face: OpenFace, grid: GridCase, body: Any) -> Reason | None:
-        """Why no point comes or goes through the opening in a face."""
+        """Return why no point can cross the opening in a face; None if points can."""
         if self.through is None:
             apart = None if body is None else why_apart(f"body {body.name}", body.shape.geometry(), face, grid)
             return apart and apart._replace(remedy=f"{apart.remedy}, or give an opening by `through`")

@@ -106,7 +106,7 @@ class Inflow(GivenFlow, Condition):
 
 
 def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Of a face through which something is to pass."""
+    """Report faults of a face that is to be open."""
     yield from parts.seam(path, face)
     if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
         text = f"the grid is one cell thick along {face[0]}: nothing moves through the face {face}"

@@ -21,7 +21,7 @@ class LedStrip(Strip):
     """A strip of a flow of given velocity."""
 
     def __init__(self, flow: GivenFlow, passage: Passage) -> None:
-        """As `Strip`."""
+        """flow, passage: as in `Strip`."""
         super().__init__(flow, passage)
         self._driven, body = self._actions.driven(), passage.member.body
         density = float(np.sum(body.stored_array("mass")) / np.sum(body.volumes()))
@@ -42,7 +42,7 @@ class LedStrip(Strip):
         return self._direction * self.speed * self._share
 
     def act(self, dt: float) -> tuple[float, np.ndarray]:
-        """When the momentum of the nodes was advanced: the work of the flow on them [J] and its impulse [N s], shape (3,)."""
+        """Return the work of the flow on the nodes [J] and its impulse [N s], shape (3,). Called after the momentum update."""
         given = np.where(self._free(), self._mass * self._driven.impulse[self._nodes], 0.0)
         impulse = domain.of_nodes(given, self._nodes)
         return float(impulse[:, self._face.axis] @ self._velocity()), impulse.sum(axis=0)

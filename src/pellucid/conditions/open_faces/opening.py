@@ -23,12 +23,12 @@ class NodesAcross(NamedTuple):
     weight: np.ndarray  # (e,)
 
     def at_columns(self, nodal: np.ndarray, n: int) -> np.ndarray:
-        """What nodes have, shape (m,), at the n columns."""
+        """Interpolate nodal values, shape (m,), to the n columns."""
         return np.bincount(self.column, self.weight * nodal[self.node], n)
 
 
 def nodes_across(columns: Columns, grid: Grid, functions: GridFunctions, face: OpenFace) -> NodesAcross:
-    """Those of the columns behind a face."""
+    """Find the nodes of the columns behind a face."""
     lattice, across = grid.lattice, [axis for axis in range(3) if axis != face.axis]
     numbers: dict[tuple[int, ...], int] = {}
     column, node, weight = list[int](), list[int](), list[float]()
@@ -54,7 +54,8 @@ def layers(grid: Grid, function: GridFunction, face: OpenFace) -> np.ndarray:
 
 
 def led_depth(grid: Grid, function: GridFunction, face: OpenFace) -> float:
-    """How far from a face points reach these layers alone [m]: 1 to 2 cells, by the functions."""
+    """Return the distance from a face up to which points use these layers only [m]: 1 to 2 cells, depending on the
+    functions."""
     led = set(layers(grid, function, face).tolist())
     deeper = [1.0 + depth for depth in SAMPLES if _layers_at(1.0 + depth, grid, function, face) <= led]
     return max(deeper) * grid.lattice.cell

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class FluidPoints(NamedTuple):
-    """What is read of points."""
+    """Input of points."""
 
     position: Any
     volume: Any
@@ -62,7 +62,7 @@ def _pressure_of_point(rule, lattice, points, p):
 
 
 class EndNodes(NamedTuple):
-    """What the nodes have of a fluid on whose end a pressure acts."""
+    """Nodal fields of a fluid with a pressure on its end."""
 
     end_force: Annotated[np.ndarray, rows(SUM, STEP, "N", "of the pressure on the end")]
 
@@ -85,7 +85,7 @@ class EndOfFluid:
         self._near = index[self.face.depth(place) < (self._deep + 0.5) * body.grid.lattice.cell]
 
     def push(self, pressure: float) -> None:
-        """Let a pressure [Pa] act over the step."""
+        """Apply a pressure [Pa] over the step."""
         self._pressure[0] = pressure
         if pressure == 0.0:
             return
@@ -103,7 +103,7 @@ class EndOfFluid:
         return self._gives
 
     def nearest(self) -> tuple[float, float]:
-        """Of the point that is nearest to the face: how far it is, in cells, and how fast it moves into the grid [m/s]."""
+        """Return the distance of the nearest point from the face, in cells, and its velocity into the grid [m/s]."""
         there, axis = self.body.n_there, self.face.axis
         if there == 0:
             return np.inf, 0.0
@@ -160,7 +160,7 @@ class OutletPressure(ActiveCondition):
 
 
 def _nearest(ends: Sequence[EndOfFluid]) -> tuple[float, float]:
-    """Of all bodies."""
+    """Return distance and velocity of the nearest point of all bodies."""
     return min((end.nearest() for end in ends), default=(0.0, 0.0))
 
 

@@ -42,7 +42,7 @@ def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray
 
 
 def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
-    """Why nothing tells the velocities across an opening in a face across an axis."""
+    """Return why the velocity profile across an opening is unknown; None if it is known."""
     if isinstance(geometry, Box) or is_tube(geometry, axis):
         return None
     text = "only slits, ducts and tubes along the normal have this profile, and the opening is that of another shape"
@@ -50,5 +50,5 @@ def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
 
 
 def is_tube(geometry: Geometry, axis: int) -> TypeGuard[Cylinder]:
-    """Whether an opening in a face across an axis is round."""
+    """Return True if an opening in a face is round."""
     return isinstance(geometry, Cylinder) and "xyz".index(geometry.axis) == axis

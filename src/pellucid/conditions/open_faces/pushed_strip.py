@@ -19,7 +19,7 @@ from pellucid.ranks.domain import domain
 
 
 class StripNodes(NamedTuple):
-    """What the nodes have of a strip that a pressure pushes."""
+    """Nodal fields of a strip driven by a pressure."""
 
     impulse: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N s", "that lets the strip move as one")]
 
@@ -28,13 +28,13 @@ class PushedStrip(Strip):
     """A strip of a flow under a given pressure."""
 
     def __init__(self, flow: GivenFlow, passage: Passage, pressure: float, column: int) -> None:
-        """As `Strip`; pressure [Pa]; column: of its work and of that of the strip."""
+        """flow, passage: as in `Strip`; pressure [Pa]; column: of its work and of the work of the strip."""
         super().__init__(flow, passage)
         self._end, self._pressure, self._column = EndOfFluid(passage.member, self._face.name, column), pressure, column
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
 
     def mean_at(self, time: float) -> float:
-        """That of this step [m/s]: none tells a later one."""
+        """Return the speed of this step [m/s]; later speeds are unknown."""
         return self.speed
 
     def begin(self, time: float, dt: float) -> None:
@@ -42,7 +42,7 @@ class PushedStrip(Strip):
         self._end.push(self._flow.share(time) * self._pressure)
 
     def act(self, dt: float) -> tuple[float, np.ndarray]:
-        """When the momentum of the nodes was advanced: let them move as one. Nodes count the work and impulses of that."""
+        """Let the nodes move as one. Called after the momentum update. Nodes count the work and impulses."""
         nodes, strip, axis = self._actions.field.grid.nodes, self._nodes, self._face.axis
         free = self._free()
         mass, velocity = np.where(free[:, axis], nodes.mass[strip], 0.0), nodes.velocity[strip]

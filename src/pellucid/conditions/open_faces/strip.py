@@ -54,7 +54,7 @@ class Strip:
         """On the step, where the flow in the strip is faster than all else in the body."""
 
     def find_profile(self) -> None:
-        """What constrains the nodes is known: find the velocities across the opening, with a mean of one."""
+        """Compute the velocity profile across the opening, with a mean of one. Called when all constraints are known."""
         nodes, free = self._actions.field.grid.nodes, np.ones(len(self._across.stored), bool)
         free[self._number[nodes.constrained[self._nodes, self._face.axis] > 0]] = False
         share = np.where(free, self._profile(), 0.0)
@@ -66,7 +66,7 @@ class Strip:
         self._share, self.at_columns = (share / mean)[self._number], at_columns / mean
 
     def _profile(self) -> np.ndarray:
-        """Of the nodes across, of any size."""
+        """Return the unnormalized profile at the nodes across."""
         place, axis = self._across.place, self._face.axis
         if self._flow.profile == "uniform":
             return np.ones(len(place))
@@ -77,8 +77,8 @@ class Strip:
         return across_walls(self._walls(), place)
 
     def _walls(self) -> list[Wall | None]:
-        """Of a slit or duct: the ends of the shape or the grid. A face that is held along its normal alone is a plane of
-        symmetry, beyond which the other half lies."""
+        """Return the walls of a slit or duct: the ends of the shape or of the grid. A face constrained along its normal
+        only is a plane of symmetry; the profile continues beyond it."""
         lower, upper = self._shape.bounds()
         walls: list[Wall | None] = [None, None, None]
         for axis, walled in enumerate(walled_axes(self._case, self._face.name)):
@@ -94,13 +94,13 @@ class Strip:
         return walls
 
     def _is_symmetric(self, axis: int, level: float) -> bool:
-        """Whether nodes at a level across are held along this axis and slide along the flow."""
+        """Return True if nodes at a level are constrained along this axis and free along the flow."""
         at_level = np.abs(self._across.place[:, axis] - level) < 1e-6 * self._case.cell
         held = self._actions.field.grid.nodes.constrained[self._nodes[at_level[self._number]]]
         return len(held) > 0 and bool(np.all(held[:, axis] > 0) and np.all(held[:, self._face.axis] == 0))
 
     def bound(self, totals: Totals, speed: float) -> None:
-        """Let nothing in the strip pass more than a cell in a step at this mean velocity [m/s]; totals: of the body there."""
+        """Limit the step so that the strip moves at most one cell at this mean velocity [m/s]; totals: of the body."""
         fastest, cell = speed * float(self._share.max(initial=0.0)), self._case.cell
         governs = fastest > totals.rate * cell
         what = f"what passes the face {self._face.name} moves at {fastest:.3g} m/s through cells of {cell:.4g} m"
@@ -108,7 +108,7 @@ class Strip:
         self.limit = StepLimit(1.0 / totals.rate, "motion", what) if governs else NO_LIMIT
 
     def _free(self) -> np.ndarray:
-        """Which directions of its nodes have mass and no support, shape (n, 3)."""
+        """Return a mask of the directions of its nodes with mass and without supports, shape (n, 3)."""
         nodes = self._actions.field.grid.nodes
         return np.asarray((nodes.mass[self._nodes] >= MASS_EPS)[:, None] & (nodes.constrained[self._nodes] == 0))
 
@@ -119,7 +119,8 @@ class Strip:
 
 
 def work_of_strip(layout: WorkLayout, channel: Channel, work: float, impulse: np.ndarray, name: str | None) -> StepWork:
-    """What leading a strip takes in a step [J] and its impulse [N s], shape (3,), that of the flow where it has a name."""
+    """Return the work of moving a strip in a step [J] and its impulse [N s], shape (3,), under the name of the flow if it
+    has one."""
     done = layout.no_work()
     done.works[layout.column(channel)] = work
     if name is None:

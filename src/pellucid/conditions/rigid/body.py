@@ -138,7 +138,7 @@ class RigidBody:
         self._carry(self.rates()[3:])
 
     def _carry(self, turn: np.ndarray) -> None:
-        """Let the points carry an angular velocity [rad/s], with the energy that they have by turning about themselves."""
+        """Set the affine fields of the points to an angular velocity [rad/s], with the energy of their own rotation."""
         self.own_energy = 0.5 * self._own_inertia * float(turn @ turn)
         self.body.arrays["affine"][:, :FIELD_ENERGY] = matrix_of(turn).ravel()
 
@@ -148,7 +148,7 @@ class RigidBody:
         return self._own_inertia * self.rates()[3:]
 
     def hold_nodes(self, dt: float) -> None:
-        """Give the nodes that the body reaches its rigid velocity over this step dt [s]."""
+        """Apply the rigid velocity to the nodes that the body reaches, over this step dt [s]."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         self._dt, self._centre = dt, centre_of(m, x)
         self._arm = arm = x - self._centre
@@ -166,13 +166,13 @@ class RigidBody:
         self._push_works[IMPACT] = sum(push.book(self._push_works, dt, mean) for push in pushes)
 
     def _widths(self) -> np.ndarray:
-        """How far points reach beyond their places [m]."""
+        """Return the extents of points around their positions [m]."""
         half, scale, exponent = self._points.half_width()
         return np.full(1, half) if half >= 0.0 else np.asarray(0.5 * (self.body.arrays["volume"] * scale) ** exponent)
 
     def prescribe_velocities(self) -> None:
-        """Give the points the rigid velocities V + ω × (x - c) of their momentum, or prescribed ones; walls stop points that
-        the nodes beside them let pass."""
+        """Set the point velocities V + ω × (x - c) from their momentum or from prescribed values. Walls stop points that
+        the nodes near them let pass."""
         points, motions, inertia = self.body.arrays, self._motions, self._inertia
         received = self.nodes.receive(motions)
         free = motions.prescribed(inertia, received.momentum)
@@ -237,7 +237,7 @@ class RigidBody:
 
 
 class RigidBodies(ActiveCondition):
-    """All rigid bodies of a case. They act on the nodes after all other conditions, and before contact."""
+    """All rigid bodies of a case. They act on the nodes after all other conditions and before contact."""
 
     def __init__(self, bodies: Sequence[RigidBody], n_columns: int) -> None:
         self._bodies, self._columns = bodies, n_columns

@@ -1,4 +1,4 @@
-"""What motions prescribe of a rigid body: some of its three displacements and three rotations."""
+"""Prescribed displacements and rotations of a rigid body."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -53,7 +53,8 @@ class RigidMotions:
         return np.concatenate([along, turning.transpose(0, 2, 1)], axis=2) * self._may_move
 
     def momentum_of(self, strength: np.ndarray) -> np.ndarray:
-        """What a force at the centre [N] and a torque [N m], together (6,), give its numbers in a unit of time, (6,)."""
+        """Return the rate of change of the body's numbers, (6,), by a force at the centre [N] and a torque [N m], together
+        (6,)."""
         return np.asarray(strength / self.sizes * self._may_move)
 
     def roots(self, inertia: np.ndarray, mass: float) -> np.ndarray:

@@ -57,7 +57,7 @@ FILLED_HALF_A_CELL_OUTSIDE = {"trilinear": 1 / 8, "gimp": 1 / 8, "quadratic-bspl
 
 
 class BodySums(NamedTuple):
-    """What a rigid body alone gives the nodes of its velocity field."""
+    """Nodal fields of a rigid body in its velocity field."""
 
     body_moment: Annotated[
         np.ndarray, NodalField(3, SUM, STEP, "kg m", "of a rigid body's points about its centre of mass, on periodic grids")
@@ -115,10 +115,10 @@ class RigidNodes:
         before: np.ndarray,
         push: np.ndarray,
     ) -> np.ndarray:
-        """Let the nodes move as the body, whose points are at these places from its centre, shape (n, 3) [m].
+        """Move the nodes with the body, whose points are at these positions relative to its centre, shape (n, 3) [m].
 
-        inertia: of the body by its numbers, (6, 6), see `RigidMotions`; before: its numbers as the step begins; push: what
-        forces on it give these in the step, (6,). Returns the numbers then.
+        inertia: of the body by its numbers, (6, 6), see `RigidMotions`; before: its numbers at the start of the step; push:
+        change of the numbers by forces in the step, (6,). Returns the numbers after the step.
         """
         self._inertia, self._before, self._push = inertia, before, push
         self._find_nodes(centre, arm, motions)
@@ -161,7 +161,7 @@ class RigidNodes:
         self._velocity, self._increment = self._of(self._nodes.velocity), self._of(self._nodes.velocity_increment)
 
     def respond(self) -> None:
-        """Give the nodes the rigid velocity that follows from the contact impulses so far."""
+        """Set the nodal velocities to the rigid velocity that follows from the contact impulses so far."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity + self._response(velocity) / self._m
 
@@ -210,8 +210,9 @@ class RigidNodes:
         self._find_inertia(motions, clamped)
 
     def _part_from_others(self, centre: np.ndarray, motions: RigidMotions, follows: np.ndarray) -> None:
-        """Take increments from what the other bodies at a node had, and let outer nodes go on as these, whatever momentum the
-        body gave them. Find how the fluid moves near the surface, and into `follows` how far outer nodes keep to that."""
+        """Compute increments relative to the other bodies at a node, and let outer nodes follow these, whatever momentum
+        the body gave them. Computes the fluid's motion near the surface and, in `follows`, how closely outer nodes follow
+        it."""
         nodes, at, mass = self._nodes, self._at, self._m[:, 0].copy()
         self._base = self._of(nodes.velocity) - self._of(nodes.velocity_increment)
         common = [(np.isin(at, other._at), np.isin(other._at, at), other) for other in self._earlier]
@@ -275,7 +276,8 @@ class RigidNodes:
         follows[near, 0] = np.where(outer, certainty, 1.0)
 
     def _arms(self, centre: np.ndarray) -> np.ndarray:
-        """From the centre of the body to the nodes, shape (n, 3) [m]; on a periodic grid to their images at its points."""
+        """Return the vectors from the centre of the body to the nodes, shape (n, 3) [m]; on a periodic grid to the images
+        nearest to its points."""
         arms = self._field.grid.find_positions(self._at) - centre
         if (periods := self._periods).any():
             middle = self._of(self._sums.body_moment) / self._share[:, None]
@@ -330,7 +332,7 @@ class RigidNodes:
         return self._velocity + self._of(self._nodes.velocity_increment) - self._increment
 
     def _of(self, values: np.ndarray) -> np.ndarray:
-        """What the nodes that the body reaches have of what all nodes have, whatever process found it."""
+        """Return values at the nodes that the body reaches, from all processes."""
         return domain.of_nodes(values[self._here], self._here)
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What the signals of users return, checked; what they raise, told with their file and line."""
+"""Checks of the values that users' signals return. Errors are reported with file and line."""
 
 from math import isfinite
 
@@ -26,7 +26,8 @@ def checked_displacement(signal: SignalModel | TurnModel, where: str) -> Displac
 
 
 def displacement_fault(signal: SignalModel | TurnModel, where: str) -> str:
-    """What is wrong with a signal at the start, or nothing: it fails, or its displacement or top speed is no finite number."""
+    """Return the fault of a signal at the start, or an empty text: it fails, or its displacement or top speed is not
+    finite."""
     try:
         checked_displacement(signal, where)(0.0)
         with failing_as(lambda why: RunStopped(f"{_named(signal, where)} fails in `top_speed`: {why}"), signal.top_speed):

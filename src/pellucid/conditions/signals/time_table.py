@@ -103,5 +103,5 @@ class OverTime(Model):
         return between_rows(self.rows())
 
     def top_speed(self) -> float:
-        """Its largest rate between rows."""
+        """Return the largest rate between rows."""
         return steepest(self.rows())

@@ -39,7 +39,7 @@ class LikeDisplacement(TurnModel):
 
     @abstractmethod
     def signal(self) -> SignalModel:
-        """This displacement."""
+        """Return the equivalent displacement signal."""
 
     def function(self) -> Displacement:
         return self.signal().function()

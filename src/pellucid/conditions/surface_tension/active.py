@@ -119,9 +119,10 @@ class TenseSurface(ActiveCondition):
 
 
 def _faces(grid: Grid, angles: Mapping[str, float], default: float) -> tuple[Faces, Faces, Faces]:
-    """How a fluid meets the faces of the grid: with their angles [°] those that supports hold, others not at all.
+    """Return how a fluid meets the faces of the grid: at the contact angle [°] if supports constrain the face, else not at
+    all.
 
-    angles: by the names of faces; default: of faces whose nodes are held by regions.
+    angles: by name of the face; default: of faces whose nodes are constrained in regions.
     """
     index, position = grid.where()
     cells = np.rint((position - np.array(grid.lattice.lower)) * grid.lattice.inverse_cell)

@@ -48,14 +48,14 @@ MARGIN = 3  # nodes about those that points reach: smoothing reaches one further
 
 
 class SurfaceFields(NamedTuple):
-    """What the nodes have of a fluid with surface tension."""
+    """Nodal fields of a fluid with surface tension."""
 
     volume: Annotated[np.ndarray, NodalField(1, SUM, STEP, "m3", "volume of its points")]
     potential: Annotated[np.ndarray, NodalField(1, FOUND, STEP, "J/m3", "derivative of the surface energy by this volume")]
 
 
 class Faces(NamedTuple):
-    """How a fluid meets the faces of the grid across an axis: FREE where its surface lies before the face."""
+    """Contact of a fluid with the grid faces normal to an axis; FREE if its surface does not reach the face."""
 
     lower: float  # cosine of the angle
     upper: float
@@ -176,7 +176,8 @@ class SurfaceEnergy:
                 self.at_wall |= plane.wall.normal != 0.0
 
     def _of_slopes(self, colour: np.ndarray, share: np.ndarray | float) -> tuple[float, np.ndarray]:
-        """Of the surface [J], and its derivative by the colour of the nodes [J]; share: of the cells before planes."""
+        """Return the energy of the surface [J] and its derivative by the nodal colour [J]; share: of the cells in front of
+        planes."""
         slopes = []
         for axis in self._axes:
             along = np.diff(colour, axis=axis) / self._cell
@@ -284,7 +285,7 @@ def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarr
 
 
 def _smooth_transposed(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
-    """What derivatives by smoothed numbers make of those by numbers."""
+    """Adjoint of `_smooth`."""
     out = 0.5 * values
     out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
     out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]

@@ -68,8 +68,8 @@ class SurfaceTension(Condition):
         return copy
 
     def rate(self, density: float, cell: float) -> float:
-        """Of the shortest capillary waves that the grid has [1/s], whose step is its reciprocal (Brackbill, Kothe & Zemach
-        1992, J. Comput. Phys. 100, 335, eq. 61, for a fluid of this density [kg/m³] alone)."""
+        """Return the rate of the shortest capillary waves on the grid [1/s], the inverse of their step (Brackbill, Kothe &
+        Zemach 1992, J. Comput. Phys. 100, 335, eq. 61, for a fluid of this density [kg/m³] next to vacuum)."""
         return sqrt(4.0 * pi * self.tension / (density * cell**3))
 
     def load_channel(self) -> str:

@@ -1,9 +1,9 @@
-"""Which faces of the grid a fluid wets: walls and planes of symmetry.
+"""Faces of the grid that a fluid wets: walls and planes of symmetry.
 
-A support describes a wall or a plane of symmetry by its `contact_angle`: that of a wall, or 90 degrees. Without this key a face
-is a plane of symmetry if a body is cut there (`cut_at`), and a wall if its support moves, rubs, opens, or holds also directions
-along the face. A support that holds a face along its normal alone may be either: where it is the only one, the contact angle of
-the fluid belongs to it, and of several such faces none can be known.
+A support describes a wall or a plane of symmetry by its `contact_angle`: the angle of a wall, or 90 degrees. Without this
+key a face is a plane of symmetry if a body is cut there (`cut_at`), and a wall if its support moves, has friction, opens,
+or constrains also directions along the face. A support that constrains a face along its normal only may be either: if it is
+the only one, the contact angle of the fluid belongs to it; among several such faces it cannot be determined.
 """
 
 from collections.abc import Sequence
