@@ -22,7 +22,7 @@ def ids() -> tuple[str, ...]:
 
 
 def has(case: str) -> bool:
-    """Whether there is a case of this id."""
+    """Return True if there is a case with this id."""
     return case in ids()
 
 
@@ -44,7 +44,7 @@ def to_copy(case: str) -> str:
 
 
 def folder(case: str) -> str:
-    """Where the case file of an id lies, and what it reads beside it."""
+    """Return the folder with the case file of an id and its input files."""
     return str(files(GALLERY) / case.split("/")[0])
 
 
@@ -61,6 +61,6 @@ def module(case: str) -> ModuleType | None:
 
 
 def suggestion(name: str) -> str:
-    """What to do about a name that is no case."""
+    """Return the remedy for an unknown name of a case."""
     close = difflib.get_close_matches(name, ids(), 1, cutoff=0.5)
     return f"did you mean `{close[0]}`?" if close else "`pellucid list` shows the gallery; a file ends in .toml"

@@ -38,7 +38,7 @@ class Commands(TyperGroup):
 
 
 def _end(error: BaseException, message: str, status: int) -> typer.Exit:
-    """Say why the command ends: once, where all processes that share a run end for the same reason."""
+    """Report why the command ends: once, if all processes that share a run end for the same reason."""
     processes.end(error)
     if processes.is_first:
         typer.echo(message, err=True)

@@ -1,4 +1,4 @@
-"""What a machine offers to pellucid, and what to do where something is missing."""
+"""Check of a machine: features that pellucid uses, and remedies for missing ones."""
 
 import os
 import platform

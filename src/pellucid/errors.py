@@ -1,4 +1,4 @@
-"""What can go wrong, as the user sees it; the command line turns each kind into its exit status."""
+"""Errors as seen by the user; the command line maps each class to its exit status."""
 
 import re
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ class PellucidError(Exception):
 
 @dataclass(frozen=True)
 class Problem:
-    """One error of a case."""
+    """An error of a case."""
 
     text: str
     """What is wrong, with the limit that was broken."""
@@ -32,7 +32,7 @@ class Problem:
     """The setting to blame instead of a line of the file, such as `--set grid.cell=-1`."""
 
     def message(self, source: str = "") -> str:
-        """One to three lines for a person; `source` is the file's name."""
+        """Return the message in one to three lines; `source` is the file's name."""
         place = cut(self.setting, 200) or (f"{source}:{self.line}" if source and self.line else source or "")
         subject = self._subject()
         head = ": ".join(part for part in (place, subject or self.text) if part)

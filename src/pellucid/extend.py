@@ -1,9 +1,9 @@
-"""What users need to add kinds of their own, which case files can then name: see docs/extending.md.
+"""Interface for users' own kinds, which case files can then name: see docs/extending.md.
 
-A class decorated with `register` is a kind of what its base class says: a material, an equation of state, a load, an initial
-field, a signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`,
-`finite_strain`, `hyperelastic` and `decoupled` decorate laws, `point_state` their states, `point_function` what they do at a
-point; `log`, `exp` and `power` are faster there than those of `math`.
+A class decorated with `register` is a kind of its base class: a material, an equation of state, a load, an initial field, a
+signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`, `finite_strain`,
+`hyperelastic` and `decoupled` decorate laws, `point_state` their states, `point_function` their operations at a point;
+`log`, `exp` and `power` are faster there than those of `math`.
 """
 
 from pellucid.bodies.initial.contract import InitialField

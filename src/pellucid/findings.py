@@ -1,4 +1,4 @@
-"""What is wrong with a case, at a place of its data."""
+"""Faults of a case at places of its data."""
 
 import difflib
 import re
@@ -22,14 +22,14 @@ class Finding(NamedTuple):
 
 
 class Reason(NamedTuple):
-    """Why something cannot be, and what to do."""
+    """Reason why something is impossible, with a remedy."""
 
     text: str
     remedy: str = ""
 
 
 class Refusal(ValueError):
-    """Why a model cannot be as it stands, and what to do."""
+    """Error of a model that is invalid as given, with a remedy."""
 
     def __init__(self, text: str, remedy: str) -> None:
         super().__init__(f"{text}; {remedy}")
@@ -77,15 +77,14 @@ def hint(name: str, choices: Sequence[str]) -> str:
 
 
 def absent(what: str, name: object, choices: Iterable[str]) -> str:
-    """That something has no part of this name, such as `what` = "the history has no column": those that it has, and which may
-    be meant."""
+    """Describe an unknown name, such as `what` = "the history has no column", with the known names and a likely match."""
     known = list(choices)
     told = f"{what} `{cut(str(name))}`; it has {listed(known) or 'none'}"
     return "\n    ".join(line for line in (told, hint(str(name), known)) if line)
 
 
 def _abbreviates(name: str, words: Sequence[str]) -> bool:
-    """Whether a name is put together of beginnings of some of the words in their order: cme, max-ent, neo."""
+    """Return True if a name consists of beginnings of some of the words in their order: cme, max-ent, neo."""
     name = name.lstrip("-_ ")
     if not name or not words:
         return not name

@@ -57,7 +57,7 @@ def check(refuse: Callable[[Any], None]) -> Any:
 
 
 def _is_numeric(annotation: Any) -> bool:
-    """Whether a key has numbers or vectors, perhaps None, and neither text nor tables nor booleans."""
+    """Return True if a key holds numbers or vectors, possibly None, and no text, tables or booleans."""
     if get_origin(annotation) is Annotated:  # its other arguments are what pydantic is told
         return _is_numeric(get_args(annotation)[0])
     parts = [part for part in get_args(annotation) if part not in (type(None), ...)]

@@ -1,4 +1,4 @@
-"""What users look up by its name."""
+"""Mappings that users access by name."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar

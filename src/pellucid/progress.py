@@ -1,4 +1,4 @@
-"""What a long run tells while it goes: a live line on a terminal, next to nothing elsewhere."""
+"""Progress of a long run: a live line on a terminal, almost nothing elsewhere."""
 
 import sys
 import warnings
@@ -12,13 +12,13 @@ WINDOW = 10.0  # s of wall-clock time from which speed and time left are estimat
 
 
 class Progress:
-    """What work calls, and nobody is told of; times are in seconds, `energy_error` is relative."""
+    """Interface for reports of progress; this class reports nothing. Times are in seconds, `energy_error` is relative."""
 
     def begin(self, phase: str, total: float | None = None) -> None:
         """A phase such as "running" or "drawing" begins, and the one before it ends; `total` is what it counts to."""
 
     def compiling(self, kernel: str, number: int, expected: int) -> None:
-        """In the middle of a phase a kernel is compiled, the one of that number; `expected` is 0 where nobody knows."""
+        """Report that a kernel is compiled during a phase, with its number; `expected` is 0 if the total is unknown."""
 
     def compiled(self) -> None:
         """The phase goes on."""
@@ -27,7 +27,7 @@ class Progress:
         """The run stands after `step` steps at simulated time `time`."""
 
     def count(self, done: int) -> None:
-        """So many parts of the total of another phase are done."""
+        """Report the number of completed parts of another phase."""
 
     def message(self, text: str) -> None:
         """Something that the user should know in any case."""
@@ -57,7 +57,7 @@ class QuietProgress(Progress):
 
 
 class WarningsOnly(Progress):
-    """In a program of a user's own: messages are warnings."""
+    """Progress for programs that call pellucid: messages are warnings."""
 
     def message(self, text: str) -> None:
         warnings.warn(text, stacklevel=3)
@@ -156,24 +156,24 @@ class TerminalProgress(Progress):
 
 
 class Pace:
-    """How fast a run goes, from its last seconds, without those in which kernels were compiled."""
+    """Speed of a run over its last seconds, without compilation."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, int, float]] = deque()
         self._excluded = 0.0
 
     def leave_out(self, seconds: float) -> None:
-        """So much of the wall-clock time did not go into steps."""
+        """Exclude wall-clock time that was not spent in steps."""
         self._excluded += seconds
 
     def add(self, now: float, step: int, time: float) -> None:
-        """At wall-clock time `now` the run stands after `step` steps at simulated time `time`."""
+        """Record that a run has done `step` steps up to simulated time `time` at wall-clock time `now`."""
         self._samples.append((now - self._excluded, step, time))
         while len(self._samples) > 2 and self._samples[-1][0] - self._samples[1][0] >= WINDOW:
             self._samples.popleft()
 
     def seconds(self) -> float:
-        """Of wall-clock time that are looked at."""
+        """Return the wall-clock time of the recorded samples."""
         (begun, _, _), (now, _, _) = self._ends()
         return now - begun
 
@@ -210,7 +210,7 @@ def for_terminal() -> Progress:
 
 
 def state_line(*, step: int, time: float, dt: float, rate: float, energy_error: float, left: float) -> str:
-    """One line on where a run stands; `rate` in point-steps a second."""
+    """Format the state of a run in one line; `rate` in point-steps per second."""
     speed = f"{rate / 1e6:.3g} M point-steps/s  " if rate == rate else ""
     return f"step {step}  t {time:.4g} s  dt {dt:.3g} s  {speed}energy error {energy_error:.1e}  {clock(left)} left"
 

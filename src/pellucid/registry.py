@@ -132,7 +132,7 @@ class OneNameOf:
         self.entries, self.built_in = entries, built_in
 
     def names(self) -> list[str]:
-        """All names at the moment."""
+        """Return all names."""
         return [*self.entries, *self.built_in]
 
     def validated(self, value: str) -> str:
@@ -162,6 +162,6 @@ def register(model: type[ModelType]) -> type[ModelType]:
 
 
 def _home(source: Any) -> str:
-    """Where a class or function comes from."""
+    """Return module and name of a class or function."""
     what = getattr(source, "function", source)
     return f"{what.__module__}.{what.__qualname__}"

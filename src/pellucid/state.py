@@ -24,7 +24,7 @@ class Field(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the components are called; nothing for a scalar or where they have no names."""
+        """Names of the components; empty for a scalar or if they have no names."""
         return self.own_names or COMPONENT_NAMES.get(self.components, ())
 
 

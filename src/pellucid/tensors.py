@@ -117,7 +117,7 @@ def cofactor(A: Tensor) -> Tensor:
 
 @pointwise
 def full(s: Symmetric) -> Tensor:
-    """All nine components of a symmetric tensor."""
+    """Return the nine components of a symmetric tensor."""
     return (s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2])
 
 

@@ -1,4 +1,4 @@
-"""One measurement in this process, so that its peak memory is its own: a module of the benchmark and what it takes as JSON."""
+"""A measurement in its own process, for its own peak memory: a module of the benchmark and its arguments as JSON."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""What contact costs: a block of points that presses on a sheet of membrane elements, beside each of the two alone."""
+"""Cost of contact: a block of points pressed on a sheet of membrane elements, compared with each of the two alone."""
 
 import time
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a step of a film in space costs: an ellipsoid that resists bending and goes to a smaller volume at a given area."""
+"""Cost of a step of a film in space: an ellipsoid with bending that approaches a smaller volume at a given area."""
 
 import time
 from collections.abc import Callable
@@ -41,7 +41,7 @@ def film_case(points: int) -> Case:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Let a film take so many of its own steps, or some more. Keys as in `bench`."""
+    """Advance a film by at least this number of its own steps. Keys as in `bench`."""
     Simulation(film_case(SMALLEST), threads=threads).step()  # compiles the kernels or loads them
     before, start = peak_bytes(), time.perf_counter()
     simulation = Simulation(film_case(points), threads=threads)
@@ -72,7 +72,7 @@ def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
 
 
 def _time_parts(film: FluidFilm, seconds: dict[str, float], counts: dict[str, int]) -> None:
-    """Let the parts of its own steps add up their time [s] and how often they are called."""
+    """Measure the parts of its own steps: times [s] and numbers of calls are added up."""
     solver = cast(SparseSolver, film.balance.solver)
     timed: list[tuple[Any, str, str]] = [
         (film.balance, "step", "step"),

@@ -47,7 +47,7 @@ def _parts(timers: dict[str, float], total: float) -> dict[str, float]:
 
 
 def _advance(simulation: Simulation, steps: int) -> tuple[float, float]:
-    """Take steps; the wall-clock time and the processor time that it took [s]."""
+    """Advance by steps; return wall-clock time and processor time [s]."""
     start, processor_start = time.perf_counter(), time.process_time()
     for _ in range(steps):
         simulation.step()

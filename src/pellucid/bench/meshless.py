@@ -1,4 +1,4 @@
-"""What the forces of a meshless solid cost: a strained cube, with the volume ratio of its points and averaged."""
+"""Cost of the forces of a meshless solid: a strained cube, with pointwise and with averaged volume ratios."""
 
 import time
 from typing import Any
@@ -24,7 +24,7 @@ EDGE, STRAIN = 0.1, 0.01  # m
 
 
 def cube(points: int) -> SimplexMesh:
-    """Of about so many quadrature points."""
+    """Build a cube with about this number of quadrature points."""
     n = max(2, round((points / (POINTS_PER_CELL * CELLS_IN_A_CUBE)) ** (1.0 / 3.0)))
     mesh = box_mesh(np.zeros(3), np.full(3, EDGE), (n, n, n))
     return SimplexMesh(mesh.nodes, mesh.cells[spatial_order(mesh.nodes[mesh.cells].mean(axis=1))])

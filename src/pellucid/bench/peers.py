@@ -13,7 +13,7 @@ INTERPRETER_VARIABLE = "PELLUCID_PEER_PYTHON"
 
 
 def run_peers(points: int, steps: int, threads: int) -> list[dict[str, Any]]:
-    """One result for each peer and law: what its script prints, or {"peer", "law", "missing": why}."""
+    """Run the peers: one result for each peer and law, as printed by its script, or {"peer", "law", "missing": why}."""
     folder = _scripts()
     if folder is None:
         why = "the scripts are in benchmarks/peers of the source tree: run from there"

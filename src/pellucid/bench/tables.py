@@ -8,8 +8,8 @@ from rich.table import Table
 
 
 def table(result: dict[str, Any]) -> RenderableType:
-    """What `bench` returned, to print with rich: the machine, the bodies with the parts of their step, other functions and
-    transfers and membranes, numbers of threads, contact, a meshless solid, films, the peers."""
+    """Format the result of `bench` for rich: machine, bodies with the parts of their step, functions, transfers, membranes,
+    threads, contact, meshless solid, films, peers."""
     machine = result["machine"]
     bandwidth = f"triad {machine['triad_bytes_per_second'] / 1e9:.1f} GB/s"
     versions = f"pellucid {machine['pellucid']}, numba {machine['numba']}"

@@ -1,4 +1,4 @@
-"""What a user writes: the data model of a case, read from TOML or built in Python."""
+"""Data model of a case, read from TOML or built in Python."""
 
 from pellucid.case import shape_quantities as shape_quantities  # registers them
 from pellucid.case.memory import check_memory

@@ -1,4 +1,4 @@
-"""From pydantic's errors to problems in the user's own words: the key as written, the value, the limit, the remedy."""
+"""Translation of pydantic's errors to problems in the user's words: key as written, value, limit, remedy."""
 
 from collections import defaultdict
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ TYPES = {
 
 
 class Detail(NamedTuple):
-    """One of pydantic's errors, at the path that the user wrote."""
+    """An error of pydantic at the path that the user wrote."""
 
     path: Path
     kind: str
@@ -47,7 +47,7 @@ class Detail(NamedTuple):
 
 
 def explain(error: ValidationError, data: Any, schema: Schema) -> list[Finding]:
-    """What is wrong with data that a schema describes, each finding at the path that the user wrote, without repetitions."""
+    """Return the faults of data described by a schema, each at the path that the user wrote, without repetitions."""
     details = [
         Detail(written_path(item["loc"], item["type"], data), item["type"], item.get("ctx", {}), item["msg"])
         for item in error.errors(include_url=False)
@@ -155,7 +155,7 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
 
 
 def _belongs(path: Path, data: Any, schema: Schema) -> str:
-    """In which table beside or around an unknown key it is known, if in one."""
+    """Return the neighbouring or enclosing table in which an unknown key is known, or an empty text."""
     key, around = path[-1], path[:-1]
     if len(path) > 1 and key in schema.keys_at(path[:-2], data):
         table = f"`{dotted(path[:-2], data)}`" if len(path) > 2 else "the case"
@@ -168,7 +168,7 @@ def _belongs(path: Path, data: Any, schema: Schema) -> str:
 
 
 def _of_others(path: Path, data: Any, schema: Schema) -> str:
-    """Which other kinds of the table have an unknown key, if any."""
+    """Return the other kinds of the table that have an unknown key, or an empty text."""
     kinds = schema.kinds(schema.field_at(path[:-1], data), str(path[-1]))
     if not kinds:
         return ""
@@ -185,7 +185,7 @@ def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> F
 
 
 def _list_remedy(path: Path, field: dict[str, Any], schema: Schema) -> str:
-    """What to write where a table stands for a list."""
+    """Return the remedy for a table in place of a list."""
     if "prefixItems" in field:
         return f"write `{path[-1]} = [{', '.join('xyz'[: len(field['prefixItems'])])}]`, with a number for each"
     if len(path) == 1 and schema.is_list_of_tables(field):
@@ -198,7 +198,7 @@ def _choices(detail: Detail) -> list[str]:
 
 
 def _lengths(field: dict[str, Any], schema: Schema) -> str:
-    """How many items a list may have, in words."""
+    """Return the allowed numbers of items of a list, in words."""
     words = []
     for least, most in schema.lengths(field):
         if least == most:
@@ -216,6 +216,6 @@ def _meaning(field: dict[str, Any], with_unit: bool = True) -> str:
 
 
 def _without_echoes(found: list[Finding]) -> list[Finding]:
-    """Leave out a missing key where a misspelt one in the same table already points to it."""
+    """Drop the report of a missing key if a misspelt key in the same table already points to it."""
     meant = {(*item.path[:-1], item.remedy.split("`")[1]) for item in found if item.remedy.startswith("did you mean `")}
     return [item for item in found if not (item.text.startswith("is missing") and item.path in meant)]

@@ -71,7 +71,7 @@ class Check(Part):
 
     @property
     def takes_time(self) -> bool:
-        """Whether it is a time that is compared."""
+        """True if a time is compared."""
         return self.take.startswith("time-of")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

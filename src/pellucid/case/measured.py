@@ -60,7 +60,7 @@ class MeasuredCurve(Model):
 
     @property
     def title(self) -> str:
-        """What it is called."""
+        """Title of the curve."""
         return self.label or Path(self.path).stem.replace("_", " ")
 
     def read(self, x_unit: str, y_unit: str) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:

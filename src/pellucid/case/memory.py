@@ -1,4 +1,4 @@
-"""Whether a case fits into the memory of this machine; a case that does not is still a case, for another machine."""
+"""Memory check of a case; a case that does not fit is still valid, for another machine."""
 
 import os
 from math import prod
@@ -63,19 +63,19 @@ def _blame_points(case: "Case", text: str, room: float) -> None:
 
 
 def memory_estimate(case: "Case") -> float:
-    """What the program, nodes, points and tables need together [bytes]; see `validation/memory`."""
+    """Return the memory of program, nodes, points and tables [bytes]; see `validation/memory`."""
     arrays = NODE_BYTES * n_nodes(case) + POINT_BYTES * n_points(case) + table_bytes(case)
     return PROGRAM_BYTES + arrays + viscous_bytes(case)
 
 
 def viscous_bytes(case: "Case") -> float:
-    """What the nodes of fields with implicit viscosity need besides [bytes]."""
+    """Return the additional memory of nodes in fields with implicit viscosity [bytes]."""
     solved = {body.field for body in case.body if body.solves_viscosity}
     return bytes_of(ViscousRows) * n_nodes(case) * len(solved) / len({body.field for body in case.body})
 
 
 def table_bytes(case: "Case") -> float:
-    """What tables of shape functions at quadrature points need [bytes]."""
+    """Return the memory of the tables of shape functions at quadrature points [bytes]."""
     return sum(body.table_bytes() for body in case.body)
 
 

@@ -26,7 +26,7 @@ def _one_or_several_times(times: Any) -> Any:
 
 
 class CameraCase(Model):
-    """Where the eye of a picture in space is; it looks at the middle of the bodies, without perspective."""
+    """Camera of a picture in space; it looks at the centre of the bodies, without perspective."""
 
     turn: float = parameter("", "degrees from x about z at which the eye stands", -50.0)
     rise: float = parameter("", "degrees above the plane of x and y", 22.0, ge=-90, le=90)
@@ -56,7 +56,7 @@ class SliceCase(Model):
 
 
 class WindowCase(Model):
-    """What is shown of a flat picture, by its lower left and upper right corner."""
+    """Window of a flat picture, by its lower left and upper right corners."""
 
     lower: tuple[float, float] = parameter("m", "lower left corner")
     upper: tuple[float, float] = parameter("m", "upper right corner")
@@ -68,7 +68,7 @@ class WindowCase(Model):
 
 
 class Pictured(Figure):
-    """What pictures and films have in common."""
+    """Keys common to pictures and films."""
 
     bodies: Names = parameter("", "the bodies that are shown; without it all", ())
     quantity: str = parameter("", 'what colours them: a field, or "speed", "displacement", "load" or "bodies"', "speed")

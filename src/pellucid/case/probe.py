@@ -234,7 +234,7 @@ class Probe(Part):
         return f"{text}; the case has no such motion with a name", remedy
 
     def field(self) -> Field:
-        """What is known of the quantity that it reads of a body: components, unit, meaning."""
+        """Return components, unit and meaning of the quantity that the probe reads."""
         return QUANTITIES.entries[self.quantity].field if self.quantity in QUANTITIES.entries else FIELDS[self.quantity]
 
     @property
@@ -265,7 +265,8 @@ class Probe(Part):
 
 
 def _checked(what: str, function: Callable[[Any], Any], given: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """What a function makes of what it is given, an array of this shape. Raises RunStopped; what: how a message calls it."""
+    """Call a function and return its result as an array of this shape. Raises RunStopped; what: name of the function in a
+    message."""
     with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), function):
         found = function(given)
     try:

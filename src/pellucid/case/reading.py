@@ -81,7 +81,7 @@ def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any
 
 
 def located(error: CaseError, case: str, quick: bool = False, settings: Sequence[str] = ()) -> CaseError:
-    """What the set-up of a run found wrong, with the line of the case or the setting that it comes from."""
+    """Add to errors of the set-up the line of the case or the setting that caused them."""
     text, filename = _source(case)
     data, lines = parsed(text), key_lines(text)
     own = [(find(data, key), setting(key, value)) for key, value in map(parse_setting, settings)]
@@ -139,7 +139,7 @@ def _parse(text: str, filename: str, folder: str) -> tuple[dict[str, Any], dict[
 
 
 def _resolve_paths(data: Any, folder: str) -> None:
-    """Let extensions and the values of all keys `path`, also among the quick settings, start from a folder, in place."""
+    """Resolve extensions and all values of keys `path`, also in quick settings, relative to a folder, in place."""
     for key, value in data.items() if isinstance(data, dict) else enumerate(data):
         if key == "extensions" and isinstance(value, list):
             data[key] = [str((FilePath(folder) / item).absolute()) if isinstance(item, str) else item for item in value]
@@ -150,7 +150,7 @@ def _resolve_paths(data: Any, folder: str) -> None:
 
 
 def _quick_findings(case: Case) -> list[Finding]:
-    """What is wrong with the quick settings of a case that is itself right."""
+    """Return the faults of the quick settings of a valid case."""
     found = []
     try:
         case.quick_variant()

@@ -17,7 +17,7 @@ class Schema:
         self.whole |= model.model_json_schema(by_alias=True)
 
     def field_at(self, path: Path, data: Any) -> dict[str, Any]:
-        """What is said of the key at `path`, chosen among alternatives by the data written; empty where unknown."""
+        """Return the schema of the key at `path`, chosen among alternatives by the data; empty if unknown."""
         node = self.whole
         for part in path:
             node = self._choice(node, data)
@@ -57,7 +57,7 @@ class Schema:
         return [(node.get("minItems", len(node.get("prefixItems", ()))), node.get("maxItems"))]
 
     def is_list_of_tables(self, node: dict[str, Any]) -> bool:
-        """Whether a field is a list whose items are tables."""
+        """Return True if a field is a list of tables."""
         items = node.get("items", {})
         return "prefixItems" not in node and bool(items) and "properties" in self._choice(items, None)
 

@@ -12,7 +12,7 @@ from pellucid.parts.part import Parts, Section
 
 
 class Place(NamedTuple):
-    """What a key of a case may hold, and the attribute of the case that has it."""
+    """Type of a key of a case, and the attribute of the case that holds it."""
 
     attribute: str
     base: type[Model]

@@ -104,7 +104,7 @@ class TimeCase(Part):
 
 
 class OutputCase(Part):
-    """How often results are written."""
+    """Intervals of the output."""
 
     history: float | None = parameter("s", "time between rows of history.csv; without it end/200", None, gt=0)
     frames: float | None = parameter("s", "time between frames of the fields; without it end/10", None, gt=0)
@@ -146,7 +146,7 @@ class EnergyCase(Part):
 
 
 class TimesCase(Model):
-    """What to expect on two cores, for `pellucid list`."""
+    """Expected run times on two cores, for `pellucid list`."""
 
     quick: float = parameter("s", "wall-clock time of the quick variant", ge=0)
     full: float = parameter("s", "wall-clock time of the full case", ge=0)
@@ -194,7 +194,7 @@ class Case(Model):
 
     @property
     def largest_gravity(self) -> float:
-        """Of the run [m/s²]."""
+        """Return the largest gravity of the run [m/s²]."""
         return hypot(*self.gravity) * (self.gravity_amplitude.largest if self.gravity_amplitude else 1.0)
 
     @model_validator(mode="before")
@@ -229,16 +229,17 @@ class Case(Model):
 
     @property
     def thin(self) -> tuple[bool, bool, bool]:
-        """Which axes are one cell thick; none without a grid."""
+        """Axes that are one cell thick; all False without a grid."""
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
     @property
     def periods(self) -> Vector:
-        """After what length all is the same along each axis [m]; 0 along those that are not periodic."""
+        """Return the period along each axis [m]; 0 along axes that are not periodic."""
         return (0.0, 0.0, 0.0) if self.grid_or_none is None else self.grid_or_none.periods()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """What acts on the bodies, by class; first the damping of bodies, and last rigidity, which all impulses meet."""
+        """Return the conditions on the bodies by class; damping of bodies first, rigidity last, since it receives all
+        impulses."""
         led = {body.name: tuple(motion for motion in self.motion if motion.body == body.name) for body in self.body}
         if self.steady is not None:
             led |= {body.name: self._without_turns(led[body.name]) for body in self.body if body.is_rigid}

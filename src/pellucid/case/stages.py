@@ -1,4 +1,4 @@
-"""What a case does before its clock starts, or in place of it: steady states, settling, the state of an earlier run."""
+"""Stages before or instead of the clock: steady states, settling, the state of an earlier run."""
 
 from bisect import bisect_left
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Which kernels a case needs: two cases of one key need the same."""
+"""Key of the kernels of a case: two cases with the same key need the same kernels."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""What the user is told of compilation: which kernel numba compiles, its number, of how many; and which law it cannot."""
+"""Reports of compilation: kernel, its number, total number; and laws that numba cannot compile."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 def compilation_told(
     progress: Progress, key: str, at_first: Callable[[], None] = lambda: None
 ) -> Iterator[Callable[[], float]]:
-    """Tell of every kernel that is compiled in the block, not of those that the cache holds; call `at_first` with the first.
-    Gives a function that returns how long the block has compiled and loaded so far [s].
+    """Report every kernel compiled in the block, not those loaded from the cache; call `at_first` before the first. Yields
+    a function that returns the time spent in compiling and loading so far [s].
 
-    `key` names the kernels that the block needs. How many these are is known from an earlier time, such as that of other
-    sources or of another version of numba; a cache that holds some of them makes it fewer.
+    `key` names the kernels that the block needs. Their number is known from an earlier time, possibly with other sources or
+    another version of numba; a cache that holds some of them reduces it.
     """
     from numba.core.event import Listener, TimingListener, install_listener
 

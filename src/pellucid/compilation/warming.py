@@ -81,7 +81,7 @@ def compile_case(job: tuple[str, str]) -> Warmed:
 
 
 def _different(cases: "Mapping[str, Case]") -> "dict[str, Case]":
-    """One case for each set of kernels, in its quick variant where that needs the same."""
+    """Choose one case for each set of kernels, in its quick variant if that needs the same kernels."""
     from pellucid.compilation.kernel_key import kernel_key
 
     chosen: dict[str, tuple[str, Case]] = {}

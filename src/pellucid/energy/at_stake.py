@@ -1,4 +1,4 @@
-"""What is at stake in a run at its start: the energy that its bodies could set free."""
+"""Energy at stake at the start of a run: the energy that its bodies could release."""
 
 from collections.abc import Sequence
 

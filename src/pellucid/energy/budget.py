@@ -48,7 +48,7 @@ class Totals:
         self.momentum = self.momentum - left.momentum
 
     def take(self, entered: Passed, size: float) -> None:
-        """With what points bring along that came in; size: their Σ m|v| [kg m/s]."""
+        """Add mass, momentum and energy of points that entered; size: their Σ m|v| [kg m/s]."""
         self.kinetic, self.stored = self.kinetic + entered.kinetic, self.stored + entered.stored
         self.momentum, self.momentum_size = self.momentum + entered.momentum, self.momentum_size + size
 
@@ -57,13 +57,13 @@ class Totals:
         return {**vars(self), "momentum": self.momentum.tolist(), "parts": dict(self.parts)}
 
     def restore(self, data: Mapping[str, object]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         vars(self).update({**data, "momentum": np.array(data["momentum"])})
 
 
 class Balanced(Protocol):
-    """What the balance reads of a body: its totals, its mass [kg], whether it stores "internal" or "strain" energy; and `mass`
-    [kg], (n,), and `position` [m], (n, 3), of its points."""
+    """Values that the balance reads from a body: totals, mass [kg], kind of stored energy ("internal" or "strain"); and
+    `mass` [kg], (n,), and `position` [m], (n, 3), of its points."""
 
     totals: Totals
 
@@ -223,7 +223,8 @@ class EnergyBudget:
 
     @property
     def energy_scale(self) -> float:
-        """What the error is judged by [J]: the largest energy that moved so far, and at least what is at stake at the start."""
+        """Return the reference of the energy error [J]: the largest energy that moved so far, at least the energy at stake
+        at the start."""
         return max(self.moved, self.at_stake)
 
     @property
@@ -267,14 +268,14 @@ class EnergyBudget:
         return deepcopy({name: value for name, value in vars(self).items() if name not in ("gravity", "channels")} | arrays)
 
     def restore(self, numbers: Mapping[str, object]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         arrays = {name: np.array(numbers[name]) for name in ARRAYS}
         vars(self).update({**deepcopy(dict(numbers)), **arrays})
 
     @staticmethod
     def _sums(bodies: Sequence[Balanced]) -> tuple[float, float, float, float, float]:
-        """Of all bodies: kinetic and stored energy [J], half the power of internal forces, power of the artificial viscosity
-        [W], Σ m|v| [kg m/s]."""
+        """Sum over all bodies: kinetic and stored energy [J], half the power of internal forces, power of the artificial
+        viscosity [W], Σ m|v| [kg m/s]."""
         totals = [body.totals for body in bodies]
         rows = ((of.kinetic, of.stored, of.half_power, of.heating, of.momentum_size) for of in totals)
         kinetic, stored, half_power, heating, size = (sum(numbers) for numbers in zip(*rows, strict=True))
@@ -347,6 +348,6 @@ class AngularBalance:
         return {"about": self._about.tolist(), "initial": self._initial.tolist(), "scale": self._scale}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         self._about, self._initial = np.array(numbers["about"]), np.array(numbers["initial"])
         self._scale = float(numbers["scale"])

@@ -72,12 +72,12 @@ def channel_of_load(name: str) -> Channel:
 
 
 class WorkLayout:
-    """Which column of a row of works each channel of a run has, and how many supports have impulses.
+    """Columns of a row of works for the channels of a run, and the number of supports with impulses.
 
-    loads: the channels of external forces, each with an array at the nodes and the columns from FIRST_LOAD on; others: those of
-    work that conditions or kernels count. channels: those of both that the history shows, in its order, with their columns.
-    touching: whether surfaces touch: their forces have an array at the nodes too, the last one, whose work goes to that of
-    contact. Raises ValueError where two channels have one name.
+    loads: channels of external forces, each with a nodal array and a column starting at FIRST_LOAD; others: channels of
+    work counted by conditions or kernels. channels: those of both shown in the history, in its order, with their columns.
+    touching: True if surfaces are in contact: their forces have a nodal array too, the last one, and their work goes to
+    contact. Raises ValueError if two channels have the same name.
     """
 
     def __init__(
@@ -172,5 +172,6 @@ class Passed(NamedTuple):
 
 
 def kinetic_energies(mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Of points with masses [kg], shape (n,), and velocities [m/s], shape (n, 3): shape (n,) [J]."""
+    """Return the kinetic energies of points with masses [kg], shape (n,), and velocities [m/s], shape (n, 3): shape (n,)
+    [J]."""
     return np.asarray(0.5 * mass * np.einsum("ij,ij->i", velocity, velocity))

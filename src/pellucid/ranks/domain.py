@@ -21,7 +21,7 @@ EVERYWHERE, IN_FIRST, NOWHERE = "everywhere", "in the first process", "nowhere"
 
 
 class OfListed(NamedTuple):
-    """What nodes of a list have, in order, to which loops by colour give."""
+    """Values at the nodes of a list, in order; loops by colour add to them."""
 
     values: np.ndarray  # (n, ...), or flat
     node: np.ndarray  # (n,)
@@ -41,8 +41,8 @@ class Rows(NamedTuple):
 
 
 def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
-    """Where the rows of each process begin, and behind the last, shape (processes + 1,): each has one at least, as far as there
-    are so many, and about as much of what the rows cost, shape (rows,), as others."""
+    """Return the first row of each process and the end, shape (processes + 1,): each has at least one row, if there are
+    enough, and about the same total cost, shape (rows,)."""
     until, cuts, n = np.concatenate([[0.0], np.cumsum(cost)]), [0], len(cost)
     busy = min(processes, n)
     for process in range(1, busy):
@@ -78,7 +78,8 @@ class Domain:
         self.first, self.end = int(cuts[self.group.rank]), int(cuts[self.group.rank + 1])
 
     def would_pay(self, cost: np.ndarray) -> bool:
-        """Whether other cuts would take a tenth off the most that a process has of what the rows cost, shape (rows,)."""
+        """Return True if another distribution would reduce the largest cost of a process by a tenth; cost: of the rows,
+        shape (rows,)."""
         until = np.concatenate([[0.0], np.cumsum(cost)])
         before, after = (np.diff(until[cuts]).max() for cuts in (self._cuts, cuts_of(cost, self.group.size)))
         return bool(after < 0.9 * before)
@@ -94,7 +95,7 @@ class Domain:
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """What ends the work of all processes is raised in each; what ends this one alone ends them all."""
+        """Raise errors that end the work of all processes in each of them; an error of one process ends all."""
         try:
             yield
         except BaseException as error:
@@ -115,8 +116,7 @@ class Domain:
             self._hand_on(parity, given)
 
     def _hand_on(self, parity: int, given: Sequence[Given]) -> None:
-        """Of the outer rows those of this parity have given: to those beyond the cuts what the nodes have by now, or from
-        them."""
+        """Exchange nodal sums with the neighbours across the cuts, for outer rows of this parity."""
         messages, taken = [], []
         for row, neighbour, own in ((self.first, -1, self.first), (self.end, 1, self.end - 1)):
             process = self.group.rank + neighbour
@@ -138,7 +138,7 @@ class Domain:
                 at += part.nbytes
 
     def _part_about(self, row: int, given: Given) -> np.ndarray:
-        """Of what nodes have, the part of those that points on both sides of the beginning of a row may reach
+        """Return the part of nodal values that points on both sides of the beginning of a row may reach
         (`pellucid.grid.sorting.slabs_of`)."""
         begin, stencil, layer = int(self._rows.edges[row]), self._rows.stencil, self._rows.layer
         ends = np.array([begin - 1, begin + stencil + (stencil == 3)]) * layer
@@ -148,7 +148,7 @@ class Domain:
         return given.reshape(self._rows.nodes, -1)[slice(*ends)]
 
     def spread(self, of_nodes: np.ndarray) -> None:
-        """Let every process have what all nodes have, shape (nodes, ...): for what reaches further than points do."""
+        """Distribute nodal values, shape (nodes, ...), to every process, for uses beyond the reach of points."""
         if self.is_cut:
             of_nodes[...] = self.of_nodes(of_nodes)
 
@@ -160,7 +160,7 @@ class Domain:
         return slice(self.first * self._rows.across, self.end * self._rows.across)
 
     def has_layer(self, layer: np.ndarray) -> np.ndarray:
-        """Whether points whose first nodes are in these layers, shape (n,), are in the rows of this process."""
+        """Return a mask of the points in the rows of this process, by the layers of their first nodes, shape (n,)."""
         first, end = self._rows.edges[[self.first, self.end]]
         return (layer >= first) & (layer < end)
 
@@ -175,17 +175,17 @@ class Domain:
         return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
     def near(self, of_row: np.ndarray) -> tuple[int, int]:
-        """Where what the rows of this process have begins and ends, with those beside, which its points reach; of_row, shape
-        (rows + 1,): where that of each row begins, and behind the last."""
+        """Return begin and end of the data of this process's rows and their neighbours, which its points reach; of_row,
+        shape (rows + 1,): begin of the data of each row, and the end."""
         n = len(of_row) - 1
         rows = (max(self.first - 1, 0), min(self.end + 1, n)) if self.is_cut else (0, n)
         return int(of_row[rows[0]]), int(of_row[rows[1]])
 
     def of_chunks(self, sums: np.ndarray, of_row: np.ndarray, near: int | None = None) -> np.ndarray:
-        """What chunks of nodes add up to, shape (chunks, ...), of those of all processes.
+        """Gather the sums of chunks of nodes, shape (chunks, ...), of all processes.
 
-        of_row: the first chunk of each row, and behind the last; near: the chunk where sums of all nodes of a grid begin, of
-        which all processes have the same chunks; None of lists.
+        of_row: the first chunk of each row, and the end; near: the chunk at which sums of all nodes of a grid begin, which
+        all processes share; None for lists.
         """
         if not self.is_cut:
             return sums
@@ -193,15 +193,15 @@ class Domain:
         return self.group.joined(own, None if near is None else np.diff(of_row[self._cuts]))
 
     def of_nodes(self, values: np.ndarray, node: np.ndarray | None = None) -> np.ndarray:
-        """What nodes have, of all processes, or of lists of these that are in order, shape (n, ...): of each node what that
-        process has in whose rows it lies."""
+        """Gather nodal values of all processes, or values at sorted lists of nodes, shape (n, ...): each node's value comes
+        from the process that owns its row."""
         if not self.is_cut:
             return values
         ends = np.append(self._rows.layer * self._rows.edges[:-1], self._rows.nodes)[[self.first, self.end]]
         return self.group.joined(values[slice(*(ends if node is None else np.searchsorted(node, ends)))])
 
     def whole(self, own: np.ndarray) -> np.ndarray:
-        """What points of this process have, joined with that of others: as one process stores it, where `joins` says."""
+        """Gather point data of all processes in serial order, where `joins` requires it."""
         if not self.is_cut or self.joins == NOWHERE:
             return own
         return self.group.joined(own, to_first=self.joins == IN_FIRST)
@@ -216,7 +216,7 @@ class Domain:
             self.joins = EVERYWHERE
 
     def any(self, flag: bool) -> bool:
-        """Whether it is so for any process."""
+        """Return True if the flag is set in any process."""
         return self.group.any(flag) if self.is_cut else flag
 
     def caught(self, signals: Sequence[int]) -> Sequence[int]:
@@ -231,7 +231,7 @@ class Domain:
 
     @contextmanager
     def told_by(self, slab: int) -> Iterator[bool]:
-        """Whether this process has the slab; what is raised where it has it is raised in all processes."""
+        """Yield True in the process that owns the slab; an error raised there is raised in all processes."""
         process = int(np.searchsorted(self._cuts * self._rows.across, slab, side="right")) - 1 if self.is_cut else 0
         has_it, error = not self.is_cut or process == self.group.rank, None
         try:

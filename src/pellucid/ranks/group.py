@@ -150,7 +150,7 @@ class Group:
         self.agrees(inf)
 
     def agree_on(self, error: BaseException) -> None:
-        """All processes raise an error before any has begun to tell of it; where one raises it alone, end them all."""
+        """Agree that all processes raise an error, before any reports it; an error raised by one process ends them all."""
         if self.size == 1 or error in self._agreed:
             return
         if not self.agrees(PATIENCE):
@@ -165,11 +165,11 @@ class Group:
         self.know(error)
 
     def know(self, error: BaseException) -> None:
-        """All processes raise this error, as they have agreed before."""
+        """Record an error that all processes raise by agreement."""
         self._agreed.append(error)
 
     def end(self, error: BaseException) -> None:
-        """This process ends with an error: wait for all where they raise it too, else end them all; once."""
+        """End this process with an error, once: wait for all if they raise it too, else end them all."""
         if self.size == 1 or error in self._ended:
             return
         self._ended.append(error)

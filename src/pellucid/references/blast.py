@@ -83,7 +83,7 @@ class Blast:
         return cls(sum(active), energy, cold.material.density, material.eos.gamma)
 
     def radius(self, time: Any) -> Array:
-        """Of the shock [m] at times [s], any shape."""
+        """Return the radius of the shock [m] at times [s] of any shape."""
         n = self.dimensions
         alpha = similarity(n, self.gamma).alpha
         return np.asarray((self.energy * np.square(time) / (alpha * self.density)) ** (1.0 / (n + 2)))

@@ -20,9 +20,10 @@ START = 200  # places at which the search for the shape begins
 def heavy_elastica(
     along: Array, length: float, rigidity: float, weight: float, stretching_stiffness: float = inf
 ) -> tuple[Array, Array]:
-    """How far places of the beam reach from the clamp and hang below it [m], at rest at lengths `along` [m] from the clamp.
+    """Return the horizontal and vertical distances of positions on the beam from the clamp [m], for positions `along` [m]
+    at rest.
 
-    length [m]; rigidity: D [J]; weight: q of unit area [Pa]; stretching_stiffness: EA over the width [N/m].
+    length [m]; rigidity: D [J]; weight: q per unit area [Pa]; stretching_stiffness: EA over the width [N/m].
     """
 
     def change(s: Array, state: Array) -> Array:

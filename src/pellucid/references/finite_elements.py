@@ -18,9 +18,10 @@ def read(table: str) -> dict[str, Array]:
 
 
 def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Array, reference: Array) -> float:
-    """How far a curve is at most from a reference, over the reference's largest change from its start (no unit).
+    """Return the largest deviation of a curve from a reference, divided by the reference's largest change from its start
+    (no unit).
 
-    Both in the same units; compared at the reference's instants as far as the curve goes.
+    Both in the same units; compared at the reference's times as far as the curve extends.
     """
     times = np.asarray(times, dtype=float)
     reached = reference_times <= times[-1] * (1.0 + 1e-9)
@@ -29,9 +30,9 @@ def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Arra
 
 
 def same_problem(case: Case, other: Case) -> bool:
-    """Whether two cases state the same problem for the same bodies.
+    """Return True if two cases describe the same problem for the same bodies.
 
-    Grid, points, step, length and output may differ, and so may the kind of a membrane: of points or of elements.
+    Grid, points, step, length and output may differ, and so may the kind of a membrane: points or elements.
     """
     if len(case.body) != len(other.body) or case.gravity != other.gravity:
         return False

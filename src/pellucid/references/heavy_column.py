@@ -41,7 +41,7 @@ class HeavyColumn:
         return np.asarray(-self.density * self.gravity * (self.height - heights))
 
     def stretch(self, heights: Array) -> Array:
-        """Of the column at heights at rest [m], any shape, by bisection."""
+        """Return the stretch of the column at heights at rest [m] of any shape, by bisection."""
         wanted = self.stress(heights)
         low, high = np.full(wanted.shape, 1e-6), np.ones(wanted.shape)
         for _ in range(60):

@@ -36,7 +36,7 @@ class Tube:
         return self.solution.sample((x - self.diaphragm) / time)
 
     def fronts(self, time: float) -> dict[str, float]:
-        """Where the fan on the left begins and ends, the contact, and the shock on the right [m]."""
+        """Return the positions of the head and tail of the left rarefaction, of the contact, and of the right shock [m]."""
         speeds = {
             "fan head": self.solution.left_wave.head,
             "fan tail": self.solution.left_wave.tail,

@@ -54,7 +54,7 @@ class Tether(NamedTuple):
 
 
 def tether(tension: float, rigidity: float, pressure: float = 0.0) -> Tether:
-    """Of tension σ [N/m], bending rigidity κ [J] and the pressure P inside [Pa].
+    """Return force and radius of a tether for tension σ [N/m], bending rigidity κ [J] and pressure P inside [Pa].
 
     Across a tube σ/r - κ/(2r³) = P, along it F = 2πrσ + πκ/r - πr²P; with P = 0, F = 2π√(2κσ) and r = √(κ/2σ) (Derényi,
     Jülicher & Prost 2002).

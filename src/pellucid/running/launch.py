@@ -1,4 +1,4 @@
-"""From a case to a finished run in a folder, and from a folder on."""
+"""Running a case in a folder, and resuming a run from its folder."""
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -136,10 +136,10 @@ def resume_case(
     settings: Mapping[str, object] | None = None,
     foretell: bool = False,
 ) -> Run:
-    """Go on with the run in `out` from its last checkpoint, bit for bit; from the start where it has none yet.
+    """Resume the run in `out` from its last checkpoint, bit for bit; from the start if it has none yet.
 
-    `settings` change what may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output); then
-    it goes on with these. Raises `UsageError` where there is no run or a setting may not change, otherwise as `run_case`.
+    `settings` change values that may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output).
+    Raises `UsageError` if there is no run or a setting may not change, otherwise as `run_case`.
     """
     progress = seen(progress)
     domain.group.join()
@@ -276,7 +276,7 @@ def _simulation(
 
 
 def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
-    """Which file is missing to a run whose case cannot be read, and what to do."""
+    """Describe the file that a run with an unreadable case lacks, and the remedy."""
     stored = folder.read_stored()
     found = checkpoint.read_latest(folder.checkpoint, lambda text: None)
     homes = found[1]["recorder"].get("kinds", {}) if found else {}
@@ -305,7 +305,8 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
 
 
 def seen(progress: Progress | bool | None) -> Progress:
-    """Who tells of a run: of processes that share it the first; True: one for a terminal or notebook."""
+    """Return the progress object of a run: for several processes only the first reports. True: one for a terminal or
+    notebook."""
     if progress is True:
         progress = for_terminal()
     return progress if progress and domain.group.is_first else WarningsOnly()

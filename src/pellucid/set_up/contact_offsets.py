@@ -1,4 +1,4 @@
-"""Where membranes touch other bodies: lines for the user."""
+"""Lines for the user about the contact offsets of membranes."""
 
 from pellucid.bodies.membranes.model import MembraneCase
 from pellucid.case import Case

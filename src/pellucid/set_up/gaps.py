@@ -29,7 +29,7 @@ Covers = Callable[[np.ndarray], np.ndarray]
 
 
 class Border(NamedTuple):
-    """What nothing passes."""
+    """Boundary that nothing crosses."""
 
     name: str
     covers: Covers

@@ -7,6 +7,6 @@ from pellucid.parts.condition import is_driven
 
 
 def hard_bodies(case: Case) -> list[BodyModel]:
-    """Those that are rigid, or whose motion is prescribed as a whole; each knows the others."""
+    """Return the bodies that are rigid or prescribed as a whole; each has a reference to the others."""
     parts = parts_of(case)
     return [body.with_others(case.body) for body in case.body if body.is_rigid or is_driven(body.name, parts)]

@@ -69,7 +69,7 @@ def _along(axis: int, hard: Box, soft: Box, faces: Faces | None, grid: GridCase)
 
 
 def _within(box: Box, grid: GridCase) -> Box:
-    """What lies in the grid."""
+    """Return the part of a box inside the grid."""
     return np.maximum(box[0], grid.lower), np.minimum(box[1], grid.extent_upper())
 
 

@@ -1,4 +1,4 @@
-"""What a case leaves free, though its user may think that it is held."""
+"""Degrees of freedom that a case leaves free although its user may expect them to be constrained."""
 
 from collections.abc import Iterator
 

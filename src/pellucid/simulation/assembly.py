@@ -1,4 +1,4 @@
-"""From a case to its bodies and the velocity fields that they share."""
+"""Assembly of a case: bodies and the velocity fields that they share."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -27,7 +27,7 @@ Built = dict[str, tuple[Body, VelocityField | None]]
 
 
 def models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
-    """Its bodies by the velocity fields that they share."""
+    """Group the bodies of a case by velocity field."""
     members: dict[str, list[BodyModel]] = {}
     for model in case.body:
         members.setdefault(model.field, []).append(model)
@@ -55,7 +55,7 @@ def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tupl
 
 
 def has_several_fields(case: "Case") -> bool:
-    """Whether it has several velocity fields, whose bodies may touch."""
+    """Return True if a case has several velocity fields, whose bodies may be in contact."""
     return case.grid_or_none is not None and len({body.field for body in case.body}) > 1
 
 
@@ -68,7 +68,7 @@ def work_layout(case: "Case", touching: bool) -> WorkLayout:
 
 
 def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[CellPressure]:
-    """Those of the fluids in each velocity field, together as far as they share forces and functions."""
+    """Return the cell pressures of the fluids in each velocity field; fluids that share forces and functions are joined."""
     groups: dict[tuple[VelocityField, GridFunctions, int], list[Filling]] = {}
     for field, bodies in fields.items():
         for fluid in (body.filling for body in bodies):
@@ -78,7 +78,7 @@ def cell_pressures(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[C
 
 
 def implicit_viscosities(fields: Mapping[VelocityField, Sequence[GridBody]]) -> list[ImplicitViscosity]:
-    """Those of the velocity fields with fluids whose viscosity is solved for."""
+    """Return the implicit viscosities of the velocity fields with such fluids."""
     solved = {field: [body.viscous for body in bodies if body.viscous is not None] for field, bodies in fields.items()}
     return [ImplicitViscosity(field, fluids) for field, fluids in solved.items() if fluids]
 

@@ -41,7 +41,7 @@ class Clock:
 
     @property
     def is_last_try(self) -> bool:
-        """Whether the run ends with the coming step unless this reaches what it is to reach."""
+        """True if the run ends with the coming step unless this step reaches its goal."""
         return False
 
     def next_step(self, bodies: Sequence[Body]) -> float:
@@ -73,7 +73,8 @@ class Clock:
         return min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest), body.name
 
     def limit(self, bodies: Sequence[Body]) -> tuple[StepLimit, str]:
-        """What bounds the stable step of the state as it is, and the name of the body: none where it is no body."""
+        """Return the limit of the stable step in the present state and the name of the body; an empty name if no body
+        limits it."""
         body = max(bodies, key=lambda body: body.totals.rate)
         found = body.step_limit()
         if self.longest < found.step:
@@ -93,11 +94,11 @@ class Clock:
             )
 
     def span(self, dt: float) -> tuple[float, float]:
-        """From when on [s], and how long [s], the loads act over the coming step."""
+        """Return the time [s] from which, and the interval [s] over which, the loads act in the coming step."""
         return self.time, dt
 
     def pace(self, dt: float) -> None:
-        """Tell the bodies how to move over the coming step: by their own inertia."""
+        """Set how the bodies move over the coming step: by their own inertia."""
 
     def advance(self, dt: float) -> None:
         """Count a step."""
@@ -110,7 +111,7 @@ class Clock:
             self.time = self.case.end
 
     def finished(self, until: float | None) -> bool:
-        """Whether the end, or an earlier stop, is reached."""
+        """Return True if the end, or an earlier stop, is reached."""
         return self.case.reached(self.time) or (until is not None and self.time >= until)
 
     def _check_fixed(self, step: float, stable: float, body: str) -> None:
@@ -126,11 +127,11 @@ class Clock:
     """What a user can do, where it is not finer steps."""
 
     def progress(self) -> float:
-        """How far the run is [s]."""
+        """Return the progress of the run [s]."""
         return self.time
 
     def facts(self) -> dict[str, Any]:
-        """What the summary tells of the analysis."""
+        """Return the facts of the analysis for the summary."""
         return {}
 
     def state_arrays(self) -> dict[str, np.ndarray]:
@@ -138,12 +139,12 @@ class Clock:
         return {}
 
     def state_numbers(self) -> dict[str, Any]:
-        """What a checkpoint keeps."""
+        """Return the numbers for a checkpoint."""
         kept = {"n_steps": self.n_steps, "time": self.time, "dt": self.dt, "largest": self.largest}
         return {**kept, "fixed_from": list(self._fixed_from), "fixed": self.case.step}
 
     def restore(self, numbers: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         self.n_steps, self.time = numbers["n_steps"], numbers["time"]
         self.dt, self.largest = numbers["dt"], numbers["largest"]
         steps, time = numbers["fixed_from"]

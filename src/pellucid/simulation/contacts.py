@@ -1,4 +1,4 @@
-"""What touches in a case: pairs of velocity fields on the nodes of the grid, surfaces of bodies, and walls."""
+"""Contacts of a case: pairs of velocity fields on the nodes of the grid, surfaces of bodies, and walls."""
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations, product
@@ -43,7 +43,7 @@ def may_touch_by_surfaces(case: "Case") -> bool:
 def contacts_of(
     case: "Case", built: Built, fields: Sequence[VelocityField], layout: WorkLayout
 ) -> tuple[ContactPairs, SurfacePairs]:
-    """All that touches: velocity fields on the nodes, and surfaces of bodies and walls."""
+    """Return all contacts: of velocity fields on the nodes, and of surfaces of bodies and walls."""
     gravity, column = case.largest_gravity, layout.surface_contact
     surfaces = {} if column is None else _surfaces_of(case, built, column)
     ends = seams(case.grid) if surfaces else []
@@ -134,7 +134,8 @@ def _has_surface(body: Body) -> TypeGuard[HasContactSurface]:
 
 
 def _have_surfaces(bodies: Sequence[Body]) -> bool:
-    """Whether others touch the bodies of a velocity field by surfaces alone: each has one, or lies within one that has."""
+    """Return True if the bodies of a velocity field are in contact by surfaces only: each has one, or lies within a body
+    that has one."""
     having = [body for body in bodies if _has_surface(body)]
     return all(_has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
 

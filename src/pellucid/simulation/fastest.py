@@ -9,8 +9,8 @@ from pellucid.parts.body import Body, in_metres
 
 
 def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
-    """Which point of the bodies moves fastest, in words and as the place of a `RunStopped`; one that has no velocity any more
-    comes first. Empty where nothing moves."""
+    """Describe the fastest point of the bodies in words, and its place for a `RunStopped`; a point whose velocity is not
+    finite comes first. Empty if nothing moves."""
     found: tuple[float, Body, int] | None = None
     for body in bodies:
         speed = np.linalg.norm(body.stored_field("velocity"), axis=1)

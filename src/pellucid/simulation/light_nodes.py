@@ -32,17 +32,19 @@ def small_masses(
 
 
 def small_mass(bodies: Iterable[Mapping[str, np.ndarray]]) -> float:
-    """For the nodes of any velocity field [kg]; bodies: the arrays of all bodies of a case."""
+    """Return the limit of small nodal masses for all velocity fields [kg]; bodies: the arrays of all bodies of a case."""
     return SMALL_MASS * min(_lightest(arrays["mass"]) for arrays in bodies)
 
 
 def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid, courant: float) -> float:
-    """For the nodes of a velocity field with APIC and linear functions [kg]; bodies: the arrays of those that are in it.
+    """Return the limit of small nodal masses for a velocity field with APIC and linear functions [kg]; bodies: the arrays
+    of its bodies.
 
-    What such a node gains comes back to it from the affine fields of the points that reach it, so that it swings like a free
-    mass. Beyond the face of a body with n points of mass m along the edge of a cell, of which the outermost reach ξ of a cell
-    beyond the last node, it has the mass n² ξ m and the stiffness (2n/3)² m c²/h². Steps C h/c with the Courant number C follow
-    that from ξ = C²/9 on; in the plane it is n ξ m, (2n/3) m c²/h² and C²/6. From twice as much on they do so with some room.
+    Velocity that such a node gains returns to it through the affine fields of the points that reach it, so that it
+    oscillates like a free mass. Consider a face of a body with n points of mass m along the edge of a cell, of which the
+    outermost reach ξ of a cell beyond the last node. The node beyond has the mass n² ξ m and the stiffness (2n/3)² m c²/h².
+    Steps C h/c with the Courant number C are stable for ξ above C²/9; in the plane the values are n ξ m, (2n/3) m c²/h² and
+    C²/6. The limit used is twice as large.
     """
     dimension = 3 - sum(grid.thin)
     found = [0.0]
@@ -56,5 +58,5 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
 
 
 def _lightest(mass: np.ndarray) -> float:
-    """Of the points with mass [kg]: those that left in an earlier run have none."""
+    """Return the smallest mass of points with mass [kg]; points that left in an earlier run have none."""
     return float(np.min(mass, where=mass > 0.0, initial=np.inf))

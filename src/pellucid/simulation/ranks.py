@@ -39,15 +39,15 @@ def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
 
 
 def interrupted(signals: Sequence[int]) -> Interrupted:
-    """What all processes raise when any of them caught a signal and a checkpoint is written."""
+    """Return the exception that all processes raise after any of them caught a signal and a checkpoint is written."""
     error = Interrupted(by_keyboard=signals[0] == signal.SIGINT)
     domain.group.know(error)
     return error
 
 
 def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
-    """Before the bodies are built: share out the rows of slabs by the points that are in them where these fill the boxes about
-    their bodies evenly."""
+    """Distribute rows of slabs among processes, before bodies are built, by the points in them if these fill the bounding
+    boxes of their bodies evenly."""
     if domain.group.size == 1:
         return
     if case.is_periodic()[grid.lattice.slab_axis]:
@@ -79,8 +79,10 @@ class SharedSlabs:
         return domain.by_row(np.sum([np.diff(points.slabs.first) for points in self._points], axis=0))
 
     def balance(self) -> None:
-        """Before a step: now and then cut the rows anew, if some processes work longer than others. The time of a row is that
-        of its process by the points in it. Which process does a slab changes no bit of the results."""
+        """Redistribute the rows at intervals if some processes work longer than others. Called before a step.
+
+        The time of a row is the time of its process, divided by points. The distribution changes no bit of the results.
+        """
         self._left -= 1
         if self._left > 0:
             return
@@ -89,7 +91,7 @@ class SharedSlabs:
         self._cut_again(domain.group.total(count * (worked / max(count.sum(), 1.0))))
 
     def _cut_again(self, cost: np.ndarray) -> None:
-        """If that pays, by what the rows cost, shape (rows,)."""
+        """Redistribute the rows by their costs, shape (rows,), if that saves time."""
         hand_over = [points.hand_over() for points in self._points] if domain.would_pay(cost) else []
         if hand_over:
             domain.cut_again(cost)

@@ -59,10 +59,11 @@ class SettlingClock(Clock):
         self._passed += dt
 
     def passes_peak(self, kinetic: float, moved: float, at_stake: float) -> bool:
-        """Whether the kinetic energy [J] at the end of a step is below that before: then the bodies are to be stopped.
+        """Return True if the kinetic energy [J] at the end of a step is below the previous value: the bodies are then
+        stopped.
 
-        They are settled when it stayed below the share of the largest energy that `moved` [J], or below AT_REST of what is
-        `at_stake` [J], for as long as the longest swing so far and as waves need to cross the bodies.
+        They are settled after it stayed below the share of the largest energy that `moved` [J], or below AT_REST of what is
+        `at_stake` [J], for as long as the longest oscillation so far and as waves need to cross the bodies.
         """
         small = kinetic <= max(self.settle.share * moved, AT_REST * at_stake)
         self._quiet = self._quiet + self.dt if small else 0.0
@@ -77,16 +78,16 @@ class SettlingClock(Clock):
 
     @property
     def _wanted(self) -> float:
-        """For how long the kinetic energy is to stay small [s]."""
+        """Return the time for which the kinetic energy must stay small [s]."""
         return max(self._longest_swing, self._least)
 
     @property
     def is_settled(self) -> bool:
-        """Whether the bodies are at rest."""
+        """True if the bodies are at rest."""
         return self._quiet > self._wanted
 
     def no_rest(self, kinetic: float, moved: float) -> RunStopped | None:
-        """Why the settling stops itself, where it has taken too many steps: how large its energies [J] still are."""
+        """Return the error if settling has taken too many steps, with its present energies [J]."""
         if self.n_steps < self.settle.most_steps:
             return None
         share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
@@ -137,7 +138,7 @@ def settle(
 
 
 def _while_settling(text: str) -> str:
-    """Why a run stopped, with what to do where a body moves away that is to come to rest."""
+    """Add the remedy for a body that moves away during settling to the reason of a stop."""
     text = text if text.startswith(NAMED) else f"{NAMED}: {text}"
     return f"{text}, and hold what can fall, slide or flow for ever" if FAULTS[LOST].meaning in text else text
 

@@ -142,7 +142,7 @@ class Simulation:
             time_stages(self, self.timers)
 
     def _set_actions(self, transfer: VelocityTransfer) -> None:
-        """All that acts on the nodes is known."""
+        """Set all actions on the nodes, which are known now."""
         case = self.case
         small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
         for actions in self.conditions.actions:
@@ -195,7 +195,7 @@ class Simulation:
         self._balanced_step = self.n_steps
 
     def step(self) -> None:
-        """One step. Raises RunStopped, naming the point, where the state is no longer possible."""
+        """Advance one step. Raises RunStopped, naming the point, if the state becomes impossible."""
         self.advance_bodies()
         self._begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
@@ -224,7 +224,7 @@ class Simulation:
             yield self
 
     def advance_bodies(self) -> None:
-        """One step, of which the energy balance is not judged."""
+        """Advance one step without judging the energy balance."""
         dt = self.clock.next_step(self.bodies)
         if domain.group.size > 1 and self.velocity_fields:
             self._shared = self._shared or SharedSlabs(self.bodies)  # from the first step on, in balance
@@ -253,16 +253,16 @@ class Simulation:
                 body.share_gravity(share)
 
     def stop_bodies(self) -> None:
-        """Take all velocity from the bodies."""
+        """Set all velocities of the bodies to zero."""
         for body in self.bodies:
             body.come_to_rest()
 
     def settle(self, caught: Sequence[int] = (), progress: Progress | None = None, keeper: Observer | None = None) -> None:
-        """Before the first step: bring the bodies to rest, where the case has [settle]; see `pellucid.simulation.settling`."""
+        """Bring the bodies to rest before the first step if the case has [settle]; see `pellucid.simulation.settling`."""
         self._settled = settle(self, caught, progress, keeper)
 
     def settling_clock(self, settle: "SettleCase") -> SettlingClock:
-        """For the steps before the clock starts."""
+        """Return the clock of the steps of settling."""
         return SettlingClock(settle, self.clock, self.case.body)
 
     def _begin(self, dt: float) -> None:
@@ -320,8 +320,8 @@ class Simulation:
                 raise
 
     def _settle_and_begin(self, recorder: Observer, caught: Sequence[int], progress: Progress | None) -> None:
-        """What is recorded begins with the bodies at rest; with what there is where these cannot be brought to it, and what
-        cannot be recorded of that does not hide why."""
+        """Settle and start recording with the bodies at rest. If settling fails, the reached state is recorded; errors of
+        this recording do not hide the reason."""
         try:
             self.settle(caught, progress, recorder)
         except RunStopped as error:
@@ -443,7 +443,7 @@ class Simulation:
         return facts | ({"implicit_viscosity": solved} if solved else {}) | ({"start_overlaps": overlaps} if overlaps else {})
 
     def kinetic_energy(self) -> float:
-        """Of all bodies [J]."""
+        """Return the kinetic energy of all bodies [J]."""
         return sum(body.totals.kinetic for body in self.bodies)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
@@ -454,7 +454,7 @@ class Simulation:
         return {name: array for owner, own in owners.items() for name, array in with_owner(owner, own).items()}
 
     def spread_arrays(self) -> list[str]:
-        """Of these the arrays of points that processes spread among them."""
+        """Return the names of the state arrays whose points are distributed among processes."""
         spread = (body for body in self.bodies if isinstance(body, PointsOnGrid) and body.shared.is_spread)
         return [name for body in spread for name in with_owner(body.name, body.arrays)]
 
@@ -473,7 +473,8 @@ class Simulation:
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
-        """Go on from a checkpoint, bit for bit. Raises UsageError for one of an earlier version, which kept other things."""
+        """Restore a checkpoint bit for bit. Raises UsageError for a checkpoint of an earlier version, which stored other
+        data."""
         with domain.joining(NOWHERE):
             lacking = sorted(self.state_arrays().keys() - arrays.keys())
         if lacking or numbers.keys() != self.state_numbers().keys():

@@ -136,7 +136,7 @@ class Stages:
             body.update(dt)
 
     def _jointly(self, begin: Callable[[GridBody], None]) -> None:
-        """What the bodies on the grid begin, in one parallel region."""
+        """Run the first parts of the loops of all bodies on the grid in one parallel region."""
         with joint_region:
             for body in self.grid_bodies:
                 joint_region.make_room()

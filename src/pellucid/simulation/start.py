@@ -12,7 +12,7 @@ from pellucid.simulation.assembly import Built
 
 
 class Standings(Mapping[str, Standing]):
-    """Where bodies stand, by name: found when it is asked for."""
+    """Initial positions of bodies by name, computed on request."""
 
     def __init__(self, bodies: Sequence[Body], going_on: Collection[str]) -> None:
         """going_on: names of those that begin in the state of an earlier run."""
@@ -35,7 +35,7 @@ class Standings(Mapping[str, Standing]):
 
 
 def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-    """Give bodies the arrays by which they go on, before conditions act on them. Raises `CaseError` where they do not fit."""
+    """Load the arrays of an earlier run into bodies, before conditions act on them. Raises `CaseError` if they do not fit."""
     for name, state in start.items():
         body, field = built[name]
         if len(state["id"]) != body.n_points:

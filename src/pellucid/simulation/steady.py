@@ -149,8 +149,8 @@ class SteadyClock(Clock):
         return (before + smooth_step(step / self.loading) * (level - before)) * each
 
     def _estimate_error(self, dt: float) -> None:
-        """Of the displacements: from the largest change in a step, what is still to come where it decays by κ a step, or more
-        slowly if it was seen to do so: a mode far below that for which κ is best hides in the changes of the others."""
+        """Estimate the error of the displacements: the remaining change if the largest change per step decays by κ, or more
+        slowly if observed. A mode far below the one for which κ is best is hidden by the changes of the others."""
         change = dt * max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
         if (self._step - self.loading) % ESTIMATED == 1:
             moved = zip(self._bodies, self._start, strict=True)

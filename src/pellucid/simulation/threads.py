@@ -1,6 +1,6 @@
-"""How many threads a run takes: what its steps cost decides, tried now and then.
+"""Choice of the number of threads, by trials during the run.
 
-Small bodies, and machines with other work, are done sooner by fewer threads. The bits of a run are the same on any number.
+Small bodies, and machines with other work, run faster with fewer threads. The bits of a run do not depend on the number.
 """
 
 import time
@@ -44,7 +44,7 @@ class ThreadChoice:
         self._began = self._clock()
 
     def after_step(self) -> None:
-        """It is done: go on with a trial, or begin one where it is time."""
+        """Continue a trial, or start one if it is due. Called after each step."""
         if len(self._numbers) == 1:
             return
         now = self._clock()
@@ -77,12 +77,12 @@ class Trial:
 
     @property
     def number(self) -> int:
-        """Of threads, that the coming step is to have."""
+        """Return the number of threads for the coming step."""
         return self._numbers[self._done // self._steps % len(self._numbers)]
 
     @property
     def is_over(self) -> bool:
-        """Whether all rounds are done."""
+        """True if all rounds are done."""
         return self._done == ROUNDS * self._steps * len(self._numbers)
 
     def count(self, taken: float) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """One value of the study: the error there; ratio and order against the value before."""
+    """A value of the study: its error, and ratio and order relative to the previous value."""
 
     value: Any
     error: float

@@ -1,4 +1,4 @@
-"""What measurements say of parameters: estimates with confidence intervals, correlations, and what they do not determine."""
+"""Estimates of parameters from measurements, with confidence intervals, correlations, and undetermined combinations."""
 
 from collections.abc import Mapping
 from math import sqrt
@@ -26,7 +26,7 @@ class Estimate(NamedTuple):
 
 
 class Estimates(NamedTuple):
-    """Of all free parameters together; arrays in the order of these."""
+    """Estimates of all free parameters; arrays are in their order."""
 
     by_key: dict[str, Estimate]
     correlations: np.ndarray

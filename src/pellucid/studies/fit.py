@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fit:
-    """What a fit found."""
+    """Result of a fit."""
 
     estimates: dict[str, Estimate]
     """By the key of the parameter: value, low and high end of its 95 % interval, in SI units."""

@@ -23,7 +23,7 @@ DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 
 @dataclass(frozen=True)
 class Member:
-    """One run of a study."""
+    """A run of a study."""
 
     settings: Mapping[str, Any]
     case: "Case"
@@ -32,14 +32,14 @@ class Member:
 
 
 class Outcome(NamedTuple):
-    """How a member ended."""
+    """Outcome of a member."""
 
     state: str
     message: str = ""
 
 
 class Places(NamedTuple):
-    """Where a member lies in the folder of its study."""
+    """Paths of a member in the folder of its study."""
 
     run: Path
     case: Path
@@ -69,7 +69,7 @@ def _digest(case: "Case", until: float | None) -> str:
 
 
 def places(out: Path, digest: str) -> Places:
-    """Where a member lies: its run in `members/`, the case that it was given, and what it said."""
+    """Return the paths of a member: its run in `members/`, its case, and its log."""
     return Places(out / "members" / digest, out / "cases" / f"{digest}.toml", out / "logs" / f"{digest}.txt")
 
 
@@ -89,7 +89,8 @@ def prepare(out: Path, members: Sequence[Member]) -> None:
 
 
 def outcome(out: Path, digest: str) -> Outcome | None:
-    """How a member ended, by what it left: done, or stopped by itself, which it would do again. None where it has not ended."""
+    """Return the outcome of a member from its files: done, or stopped by itself, which it would do again. None if it has
+    not ended."""
     run = Run(places(out, digest).run)
     if stopped := run.stopped:
         return Outcome(FAILED, str(stopped.get("message", "the run stopped itself")))

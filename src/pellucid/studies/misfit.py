@@ -51,11 +51,11 @@ class Misfit:
         self._until = last if only_time and not case.time.reached(last) else None
 
     def observe_where_measured(self) -> None:
-        """Let every run have rows where it was measured, instead of interpolating between those of the case.
+        """Add history rows at the measured abscissae, instead of interpolating between the rows of the case.
 
-        A steady analysis gets equilibria at the times of the loads at which the abscissae are measured. Of curves against
-        another probe, these times are those of a first run, with values in the middle of the ranges. A motion in time gets
-        rows as close as the measured times.
+        A steady analysis gets equilibria at the load times of the measured abscissae. For curves against another probe,
+        these times are those of a first run with values in the middle of the ranges. A motion in time gets rows at the
+        spacing of the measured times.
         """
         times = [curve.x for curve in self.curves if curve.against == TIME]
         if self.case.steady is None:
@@ -78,7 +78,7 @@ class Misfit:
             self._add_equilibria([*times, *found])
 
     def _add_equilibria(self, times: Sequence[np.ndarray]) -> None:
-        """Let the steady analysis have equilibria at these times of the loads [s]."""
+        """Add equilibria at these load times [s] to the steady analysis."""
         steady, end = self.case.steady, self.case.time.end
         if steady is None:
             return

@@ -25,7 +25,7 @@ WAIT = 60  # s for a scheduler to answer
 
 @dataclass(frozen=True)
 class Workers:
-    """Who runs the members: this machine with so many at once, the workers of a scheduler, or jobs of Slurm."""
+    """Workers of a study: this machine with a number of parallel runs, the workers of a scheduler, or Slurm jobs."""
 
     at_once: int | None = None
     threads: int | None = None
@@ -152,7 +152,7 @@ def _share(cost: float) -> int:
 
 
 def _costs(members: Sequence[Member]) -> dict[str, float]:
-    """How much the members will take, beside one another: points times steps, as far as their cases tell them."""
+    """Return the relative costs of the members: points times steps, as far as known from their cases."""
     found = {}
     for member in members:
         points = n_points(member.case)

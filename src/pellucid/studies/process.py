@@ -49,7 +49,7 @@ def allow_running() -> None:
 
 
 def end_running() -> None:
-    """Let all members that this process has begun write a checkpoint and end, and none begin any more."""
+    """Request all running members of this process to write a checkpoint and stop, and start no more."""
     with _changing:
         _ending.set()
         running = list(_running)
@@ -87,7 +87,7 @@ def _call(arguments: list[str], log: Path) -> int:
 
 
 def _ended(status: int, log: Path) -> Outcome:
-    """How a process ended that gave a status other than 0, with the end of what it said."""
+    """Return the outcome of a process with a status other than 0, with the end of its log."""
     if status == SIGTERM or status == -15:
         return Outcome(INTERRUPTED, "interrupted; the same command goes on from its checkpoint")
     if status < 0:

@@ -1,4 +1,4 @@
-"""What varies in a study, as its user writes it: KEY=V1,V2, KEY=LOW:HIGH, or a table of values."""
+"""Variations of a study as given by its user: KEY=V1,V2, KEY=LOW:HIGH, or a table of values."""
 
 import csv
 import math
@@ -18,14 +18,14 @@ DECADES = 10.0
 
 
 class Range(NamedTuple):
-    """All numbers from `low` to `high`, in SI units."""
+    """Interval from `low` to `high`, in SI units."""
 
     low: float
     high: float
 
     @property
     def is_logarithmic(self) -> bool:
-        """Whether it spans a decade or more."""
+        """True if the interval spans a decade or more."""
         return self.low > 0.0 and self.high >= DECADES * self.low
 
     def at(self, share: float) -> float:
@@ -41,7 +41,7 @@ class Range(NamedTuple):
         return self.low + share * (self.high - self.low)
 
     def share(self, value: float) -> float:
-        """Where a number lies in the range, 0 at its lower end and 1 at its upper one."""
+        """Return the position of a number in the range, 0 at its lower and 1 at its upper end."""
         if self.is_logarithmic:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
@@ -91,7 +91,7 @@ def range_of(case: "Case", key: str, low: Any, high: Any, option: str = "--over"
 
 
 def at_key(case: "Case", key: str) -> Any:
-    """What stands in a case at a dotted key, in SI units; None where nothing does."""
+    """Return the value of a case at a dotted key, in SI units; None if there is none."""
     here: Any = case.to_data()
     try:
         for part in find(here, key):

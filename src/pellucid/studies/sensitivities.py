@@ -1,4 +1,4 @@
-"""Which parameter an output depends on: first-order indices of variance, from a sample that was drawn at random."""
+"""Sensitivity of an output to parameters: first-order variance indices from a random sample."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""One table of a study: a row for each member, with its settings, how it ended, its metrics and reduced probes."""
+"""Table of a study: a row per member with its settings, outcome, metrics and reduced probes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

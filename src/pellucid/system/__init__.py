@@ -1,1 +1,1 @@
-"""What the operating system gives: processes, signals, files, and threads of numerical libraries."""
+"""Services of the operating system: processes, signals, files, and threads of numerical libraries."""

@@ -22,9 +22,10 @@ def signals_caught() -> Iterator[list[int]]:
 
 @contextmanager
 def signals_held() -> Iterator[None]:
-    """Let SIGTERM and SIGINT wait until the block is done; only the main thread can.
+    """Defer SIGTERM and SIGINT to the end of the block; only in the main thread.
 
-    What a handler raises while numba compiles may be lost: it calls Python from the compiler's C++, which passes on no error.
+    An exception raised by a handler while numba compiles may be lost: it is called from the compiler's C++, which passes on
+    no error.
     """
     caught: list[int] = []
     try:
@@ -37,7 +38,7 @@ def signals_held() -> Iterator[None]:
 
 @contextmanager
 def termination_raised() -> Iterator[None]:
-    """Let SIGTERM raise Terminated, as Ctrl-C raises KeyboardInterrupt; only the main thread can."""
+    """Raise Terminated at SIGTERM, as Ctrl-C raises KeyboardInterrupt; only in the main thread."""
 
     def end(*_: object) -> None:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one is obeyed at once

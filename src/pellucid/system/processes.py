@@ -128,8 +128,7 @@ def shared(jobs: Sequence[Any], work: Work, helpers: Sequence[Helper], count: Ca
 
 
 def terminated_with_parent() -> None:
-    """Let SIGTERM reach this process when whoever began it closes its standard input, or is gone: a run then leaves a
-    checkpoint."""
+    """Send SIGTERM to this process when its parent closes its standard input or ends, so that a run leaves a checkpoint."""
 
     def listen() -> None:
         while os.read(0, 1024):

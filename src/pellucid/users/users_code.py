@@ -37,7 +37,7 @@ def failing_as(make: Callable[[str], Exception], function: Any = None) -> Iterat
 
 
 def failure(error: BaseException, function: Any = None) -> str:
-    """What an exception says and where it arose, or else where the function is, with a remedy where the cause is known."""
+    """Describe an exception with its place, or the place of the function, and a remedy if the cause is known."""
     words = " ".join(str(error).partition("\n\n")[0].split())
     text = f"{type(error).__name__}: {words}" if words else type(error).__name__
     if place := place_of(error):
@@ -61,7 +61,7 @@ def place_of(error: BaseException) -> str:
 
 
 def as_array(found: Any, shape: tuple[int, ...], function: Any) -> np.ndarray:
-    """What a user's function returned, as an array of numbers of a shape. Raises WrongArray."""
+    """Convert the result of a user's function to an array of numbers with this shape. Raises WrongArray."""
     array, given = np.zeros(0), ""
     try:
         array = np.asarray(found)
@@ -104,10 +104,10 @@ def line_at(filename: str, line: int) -> str:
 
 
 def is_own(filename: str) -> bool:
-    """Whether this is a file of pellucid itself."""
+    """Return True for a file of pellucid."""
     return filename.startswith(OWN)
 
 
 def is_users(filename: str) -> bool:
-    """Whether this is a file neither of pellucid nor of an installed library."""
+    """Return True for a file that is neither part of pellucid nor of an installed library."""
     return not (is_own(filename) or filename.startswith(("<", *LIBRARIES)))

@@ -35,7 +35,7 @@ class Pressed(NamedTuple):
 
     @classmethod
     def of(cls, run: Run) -> "Pressed":
-        """Those of a run."""
+        """Build the reference of a run."""
         block, ball = run.case.body
         if not isinstance(block, MeshlessSolidCase) or not isinstance(ball, MembraneElementsCase) or not ball.surface.sphere:
             raise TypeError("the exact force is that of a sphere, a membrane of elements, on a block, a meshless solid")
@@ -49,7 +49,7 @@ class Pressed(NamedTuple):
         return float(self.centre + run.case.motion[0].functions()[2](time))
 
     def depth(self, run: Run, time: float) -> float:
-        """How deep the ball is in the layer at a time [m]."""
+        """Return the depth of the ball in the layer at a time [m]."""
         return max(0.0, self.layer.thickness + self.radius - self.middle(run, time))
 
 

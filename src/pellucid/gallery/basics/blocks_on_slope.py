@@ -14,7 +14,7 @@ PULL = ALONG - FRICTION * ACROSS
 
 
 def softness(run: Run) -> float:
-    """How much softer than 10 MPa the blocks are."""
+    """Return the ratio of 10 MPa to Young's modulus of the blocks."""
     block = run.case.model_dump()["body"][1]
     return YOUNG / float(block["material"]["young_modulus"])
 

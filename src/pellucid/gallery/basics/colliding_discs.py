@@ -56,7 +56,7 @@ def _contact(run: Run, times: Array, lower: Array, speed: float) -> dict[str, Me
 
 
 def _crossing(times: Array, signal: Array, level: float) -> float:
-    """When a falling signal first passes a level [s]; nan where it never does."""
+    """Return the time at which a falling signal first crosses a level [s]; nan if it never does."""
     below = np.flatnonzero(signal < level)
     if len(below) == 0 or below[0] == 0:
         return float("nan")

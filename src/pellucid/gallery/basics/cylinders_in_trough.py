@@ -29,7 +29,7 @@ def exact(run: Run, name: str) -> Array:
 
 
 def angle(run: Run, name: str) -> Array:
-    """Of the axis of a cylinder about that of the trough, from the lowest point [rad]."""
+    """Return the angle of a cylinder's axis about the axis of the trough, from the lowest point [rad]."""
     return np.arctan2(column(run, f"{name}_x"), -column(run, f"{name}_y"))
 
 

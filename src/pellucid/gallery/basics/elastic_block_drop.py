@@ -28,7 +28,7 @@ class Impact(NamedTuple):
 
     @classmethod
     def of(cls, run: Run) -> "Impact":
-        """That of a run."""
+        """Build the reference of a run."""
         body = run.case.body[0]
         if not isinstance(body, MeshlessSolidCase) or body.mesh.box is None:
             raise TypeError("the exact impact is that of a box of a meshless solid")
@@ -42,7 +42,7 @@ class Impact(NamedTuple):
 
     @property
     def duration(self) -> float:
-        """Of the touch [s]."""
+        """Duration of the impact [s]."""
         return 2.0 * self.length / self.wave_speed
 
     @property
@@ -52,8 +52,8 @@ class Impact(NamedTuple):
 
     @property
     def front(self) -> float:
-        """How much of the duration the front takes at its end: lumped masses h apart slow waves by (kh)²/24, which widens a
-        front to (c t h²/8)^(1/3) (as an Airy function, Whitham, Linear and Nonlinear Waves, section 11.5)."""
+        """Fraction of the duration that the front takes at its end. Lumped masses at a distance h slow waves by (kh)²/24,
+        which widens a front to (c t h²/8)^(1/3) (as an Airy function, Whitham, Linear and Nonlinear Waves, section 11.5)."""
         return float((0.125 * (self.spacing / (2.0 * self.length)) ** 2) ** (1.0 / 3.0))
 
 

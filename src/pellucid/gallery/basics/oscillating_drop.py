@@ -62,7 +62,7 @@ def _stretch(run: Run) -> tuple[Array, Array]:
 
 
 def _mean_pressure(points: dict[str, Array]) -> float:
-    """By volume, within half the radius [Pa]."""
+    """Return the volume average of the pressure within half the radius [Pa]."""
     place = np.linalg.norm(np.asarray(points["position"]), axis=1)
     within = place < 0.5 * place.max()
     volume = np.asarray(points["mass"])[within] / np.asarray(points["density"])[within]

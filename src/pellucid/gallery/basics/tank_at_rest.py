@@ -40,8 +40,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def pressure_errors(run: Run) -> tuple[Array, Array]:
-    """In each frame, over the pressure on the ground: the largest difference of a point from ρ₀ g depth, and from a
-    column of the same liquid."""
+    """Return for each frame the largest differences of point pressures from ρ₀ g depth and from a column of the same
+    liquid, divided by the pressure on the ground."""
     water: Any = run.case.body[0]
     errors = []
     for time in run.times(water.name):

@@ -17,7 +17,7 @@ INSIDE, MASS = 5e-3, 1e-12  # largest relative changes that a film in a fluid ma
 
 
 def films_of(run: Run) -> list[FluidFilmCase]:
-    """All films of the case."""
+    """Return the films of the case."""
     return [body for body in run.case.body if isinstance(body, FluidFilmCase)]
 
 
@@ -28,7 +28,7 @@ def film_of(run: Run) -> FluidFilmCase:
 
 
 def lipid_of(film: FluidFilmCase) -> LipidFilm:
-    """Its material. Raises TypeError for one of another kind, for which nothing exact is known here."""
+    """Return the material of a film. Raises TypeError for another kind, which has no exact solution here."""
     if not isinstance(film.material, LipidFilm):
         raise TypeError(f'the exact motion is that of a "lipid-film", and {film.name} is of kind "{film.material.kind}"')
     return film.material

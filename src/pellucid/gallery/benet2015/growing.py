@@ -1,4 +1,4 @@
-"""What the cases of growing vesicles share: radius and density against the exact motion."""
+"""Common parts of the cases of growing vesicles: radius and density compared with the exact motion."""
 
 import numpy as np
 

@@ -27,7 +27,7 @@ ALLOWED = 0.01  # of the rate: linear theory is off by some amplitudes over the 
 
 
 class Decay(NamedTuple):
-    """How a mode dies away."""
+    """Decay of a mode."""
 
     times: np.ndarray  # [s]
     amplitudes: np.ndarray  # over the radius
@@ -69,7 +69,8 @@ def _exact(run: Run, film: FluidFilmCase) -> float:
 
 
 def decay_of(run: Run, film: FluidFilmCase) -> Decay:
-    """Of one film: the slope of ln(amplitude) in the frames after the start, in which its tension is that of the load."""
+    """Return the decay of one film: the slope of ln(amplitude) in the frames after the start, in which its tension is that
+    of the load."""
     times = run.times(film.name)
     amplitudes = np.array([_amplitude(run, film, float(time)) for time in times])
     slope = np.polyfit(times[1:], np.log(amplitudes[1:]), 1)[0]

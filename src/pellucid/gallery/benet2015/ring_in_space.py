@@ -53,7 +53,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Both profiles, and their difference."""
+    """Draw both profiles and their difference."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
     figure, (left, right) = new_panels(1, 2, width_ratios=(2, 3), width=10.0, height=4.0, title=run.case.title)

@@ -1,4 +1,4 @@
-"""What the cases of translating vesicles share: the steady motion against the exact one."""
+"""Common parts of the cases of translating vesicles: the steady motion compared with the exact motion."""
 
 import numpy as np
 

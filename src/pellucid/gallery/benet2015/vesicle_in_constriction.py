@@ -24,10 +24,10 @@ METRICS = ("passage", "beyond", "clearance", "sideways", "area", "film_mass")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """What flow took it through the throat, where it is at the end, how near the walls it came, what it lost.
+    """Return the metrics: displaced flow at the throat, final position, smallest distance from the walls, losses.
 
-    In the middle of a channel it goes faster than the mean of the flow and slower than its fastest part: until it is in the
-    throat, the piston displaces between 1/1.5 and the whole of what was between.
+    In the middle of a channel the vesicle moves faster than the mean flow and slower than its maximum. Until it is in the
+    throat, the piston displaces between 1/1.5 and the whole of the volume in between.
     """
     times = run.times(NAME)
     places = [run.fields(NAME, float(time))["position"][:, :2] for time in times]
@@ -80,12 +80,12 @@ def _walls(run: Run) -> list[Any]:
 
 
 def _distance(run: Run, position: np.ndarray) -> float:
-    """Of the nearest node from the walls [m]."""
+    """Return the distance of the nearest node from the walls [m]."""
     return min(float(np.hypot(*(position[:, :2] - wall.centre()[:2]).T).min()) - float(wall.radius) for wall in _walls(run))
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Its place, its shape and what it holds, against time."""
+    """Draw position, shape and enclosed area over time."""
     times, shapes = run.times(NAME), shapes_of(run, NAME)
     middle = [run.fields(NAME, float(time))["position"][:, 0].mean() for time in times]
     areas = np.array([enclosed_area(run, NAME, float(time)) for time in times])

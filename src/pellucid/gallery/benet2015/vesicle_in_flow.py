@@ -35,7 +35,7 @@ class Drop(NamedTuple):
 
 
 def drop_of(run: Run) -> Drop:
-    """What the case says."""
+    """Return the parameters of the case."""
     fluid, drop, film = (_body(run, name) for name in ("fluid", "drop", "film"))
     radius, shear = film.surface.sphere.radius, fluid.initial[0].x[1]
     viscosity, tension = fluid.material.viscosity, film.material.tension * film.thickness

@@ -1,7 +1,7 @@
-"""How fast the surface of a capsule goes round, and how it is inclined, beside Keller and Skalak's ellipsoid.
+"""Tank-treading rate and inclination of a capsule, compared with the ellipsoid of Keller and Skalak.
 
-Its surface moves as (L cos φ, B sin φ) along its axes, with one rate of φ for all of it (Keller & Skalak 1982, J. Fluid Mech.
-120, 27). With equal viscosities tan θ = B/L and φ' = -γ̇ L B/(L² + B²), of whatever width the ellipsoid is.
+Its surface moves as (L cos φ, B sin φ) along its axes, with one rate of φ for all of it (Keller & Skalak 1982, J. Fluid
+Mech. 120, 27). With equal viscosities tan θ = B/L and φ' = -γ̇ L B/(L² + B²), for any width of the ellipsoid.
 """
 
 import numpy as np

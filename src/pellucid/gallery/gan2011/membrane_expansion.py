@@ -27,7 +27,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def points_above(run: Run) -> int:
-    """How many points of the gas are above the lid at the end, where the lid is flat between its points."""
+    """Return the number of gas points above the lid at the end; the lid is interpolated linearly between its points."""
     lid, gas = (np.asarray(run.fields(name)["position"]) for name in ("lid", "gas"))
     height = LinearNDInterpolator(lid[:, :2], lid[:, 2])(gas[:, :2])
     return int(np.sum(gas[:, 2] > height))

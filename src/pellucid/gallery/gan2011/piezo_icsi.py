@@ -30,7 +30,7 @@ METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """What the paper describes, in numbers: points, path of the tip, place of the failure, leaks, energy."""
+    """Return the metrics of the paper: points, path of the tip, place of the failure, leaks, energy."""
     history = run.history
     tip = next(motion for motion in run.case.motion if motion.name == "tip")
     signal = tip.displacement.y
@@ -75,7 +75,7 @@ def _facing(run: Run, time: float) -> float:
 
 
 def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
-    """How they are drawn: the oocyte whole and cut open, the course of the failure and its place."""
+    """Return the functions that draw the oocyte, whole and cut open, and the course and place of the failure."""
     return piezo_pictures.figures(run) | {"failure": partial(_failure, run)}
 
 

@@ -47,7 +47,7 @@ PALETTE = "PuOr_r"
 
 
 class Stage(NamedTuple):
-    """What stays the same from instant to instant; `limits` of the pressure [Pa] belong to the cut."""
+    """Common parts of the pictures at all times; `limits` of the pressure [Pa] belong to the cut."""
 
     camera: Camera
     triangles: np.ndarray  # of the zona
@@ -57,7 +57,7 @@ class Stage(NamedTuple):
 
 
 def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
-    """How the oocyte is drawn whole and cut open at the instants of the paper."""
+    """Return the functions that draw the oocyte, whole and cut open, at the times of the paper."""
     return {"oocyte_whole": partial(oocyte_whole, run), "oocyte_cut": partial(oocyte_cut, run)}
 
 
@@ -152,7 +152,7 @@ def _stage(run: Run, camera: Camera, cut: Plane | None = None, limits: tuple[flo
 
 
 def _places(run: Run) -> np.ndarray:
-    """What a picture must hold: zona and plate as they are at the start, the pipette wherever it goes."""
+    """Return the positions that a picture must include: zona and plate at the start, the pipette at all times."""
     zona = _position(run, "zona", 0.0)
     middle = zona.mean(axis=0)
     pipette = [_position(run, "pipette", float(time)) for time in evenly(run.times("pipette"), FILM_PICTURES)]

@@ -81,7 +81,7 @@ def _star_states(tube: Tube, found: Profile, time: float) -> dict[str, Metric]:
 
 
 def _shock_position(tube: Tube, points: dict[str, Array]) -> float:
-    """Where the mean pressure of single cells, followed from the right end, passes half the jump [m]."""
+    """Return the position at which the cell-averaged pressure, followed from the right end, crosses half the jump [m]."""
     profile = Profile.of_points(points, tube.edges(1))
     known = np.isfinite(profile.means["pressure"])
     x, p = profile.centres[known], profile.means["pressure"][known]

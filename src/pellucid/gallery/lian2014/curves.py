@@ -1,4 +1,4 @@
-"""What two cases of a sheet and a sphere share: curves beside finite elements of our own, the energy of hourglass modes."""
+"""Common parts of the two cases of a sheet and a sphere: comparison with our own finite elements, hourglass energy."""
 
 from collections.abc import Mapping
 
@@ -17,7 +17,7 @@ HOURGLASS = 0.01
 
 
 def tolerance_of(run: Run) -> float:
-    """In proportion to the cell."""
+    """Return the tolerance, proportional to the cell size."""
     return max(LEAST_TOLERANCE, TOLERANCE * run.case.grid.cell / CELL)
 
 

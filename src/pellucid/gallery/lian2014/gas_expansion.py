@@ -21,7 +21,7 @@ METRICS = ("radius_0", "radius_90", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Both radii, as means over the last swing, and the loss of energy."""
+    """Return the metrics: both radii, averaged over the last oscillation, and the loss of energy."""
     wanted, times, result = circle(run), run.history["time"], {}
     last = times >= times[-1] - LAST
     for name in ("radius_0", "radius_90"):

@@ -75,7 +75,7 @@ def broken(run: Run, time: float) -> float:
 
 
 def in_largest(run: Run, time: float) -> Array:
-    """Which points of the drop belong to its heaviest piece, shape (n,): points hang together up to a cell apart."""
+    """Return a mask of the points in the heaviest piece of the drop, shape (n,). Points up to a cell apart are connected."""
     drop = run.fields("drop", time)
     whole = np.concatenate([drop["position"] * image for image in IMAGES])
     tree = cKDTree(whole)

@@ -27,8 +27,8 @@ def at(run: Run, distance: float) -> tuple[float, float]:
 
 
 def of_mesh(run: Run, share: float, exponent: float) -> float:
-    """How far averaged maximum entropy may be off on the mesh of a run: a share at 5 500 nodes, and otherwise by a power of the
-    spacing."""
+    """Return the tolerance of averaged maximum entropy on the mesh of a run: a share at 5 500 nodes, scaled by a power of
+    the spacing."""
     nodes = run.summary["points"]
     return float(share * (5500.0 / nodes) ** (exponent / 3.0))
 
@@ -49,7 +49,7 @@ def metrics_at(run: Run, distance: float, off: float) -> dict[str, Metric]:
 
 
 def known_at(run: Run, distance: float) -> AtRest:
-    """What finite elements say of the cube at a distance [m] of the plates."""
+    """Return the finite-element reference of the cube at a distance [m] of the plates."""
     return BONDED_CUBE[form_of(run), distance]
 
 
@@ -74,9 +74,11 @@ def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric
 
 
 def _scatter(run: Run) -> Metric:
-    """How far the pressure of a node in the inner half is from the mean of its neighbours: root mean square, over its range.
+    """Return the scatter of the pressure: RMS difference of a node in the inner half from the mean of its neighbours,
+    divided by the range.
 
-    A checkerboard, two values that alternate, has one. Of a smooth field this falls with the square of the spacing.
+    A checkerboard, two alternating values, has a scatter of one. For a smooth field it decreases with the square of the
+    spacing.
     """
     name = run.case.body[0].name
     start, pressure = run.fields(name, 0.0)["position"], run.fields(name)["pressure"]

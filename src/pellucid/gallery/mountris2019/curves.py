@@ -1,5 +1,5 @@
-"""What the cases of Mountris et al. 2019 share: residuals, work of what is prescribed, least volumes, stiffness beside finite
-elements, force and energy."""
+"""Common metrics of the cases of Mountris et al. 2019: residuals, work of constraints, smallest volume ratios, stiffness
+compared with finite elements, force and energy."""
 
 from typing import Literal
 
@@ -19,7 +19,7 @@ LEAST_LOST = 0.24  # of the volume about a node, see `least_volume`
 
 
 def form_of(run: Run) -> Literal["coupled", "decoupled"]:
-    """Which neo-Hookean energy the tissue of a run has. Raises ValueError for another law: it has no reference here."""
+    """Return the form of the neo-Hookean energy of a run. Raises ValueError for another law, which has no reference here."""
     kind = run.stored.bodies[0].material
     if kind not in ("neo-hookean", "decoupled-neo-hookean"):
         raise ValueError(f'the references are those of neo-Hookean tissue, not of kind "{kind}"')
@@ -33,7 +33,7 @@ def elasticity(run: Run) -> tuple[float, float]:
 
 
 def residuals(run: Run, tolerance: float = 1e-12) -> dict[str, Metric]:
-    """How far the field is from what is prescribed [m], at the nodes and between them; the paper's is 1e-17 at the nodes."""
+    """Return the residuals of the prescribed field [m], at the nodes and between them; the paper has 1e-17 at the nodes."""
     found = {}
     for place, where in (("nodes", "at the nodes of prescribed faces"), ("between", "at places between these nodes")):
         value = float(run.summary[f"ebc_residual_{place}"])
@@ -50,8 +50,8 @@ def work_done(run: Run) -> Metric:
 
 
 def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:
-    """By how much energy and force are above those of quadratic tetrahedra on the same mesh, at a share of the displacement, in
-    parts of what linear ones are above; none on a mesh for which these are not known."""
+    """Compare energy and force with quadratic tetrahedra on the same mesh at a share of the displacement: excess relative
+    to the excess of linear tetrahedra; empty for a mesh without reference."""
     known = indented(body, run.summary["points"], share)
     row = int(np.argmin(abs(run.history["time"] / run.case.time.end - share)))
     if known is None or abs(run.history["time"][row] / run.case.time.end - share) > 1e-9:
@@ -79,7 +79,7 @@ def least_volume(run: Run) -> Metric:
 
 
 def displacement(run: Run, axis: int) -> "NDArray[np.float64]":
-    """Of the motion along an axis at each row of the history [m]."""
+    """Return the prescribed displacement along an axis at each row of the history [m]."""
     moves = run.case.motion[0].functions()[axis]
     return np.array([moves(float(time)) for time in run.history["time"]])
 

@@ -1,4 +1,4 @@
-"""What a run will take, told before it begins: what bounds its step, how many steps that makes, and how long they take here."""
+"""Forecast of a run before it begins: step limit, number of steps, run time on this machine."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 def foretold(simulation: Any, until: float | None, progress: Progress) -> Progress:
-    """Tell the user what a run will take as the run begins or goes on; returns the progress for the run, which tells later what
-    is not known yet."""
+    """Report the forecast as a run begins or resumes. Returns the progress object for the run, which reports later what is
+    unknown now."""
     from pellucid.running.forecast.on_the_way import ToldOnTheWay
     from pellucid.running.forecast.steps import of_simulation
     from pellucid.running.forecast.words import WIDE, lines, pace_of

@@ -1,4 +1,4 @@
-"""What would make the steps of a case longer, where that is much."""
+"""Hints that would make the time step of a case much larger."""
 
 from math import isfinite
 
@@ -12,7 +12,7 @@ WORTHWHILE = 5.0
 
 
 def implicit_viscosity(case: "Case") -> str | None:
-    """Where viscosity bounds the steps and nothing else would, that it can be implicit."""
+    """Return a hint to use implicit viscosity if only viscosity limits the step, else None."""
     if case.grid_or_none is None or case.steady is not None or case.time.scheme == "usf":
         return None
     changed, names = [], []

@@ -1,4 +1,4 @@
-"""How long a run takes, told once it has run for a second, where nothing was known before."""
+"""Run time reported after one second of a run, if it was unknown before."""
 
 from time import monotonic
 

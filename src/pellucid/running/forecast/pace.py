@@ -1,8 +1,8 @@
-"""How long steps take on this machine, learned from the runs that were done on it.
+"""Time per step on this machine, learned from previous runs.
 
-Each run leaves its time of a step and the size of its case, the memory that its bodies and its grid take. Those of runs that
-need the same kernels, so of the same kinds of bodies, laws, functions and conditions, tell the time of another one of about
-the same size, or of a size between two of them.
+Each run stores its time per step and the size of its case, the memory of bodies and grid. Runs that need the same kernels,
+i.e. the same kinds of bodies, laws, functions and conditions, predict the time of another run of about the same size, or of
+a size between two of them.
 """
 
 import json
@@ -41,7 +41,7 @@ class Sample(NamedTuple):
 
 
 class Paces:
-    """What this machine has learned, in a folder beside the compiled kernels."""
+    """Stored times per step, in a folder next to the compiled kernels."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = folder or cache_folder().parent / "paces"
@@ -59,10 +59,10 @@ class Paces:
             part.replace(file)
 
     def seconds_of_a_step(self, case: "Case") -> Pace | None:
-        """How long a step of a case takes; None where no run like it was done here.
+        """Return the time per step of a case; None if no similar case was run here.
 
-        Of a case that is larger, or smaller, than all that ran, it may go with the size, as in large cases, or not, as in small
-        ones.
+        For a case that is larger or smaller than all stored runs, the time may scale with the size, as in large cases, or
+        not, as in small ones.
         """
         samples, size = self._read(self._file(case)), size_of(case)
         same = [sample.seconds for sample in samples if size / SAME <= sample.size <= size * SAME]

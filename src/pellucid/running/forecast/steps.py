@@ -1,4 +1,4 @@
-"""What bounds the step, and how many steps that makes: of a case that is not set up, and of a simulation as it is."""
+"""Step limit and number of steps: of a case before set-up, and of a simulation in its present state."""
 
 from collections.abc import Iterator
 from math import ceil, hypot, inf, isfinite, sqrt
@@ -42,7 +42,7 @@ def of_case(case: "Case") -> Foretold:
 
 
 def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
-    """From a simulation as it is, until its end or an earlier time [s]."""
+    """Return the forecast of a simulation from its present state to its end or an earlier time [s]."""
     case = simulation.case
     if case.steady is not None:
         return _steady(case)

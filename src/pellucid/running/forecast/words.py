@@ -1,4 +1,4 @@
-"""What `validate` and the first lines of a run say of the steps ahead."""
+"""Words of the forecast in `validate` and in the first lines of a run."""
 
 from contextlib import suppress
 from math import isnan, sqrt
@@ -16,8 +16,7 @@ WIDE = 2.0
 
 
 def foretell_case(case: "Case") -> list[str]:
-    """What bounds the step of a case, how many steps that makes, and how long these take here. Raises CaseError as the set-up
-    of the case does."""
+    """Return lines with step limit, number of steps and run time of a case. Raises CaseError as its set-up does."""
     return lines(case, of_case(case), pace_of(case))
 
 
