@@ -26,7 +26,8 @@ def mesh(
     ] = None,
     picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE.png", help="Draw the mesh.")] = None,
 ) -> None:
-    """Tell what is in a file of a mesh, and whether a case can use it; mend, write or draw it. Status 2 if it has faults."""
+    """Describe the mesh in a file and check that a case can use it; repair, write or draw it. Exit status 2 if it has
+    faults."""
     from pellucid.findings import Refusal
     from pellucid.geometry.mesh_survey import survey
     from pellucid.units import UnitError, to_si

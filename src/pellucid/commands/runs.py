@@ -151,7 +151,7 @@ def view(dir_: Folder) -> None:
 
 
 def share(ranks: int | None) -> None:
-    """Let so many processes share the command. Raises UsageError where several do already."""
+    """Share the command among this number of processes. Raises UsageError if several processes already share it."""
     if ranks is None:
         return
     if processes.size > 1:
@@ -162,7 +162,7 @@ def share(ranks: int | None) -> None:
 
 @contextmanager
 def resumable(folder: Path) -> Iterator[None]:
-    """Say at an interruption how to go on."""
+    """Add to an interruption the command that continues."""
     try:
         yield
     except Interrupted as error:
@@ -175,7 +175,7 @@ def resumable(folder: Path) -> Iterator[None]:
 
 
 def what_is_left(folder: Path) -> str:
-    """What a run has left in its folder that was interrupted outside of its steps."""
+    """Describe the files of a run that was interrupted outside its steps."""
     from pellucid.results.storage.run_folder import RunFolder
 
     chosen = RunFolder(folder)
@@ -195,7 +195,7 @@ def unused(parent: Path, name: str) -> Path:
 
 
 def conclude(finished: "Run", folder: Path) -> None:
-    """Say in a line or two what a run came to."""
+    """Print the result of a run in one or two lines."""
     from pellucid.progress import clock
 
     if not processes.is_first:

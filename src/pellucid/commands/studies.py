@@ -25,7 +25,7 @@ Slurm = Annotated[
 
 @contextmanager
 def _gone_on_with(folder: Path) -> Iterator[None]:
-    """Say at an interruption how to go on."""
+    """Add to an interruption the command that continues."""
     try:
         yield
     except KeyboardInterrupt as error:

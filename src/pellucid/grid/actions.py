@@ -11,7 +11,7 @@ from pellucid.grid.velocity_field import VelocityField
 
 
 class DrivenNodes(NamedTuple):
-    """What driven points bring to the nodes; see `ExternalAction`."""
+    """Nodal sums of driven points; see `ExternalAction`."""
 
     mass: np.ndarray  # (n, 3) of driven points [kg]
     momentum: np.ndarray  # (n, 3) of these, with the prescribed velocity [kg m/s]
@@ -33,7 +33,7 @@ class NodalActions:
         self._external = allocate(ExternalAction, 0, n_loads)
 
     def take_loads(self) -> None:
-        """Let the bodies of the field take external forces; those with their own nodes keep these themselves."""
+        """Allocate nodal arrays for external forces of the field's bodies; bodies with their own nodes have their own."""
         if self.field.moves_points:
             self._ask("loads")
 
@@ -42,12 +42,12 @@ class NodalActions:
         return self._ask("absorption", "absorbed").absorption
 
     def driven(self) -> DrivenNodes:
-        """What driven points bring to the nodes, to which a condition adds that of its own in each step."""
+        """Return the nodal sums of driven points; a condition adds its own in each step."""
         external = self._ask("driven_mass", "driven_momentum", "impulse")
         return DrivenNodes(external.driven_mass, external.driven_momentum, external.impulse)
 
     def external(self) -> ExternalAction:
-        """All that was asked for, as the momentum equation takes it."""
+        """Return the requested arrays for the momentum equation."""
         return self._external
 
     def _ask(self, *names: str) -> ExternalAction:

@@ -19,7 +19,7 @@ from pellucid.jit.vector import nothing
 
 @generic
 def affine_functions(transfer: Any, functions: Any, about: Any) -> Any:
-    """Of APIC: for each axis what takes the place of derivatives in the affine field of a point; else ()."""
+    """Return for APIC the factors along each axis that replace derivatives in the affine field of a point; else ()."""
 
 
 @generic
@@ -93,10 +93,11 @@ def _energy(C, spread, cell):
 
 @pointwise
 def _lost(about, lattice, nodes, v, new, C):
-    """What the transfers of the step lose of unit mass, without the energies of both fields [J/kg].
+    """Return the energy lost per unit mass by the transfers of the step, without the energies of both fields [J/kg].
 
-    With d = v_I - Δv_I - v', by which v' lies below the nodal velocity before the step, the two losses are ½ |v - v'|² and
-    Σ N (d·(v_I - v - C r) + ½ |Δv_I|²), since Σ N r is zero; the last is `increment_energy`, which light nodes do without.
+    With d = v_I - Δv_I - v', the difference between the nodal velocity before the step and v', the two losses are ½ |v -
+    v'|² and Σ N (d·(v_I - v - C r) + ½ |Δv_I|²), since Σ N r is zero; the last term is `increment_energy`, which light
+    nodes omit.
     """
     wx, wy, wz, offset, h = about.wx, about.wy, about.wz, about.offset, lattice.cell
     velocity, increment, squares = nodes.velocity, nodes.velocity_increment, nodes.increment_energy

@@ -21,7 +21,7 @@ class AxisIntegrals(NamedTuple):
 
 
 def axis_integrals(function: Any, n: int) -> AxisIntegrals:
-    """Those of a function along an axis of n cells."""
+    """Compute the integrals of a function along an axis of n cells."""
     if isinstance(function, PeriodicAxis):
         far = axis_integrals(function.function, 2 * NEAR + 1)  # of which the middle knows of no wall
         starts = (np.arange(n) + far.first[NEAR] - NEAR) % n

@@ -19,7 +19,7 @@ class ChunkedNodes(NamedTuple):
 
     @property
     def n(self) -> int:
-        """How many chunks these are."""
+        """Number of chunks."""
         return len(self.edges) - 1
 
 
@@ -65,5 +65,5 @@ def _divide(rows, node, is_all, most, edges, of_row):
 
 
 def chunks_of(n: int) -> int:
-    """In how many chunks threads take n nodes."""
+    """Return the number of chunks of n nodes."""
     return -(-n // CHUNK)

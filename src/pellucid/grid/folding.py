@@ -30,7 +30,7 @@ class Folded(NamedTuple):
 
 @generic
 def real_node(folding: Any, I: int) -> Any:
-    """Where a node that a stencil counts is stored."""
+    """Return the storage index of a node of a stencil."""
 
 
 @generic
@@ -45,17 +45,17 @@ def cell_in_period(folding: Any, axis: int, i: int) -> Any:
 
 @generic
 def cells_beyond(folding: Any, axis: int) -> Any:
-    """How many cells a cell at the end of an axis has beyond it: 0 or 1."""
+    """Return the number of cells beyond a cell at the end of an axis: 0 or 1."""
 
 
 @generic
 def beyond_span(folding: Any, axis: int, u: float, low: float, high: float) -> Any:
-    """Whether a place in cells, folded or not, lies beyond low <= u < high: 1.0 or 0.0."""
+    """Return 1.0 if a position in cells, folded or not, lies outside low <= u < high, else 0.0."""
 
 
 @generic
 def nodes_before(folding: Any, lattice: Any, I: int, a: int, b: int, c: int) -> Any:
-    """Where the node is stored that lies a, b, c nodes before a real one, below 0 where there is none."""
+    """Return the storage index of the node that lies a, b, c nodes before a real one, negative if there is none."""
 
 
 @generic

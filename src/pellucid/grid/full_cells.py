@@ -71,8 +71,8 @@ def sum_cells(s, mapped, sums):
 
 @parallel_loop()
 def apply_volume_correction(s, mapped, found, energy, dt):
-    """Take the work of each point's pressure on what its volume lacks of growth over the step dt [s] from its specific energy
-    [J/kg], shape (points,); found: as `FullCells` has it. GAINED of the sums: what they gained [J]."""
+    """Subtract the work of each point's pressure on its missing volume growth over the step dt [s] from its specific energy
+    [J/kg], shape (points,); found: see `FullCells`. Adds the energy gained to GAINED of the sums [J]."""
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     gained = 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -86,7 +86,7 @@ def apply_volume_correction(s, mapped, found, energy, dt):
 
 @pointwise
 def _cells_of(chunk, grid):
-    """How many cells a chunk has."""
+    """Return the number of cells of a chunk."""
     n, axis = grid.lattice.counts, grid.lattice.slab_axis
     return (grid.edges[chunk + 1] - grid.edges[chunk]) * (n[0] * n[1] * n[2] // n[axis])
 
@@ -104,7 +104,7 @@ def _cell_at(chunk, number, grid):
 
 @pointwise
 def _volume(grid, i, j, k):
-    """Of the points in the cell (i, j, k); -1 beyond the walls."""
+    """Return the volume of the points in the cell (i, j, k); -1 beyond the walls."""
     n, stride = grid.lattice.counts, grid.lattice.strides
     i, j, k = _in_grid(grid, i, j, k)
     if i < 0 or j < 0 or k < 0 or i >= n[0] or j >= n[1] or k >= n[2]:
@@ -122,7 +122,8 @@ def _beside(grid, i, j, k, face):
 
 @pointwise
 def _is_hole(grid, i, j, k):
-    """Whether an empty cell lies within the fluid: no more than one of the cells beyond its faces is empty, on a line none."""
+    """Return True if the empty cell is a hole inside the fluid, i.e. at most one of its face neighbours is empty (none in
+    1-D)."""
     n, empty = grid.lattice.counts, 0
     for face in range(6):
         a, b, c = _beside(grid, i, j, k, face)
@@ -145,7 +146,7 @@ def _owner(grid, i, j, k):
 
 @pointwise
 def _owns(grid, i, j, k, face):
-    """Whether beyond a face of a cell there is a hole that belongs to it."""
+    """Return True if the cell beyond a face is a hole that belongs to this cell."""
     a, b, c = _beside(grid, i, j, k, face)
     if _volume(grid, a, b, c) != 0.0 or not _is_hole(grid, a, b, c):
         return False
@@ -154,7 +155,7 @@ def _owns(grid, i, j, k, face):
 
 @pointwise
 def _is_full(grid, i, j, k):
-    """Whether every cell about the cell (i, j, k), which is not empty, has points or is a hole."""
+    """Return True if every neighbour of the non-empty cell (i, j, k) has points or is a hole."""
     n, folding = grid.lattice.counts, grid.lattice.folding
     x, y, z = cells_beyond(folding, 0), cells_beyond(folding, 1), cells_beyond(folding, 2)
     for a in range(max(i - 1, -x), min(i + 2, n[0] + x)):
@@ -314,19 +315,21 @@ class CellPressure:
         self._clear()
 
     def find_pressures(self) -> None:
-        """Before the forces of the points are mapped: find full cells and their mean pressures, and map the forces of these."""
+        """Find full cells, compute their mean pressures, and add their forces to the nodes. Called before P2G of internal
+        forces."""
         for body in self._bodies:
             sum_cells(body.n_slabs, body.mapped, self.cells.sums)
         domain.spread(self.cells.sums)  # cells push nodes that their points do not reach
         _push_cells(self._chunks, self._grid)
 
     def find_growth(self) -> None:
-        """When the mean velocities of the nodes are known: how fast the volumes of the cells grow along them."""
+        """Compute the volume growth rates of the cells from the mean nodal velocities."""
         domain.spread(self._grid.mean_velocity)
         _grow_cells(self._chunks, self._grid)
 
     def find_shifts(self, dt: float) -> None:
-        """When the points have summed up how fast their volumes grow: what these lack, and its work over the step dt [s]."""
+        """Compute the missing volume growth of the points and its work over the step dt [s], after their own growth rates
+        are summed."""
         sums, found, full = self.cells.sums, self.cells.found, self.cells.full
         np.divide(sums[:, RATES], sums[:, VOLUMES], out=found[:, SHIFT], where=full)
         np.subtract(found[:, GROWTH], found[:, SHIFT], out=found[:, SHIFT])

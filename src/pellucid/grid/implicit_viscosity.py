@@ -73,7 +73,7 @@ class Viscous(Protocol):
 
     @property
     def viscous_stress(self) -> np.ndarray:
-        """Where its viscous stress is kept [Pa], shape (points, 6)."""
+        """Viscous stress [Pa], shape (points, 6)."""
 
     @property
     def nodal_forces(self) -> np.ndarray: ...
@@ -103,7 +103,8 @@ class ImplicitViscosity:
         return straining_by_viscosity(body.mapped.content, *how)
 
     def solve(self, dt: float) -> None:
-        """Before momentum is advanced by a step dt [s]: find the viscous stress of the points, and its forces on the nodes."""
+        """Solve for the viscous stress of the points over a step dt [s], and add its forces to the nodes. Called before the
+        momentum update."""
         self._n = self.field.momentum.near()
         begin(self._n, self._nodes, dt)
         for diagonal in self._diagonals:
@@ -154,7 +155,8 @@ class ImplicitViscosity:
         raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
 
     def work(self, columns: Sequence[int]) -> StepWork:
-        """Of the last step, with its mean velocities: dissipation and the loss of implicit Euler, in these columns."""
+        """Return the works of the last step along its mean velocities: dissipation and the loss of implicit Euler, in these
+        columns."""
         sum_lag(self._n, self._nodes)
         dissipated, lag = self._dt * self._power, self._dt * float(self._summed()[DESCENT])
         done = no_work(max(columns) + 1, 0)
@@ -163,6 +165,6 @@ class ImplicitViscosity:
         return done
 
     def facts(self) -> dict[str, Any]:
-        """What the summary tells of the rounds."""
+        """Return the numbers of iterations for the summary."""
         rounds, steps, most = self.rounds
         return {"rounds_mean": rounds / steps if steps else 0.0, "rounds_largest": most, "tolerance": TOLERANCE}

@@ -17,9 +17,9 @@ MOST_ROWS = 64  # of slabs
 
 
 def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> np.ndarray:
-    """Where rows of slabs begin and the last ends, of so many layers of cells along an axis, shape (rows + 1,): as narrow as
-    two colours allow, see `pellucid.grid.sorting.slabs_of`. Across the seam of a periodic axis the first follows the last: then
-    their number is even, or there is one row alone."""
+    """Return the edges of rows of slabs in layers of cells along an axis, shape (rows + 1,). Rows are as narrow as two
+    colours allow, see `pellucid.grid.sorting.slabs_of`. Across the seam of a periodic axis the first row follows the last:
+    their number is then even, or one."""
     n = max(min(most, layers // (3 if stencil == 2 else 5)), 1)
     n -= n % 2 if periodic and n > 1 else 0
     return -(-np.arange(n + 1) * layers // n)  # from a wide one on: threads end together then
@@ -31,7 +31,7 @@ def layers_of(count: int, thin: bool, periodic: bool) -> int:
 
 
 def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[int], strides: Sequence[int]) -> Walled | Folded:
-    """Which of the nodes that are stored are others."""
+    """Return the mapping of stored nodes that are images of others."""
     if not any(periodic):
         return Walled()
     along = [np.arange(m) % n if folds else np.arange(m) for m, n, folds in zip(layers, counts, periodic, strict=True)]

@@ -73,7 +73,7 @@ class GridCase(Model):
                 )
 
     def thin(self) -> tuple[bool, bool, bool]:
-        """Which axes are one cell thick and constrained."""
+        """Axes that are one cell thick and constrained."""
         x, y, z = (high - low <= self.cell * (1.0 + 1e-6) for low, high in zip(self.lower, self.upper, strict=True))
         return x, y, z
 
@@ -82,12 +82,12 @@ class GridCase(Model):
         return "x" in self.periodic, "y" in self.periodic, "z" in self.periodic
 
     def periods(self) -> Vector:
-        """After what length all is the same along each axis [m]; 0 along those that are not periodic."""
+        """Return the period along each axis [m]; 0 along axes that are not periodic."""
         x, y, z = (n * self.cell if folds else 0.0 for n, folds in zip(self.counts(), self.is_periodic(), strict=True))
         return x, y, z
 
     def seam(self, face: str) -> tuple[str, str] | None:
-        """Why a face is none, as an axis is periodic, and what to do."""
+        """Return why a face does not exist on a periodic axis, with a remedy; None if it exists."""
         if face[0] not in self.periodic:
             return None
         other = f"{face[0]}-{'upper' if face.endswith('lower') else 'lower'}"

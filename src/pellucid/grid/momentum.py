@@ -53,7 +53,7 @@ class AdvancedNodes(NamedTuple):
 
 @pointwise
 def driven_fraction(external, I, d, m):
-    """How far node I of mass m [kg] follows the driven points that reach it, 0 to 1."""
+    """Return the fraction, 0 to 1, by which node I of mass m [kg] follows driven points."""
     return min(1.0, external.driven_mass[I, d] / (FULL_DRIVE_FRACTION * m))
 
 
@@ -65,13 +65,13 @@ def driven_velocity(external, I, d):
 
 @pointwise
 def is_driven(external, I, d):
-    """Whether driven points reach node I, of which its velocity along d is prescribed."""
+    """Return True if driven points prescribe the velocity of node I along d."""
     return len(external.driven_mass) > 0 and external.driven_mass[I, d] > 0.0
 
 
 @pointwise
 def apply_prescribed_velocity(external, I, d, m, v):
-    """What driven points that reach node I of mass m [kg] make of its velocity v along d [m/s]."""
+    """Return the velocity v along d of node I of mass m [kg], corrected by driven points [m/s]."""
     if is_driven(external, I, d) and m >= MASS_EPS:
         v += driven_fraction(external, I, d, m) * (driven_velocity(external, I, d) - v)
     return v
@@ -86,25 +86,26 @@ def apply_absorption(external, I, d, dt, old, new):
 
 @pointwise
 def is_zero(vectors, I):
-    """Whether the vector of node I is zero, of vectors, shape (nodes, 3)."""
+    """Return True if the vector of node I is zero; vectors: shape (nodes, 3)."""
     return vectors[I, 0] == 0 and vectors[I, 1] == 0 and vectors[I, 2] == 0
 
 
 @pointwise
 def is_unconstrained(nodes, external, I):
-    """Whether neither supports nor driven points lead node I."""
+    """Return True if neither supports nor driven points constrain node I."""
     return is_zero(nodes.constrained, I) and (len(external.driven_mass) == 0 or is_zero(external.driven_mass, I))
 
 
 @pointwise
 def what_acts(field):
-    """Whether loads, absorbing faces and prescribed motions act on nodes of the field; to be asked once for many nodes."""
+    """Return flags for loads, absorbing faces and prescribed motions on the nodes of the field; evaluated once for many
+    nodes."""
     return len(field.load) > 0, len(field.external.absorption) > 0, len(field.external.driven_mass) > 0
 
 
 @pointwise
 def moves_freely(field, acts, I):
-    """Whether nothing acts on node I but internal forces and gravity, and nothing leads it; acts: what `what_acts` gives."""
+    """Return True if node I is unconstrained and only internal forces and gravity act on it; acts: result of `what_acts`."""
     loaded, absorbing, driven = acts
     free = is_zero(field.nodes.constrained, I)
     if loaded:
@@ -118,11 +119,13 @@ def moves_freely(field, acts, I):
 
 @pointwise
 def meet_wall(field, I, d, m, v, gained):
-    """What constrains node I of mass m [kg] along d, beside a wall that may let it go, and whether its body is mirrored there.
+    """Return the support of node I of mass m [kg] along d at a wall that may release it, and whether its body is mirrored
+    there.
 
-    v, gained: its velocity before the step, and what forces add to it [m/s].
+    v, gained: its velocity before the step, and the velocity change by forces [m/s].
 
-    What moves away is let go. What arrives, or stays while forces pull it away, is stopped: a mirror image would pull.
+    A node that moves away is released. A node that arrives, or stays while forces pull it away, is stopped: a mirror image
+    would pull.
     """
     nodes, walls = field.nodes, field.supports.walls
     s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0
@@ -135,7 +138,7 @@ def meet_wall(field, I, d, m, v, gained):
 
 @pointwise
 def may_slide(field, I, d):
-    """Whether nothing leads node I along d."""
+    """Return True if node I is unconstrained along d."""
     return field.nodes.constrained[I, d] == 0 and not is_driven(field.external, I, d)
 
 

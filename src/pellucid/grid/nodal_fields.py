@@ -51,13 +51,13 @@ class NodalField(NamedTuple):
 
     @property
     def start(self) -> Any:
-        """What it holds to which nothing was given; of several components a number for each."""
+        """Initial value; a number for each of several components."""
         if isinstance(self.combine, tuple):
             return [START.get(how, 0.0) for how in self.combine]
         return START.get(self.combine, 0)
 
     def allocate(self, n: int, several: int = 0) -> np.ndarray:
-        """Its memory for n nodes, where nothing was given yet."""
+        """Allocate the memory for n nodes with initial values."""
         if self.in_rows:
             return aligned_rows(n).reshape(-1)
         shape = (*([several] if self.several else []), n, *([self.components] if self.components > 1 else []))
@@ -91,7 +91,7 @@ def aligned_rows(n: int) -> np.ndarray:
 
 @cache
 def declared(kind: type[tuple[Any, ...]]) -> Mapping[str, NodalField | View]:
-    """What a set declares, by name."""
+    """Return the declared fields of a set, by name."""
     hints = get_type_hints(kind, include_extras=True)
     found = {name: getattr(hint, "__metadata__", (None,))[0] for name, hint in hints.items()}
     return {name: one for name, one in found.items() if isinstance(one, NodalField | View)}

@@ -77,11 +77,11 @@ class NodalMomentum:
 
     @property
     def n_chunks(self) -> int:
-        """Of all nodes."""
+        """Number of chunks of all nodes."""
         return self._chunks
 
     def near(self) -> int:
-        """How many chunks of `advanced` have nodes that points of this process reach: the first ones."""
+        """Return the number of chunks of `advanced` with nodes that points of this process reach: the first ones."""
         self._find_near()
         return self._n
 
@@ -90,11 +90,11 @@ class NodalMomentum:
         return ordered_sum(domain.of_chunks(sums[: self._n], self._all.of_row, self._first))
 
     def share_gravity(self, share: float) -> None:
-        """Let a share of gravity act."""
+        """Apply a share of gravity."""
         self._gravity_share, self._gravity[:] = share, share * self._full_gravity
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
-        """Let the nodes of these lists, and no others, await impulses in this step after their momentum is advanced."""
+        """Set the nodes, by lists, that receive impulses in this step after the momentum update."""
         if not len(self._awaiting):
             self._awaiting = fields_of(NodeFlags)["awaiting"].allocate(len(self._bundle.nodes.mass))
         self._awaiting[self._listed.chunks.node] = 0
@@ -136,8 +136,8 @@ class NodalMomentum:
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 
     def strain_lag_work(self, dt: float) -> float:
-        """Of what lumping took of the kinetic energy in a step dt [s], that which the stress of points without heat works less
-        along `strain_velocity` than their forces did along the mean velocity [J]."""
+        """Return the part of the energy lost by mass lumping in a step dt [s] by which the stress of points without heat
+        works less along `strain_velocity` than their forces along the mean velocity [J]."""
         how = self._bundle, dt, self.small_mass, self._lags
         if not self._lag_is_counted:
             self._lags.fill(0.0)

@@ -47,5 +47,5 @@ def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
 
 @kernel()
 def sum_strain_lag(n, first, chunks, awaiting, field, dt, small, sums):
-    """See `NodalMomentum.strain_lag_work`; a sum for each chunk, in rows from the first on."""
+    """Sum the work of `NodalMomentum.strain_lag_work` for each chunk, in rows starting at `first`."""
     parallel_for(sum_strain_lag_chunk, n, first, chunks, awaiting, field, dt, small, sums)

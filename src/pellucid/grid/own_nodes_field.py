@@ -14,7 +14,7 @@ from pellucid.jit.bundle import Bundle
 
 
 class OwnNodesField(VelocityField):
-    """What one body with its own nodes gives the nodes of the grid; it takes from them the increments of contact alone."""
+    """Velocity field of one body with its own nodes on the grid; the body receives contact increments only."""
 
     moves_points = False
     touches_on_nodes = True

@@ -40,7 +40,7 @@ class AffineInertia(NamedTuple):
 
 
 class InertiaRead(NamedTuple):
-    """What it reads."""
+    """Input of a point, or the arrays of all points."""
 
     velocity: np.ndarray  # (n, 3)
     mass: np.ndarray  # (n,)
@@ -58,7 +58,7 @@ class InternalForceInCells(NamedTuple):
 
 
 class InternalForceRead(NamedTuple):
-    """What it reads."""
+    """Input of a point, or the arrays of all points."""
 
     volume: np.ndarray  # (n,)
     stress: np.ndarray  # (n, 6)
@@ -133,7 +133,7 @@ def internal_force_of(mapped: MappedPoints, cells: FullCells | None = None) -> B
 
 
 class ParticleToGrid:
-    """What the points of a body give to the nodes of its velocity field."""
+    """P2G of a body: mass, momentum and internal forces."""
 
     def __init__(self, mapped: MappedPoints, affine: np.ndarray | None = None, cells: FullCells | None = None) -> None:
         force = internal_force_of(mapped, cells)

@@ -1,4 +1,4 @@
-"""What the transfers need of a body of points, and how its points are shared out in slabs."""
+"""Data of a body of points for the transfers, and the division of its points into slabs."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -14,7 +14,7 @@ OK, NOT_FINITE, INVERTED, LOST, FOLDED, COLLAPSED = range(6)
 
 
 class Fault(NamedTuple):
-    """Why a run cannot go on, and what to do."""
+    """Reason why a run stops, with a remedy."""
 
     meaning: str
     remedy: str
@@ -79,7 +79,7 @@ class Slabs(NamedTuple):
     of_lost: np.ndarray  # (s, columns) of those of a pass that moved points, the part of points that left the grid
 
     def reached(self, layers: tuple[int, int], stencil: int) -> np.ndarray:
-        """Which slabs have points that may reach nodes from the first of these layers to the last, shape (s,)."""
+        """Return a mask of the slabs with points that may reach nodes in these layers, shape (s,)."""
         return (self.layers[:, 0] - 1 - stencil <= layers[1]) & (self.layers[:, 1] + 1 + stencil >= layers[0])
 
 
@@ -95,7 +95,7 @@ class ByIndex(NamedTuple):
 
 @generic
 def place_of(index: Any, q: int) -> Any:
-    """Where the point that slabs count as number q is stored."""
+    """Return the storage row of the point with number q in the slabs."""
 
 
 @point_function(place_of, InOrder)
@@ -113,7 +113,7 @@ class NoCells(NamedTuple):
 
 
 class FullCells(NamedTuple):
-    """What `pellucid.grid.full_cells` knows of n cells, numbered as their first nodes are stored."""
+    """Data of n cells for `pellucid.grid.full_cells`, indexed by the storage index of their first nodes."""
 
     sums: Annotated[np.ndarray, NodalField(3, SUM, STEP, "m³, J, m³/s", "over the points of a cell: VOLUMES, PRESSURES, RATES")]
     found: Annotated[np.ndarray, NodalField(3, FOUND, STEP, "Pa, 1/s, 1/s", "of a full cell: PRESSURE, GROWTH, SHIFT")]

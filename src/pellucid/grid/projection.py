@@ -8,7 +8,7 @@ from pellucid.jit.vector import load, store
 
 @pointwise
 def constrained_velocity(nodes, supports, external, I, d, m, v):
-    """What supports and driven points make of the velocity v of node I of mass m [kg] along d [m/s]."""
+    """Return the velocity v of node I of mass m [kg] along d, corrected by supports and driven points [m/s]."""
     s = nodes.constrained[I, d]
     if s == 0 and len(supports.walls.stuck) > 0:
         s = supports.walls.stuck[I, d]
@@ -32,7 +32,7 @@ def project_node(nodes, supports, external, I):
 
 @kernel(inner=True)
 def _meet_chunk(chunk, field):
-    """Let walls that open hold the nodes of a chunk that no step has moved yet, or let them go."""
+    """Let walls that open constrain or release nodes of a chunk that no step has moved yet."""
     nodes = field.nodes
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         if nodes.has_mass[I] == 0 and nodes.mass[I] >= MASS_EPS:

@@ -1,7 +1,7 @@
-"""How processes share the points of a body, which are sorted into slabs: whole on each process, or spread among them.
+"""Distribution of the points of a body, sorted into slabs, among processes: all points on each process, or distributed.
 
-`first` says where the points of each slab begin among those that this process has, and behind the last. Both kinds have the
-same methods: `after_sorting`, and `hand_over` before rows are cut anew.
+`first` holds the first point of each slab among the points of this process, and the end. Both classes have the same
+methods: `after_sorting`, and `hand_over` before rows are redistributed.
 """
 
 from collections.abc import Callable, Mapping
@@ -38,7 +38,7 @@ class WholePoints:
         return slice(0, None)
 
     def hand_over(self) -> Callable[[], None]:
-        """What takes up the new rows."""
+        """Return the function that adopts the new rows."""
 
         def take_up() -> None:
             self._slabs.first[:] = self.first
@@ -58,11 +58,11 @@ class WholePoints:
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
-        """What the points that this process has have, shape (n, ...), of all processes."""
+        """Gather point data, shape (n, ...), from all processes."""
         return there
 
     def first_of_all(self) -> np.ndarray:
-        """Where the points of each slab begin among those of all processes, and behind the last."""
+        """Return the first point of each slab among the points of all processes, and the end."""
         return self.first
 
 
@@ -88,7 +88,7 @@ class SpreadPoints:
         return slice(begin, end)
 
     def hand_over(self) -> Callable[[], None]:
-        """What takes up the new rows: points come as they are stored."""
+        """Return the function that adopts the new rows; points arrive in storage order."""
         first = self.first_of_all()
 
         def take_up() -> None:
@@ -103,11 +103,11 @@ class SpreadPoints:
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
-        """What the points that this process has have, shape (n, ...), of all processes."""
+        """Gather point data, shape (n, ...), from all processes."""
         return domain.whole(there)
 
     def first_of_all(self) -> np.ndarray:
-        """Where the points of each slab begin among those of all processes, and behind the last."""
+        """Return the first point of each slab among the points of all processes, and the end."""
         if not domain.is_cut:
             return self.first
         return np.concatenate([[0], np.cumsum(domain.complete(np.diff(self.first)))])

@@ -94,11 +94,11 @@ def sort_by_nodes(
 
 
 class ShortRuns:
-    """What short runs of points with the same nodes have cost since the points of a body were sorted.
+    """Cost of short runs of points with the same nodes since the last sorting.
 
-    The further the order of the points is from that by their nodes, the more vectors a pass over them takes. The vectors of
-    each step beyond the fewest of any since the sorting are added up, and when they cost as much as a sorting, that pays: so
-    both together cost at most twice what they would if one knew when to sort, and the least where the runs shorten evenly.
+    The further the order of the points is from the order of their nodes, the more vectors a pass takes. The vectors of each
+    step beyond the smallest number since the sorting are added up; when they cost as much as a sorting, sorting pays. The
+    total is then at most twice the optimum, and equals it if the runs shorten evenly.
     """
 
     def __init__(self, n_points: int, cost: float) -> None:
@@ -114,7 +114,7 @@ class ShortRuns:
 
     @property
     def sorting_pays(self) -> bool:
-        """Whether they have cost as much as a sorting."""
+        """Return True if short runs have cost as much as a sorting."""
         return bool(self.counts[0] >= self._price)
 
 
@@ -148,7 +148,7 @@ def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
 
 
 def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray) -> np.ndarray:
-    """Which of some positions, shape (n, 3), lie in the rows of slabs of this process: their numbers, ascending."""
+    """Return the indices of the positions, shape (n, 3), in the rows of slabs of this process, ascending."""
     if not domain.is_cut:
         return np.arange(len(position))
     layer = np.empty(len(position), np.int64)
@@ -157,12 +157,12 @@ def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray
 
 
 def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:
-    """What a checkpoint keeps of slabs."""
+    """Return the arrays of slabs for a checkpoint."""
     return {"first": slabs.first, "left_slab": slabs.left_slab, "layers": slabs.layers}
 
 
 def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
-    """Take that up again. Raises UsageError for slabs that are cut in another way, as an earlier version did."""
+    """Restore slabs. Raises UsageError for another division into slabs, as in an earlier version."""
     if not np.array_equal(kept["layers"], slabs.layers):
         text = "the checkpoint was written by another version of pellucid (its slabs are others)"
         raise UsageError(f"{text}: go on with that one, or start the run again")

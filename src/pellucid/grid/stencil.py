@@ -28,7 +28,7 @@ class Stencil(NamedTuple):
 
 @pointwise
 def functions_at(functions, lattice, place):
-    """Where the first node about a place [m] is stored, and the numbers of its functions along each axis."""
+    """Return the storage index of the first node around a position [m], and the numbers of its functions along each axis."""
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     i, x = axis_numbers(functions[0], (place[0] - low[0]) * h, n[0])
     j, y = axis_numbers(functions[1], (place[1] - low[1]) * h, n[1])

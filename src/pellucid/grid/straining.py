@@ -34,7 +34,7 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR, end_stress_power
 
 
 class Read(NamedTuple):
-    """What straining reads of a point, or the arrays of it."""
+    """Input of a point for straining, or the arrays of all points."""
 
     position: Any  # [m]
     velocity: Any  # [m/s]
@@ -44,7 +44,7 @@ class Read(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What it keeps."""
+    """Output of a point, or the arrays of all points."""
 
     position: Any
     volume: Any
@@ -61,7 +61,7 @@ class Strain(NamedTuple):
 
 @generic
 def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
-    """Of points in full cells, what they lack in growth of volume [1/s]; () where cells do not act."""
+    """Return the missing volume growth rate of a point in full cells [1/s]; () without cells."""
 
 
 @generic

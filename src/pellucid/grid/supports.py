@@ -1,11 +1,11 @@
-"""What constrains nodes of the grid: supports, and among them walls that rub on bodies or let them go.
+"""Constraints of grid nodes: supports, and walls that have friction or release bodies.
 
-A wall is a face of the grid that a support holds along its normal. Where it presses on a body, with the impulse P that keeps a
-node in a step, Coulomb's friction is an impulse along the wall that stops the node's sliding, and at most μ P:
+A wall is a face of the grid that a support constrains along its normal. Let P be the impulse by which it stops a node in a
+step. Coulomb friction is an impulse along the wall that stops the sliding of the node, at most μ P:
 
     J = -m u min(1, μ P / m|u|),    u the node's velocity along the wall, relative to it, with all other impulses.
 
-A wall that opens lets a node go whose velocity, with all forces, leads away from it.
+A wall that opens releases a node whose velocity, with all forces, points away from it.
 """
 
 from math import sqrt
@@ -35,13 +35,13 @@ class YieldingWalls(NamedTuple):
 
 
 def no_walls() -> YieldingWalls:
-    """Where no wall rubs or opens."""
+    """Return an instance without yielding walls."""
     none, marks, vectors = np.zeros(0), np.zeros((0, 3), np.int16), np.zeros((0, 3))
     return YieldingWalls(none, np.zeros(0, np.uint8), none, marks, marks, vectors, vectors)
 
 
 class Supports(NamedTuple):
-    """What constrains nodes; `Nodes.constrained` counts its rows from 1."""
+    """Constraints of nodes; `Nodes.constrained` counts its rows from 1."""
 
     velocity: np.ndarray  # (supports, 3) [m/s]
     mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a clamp within it
@@ -50,13 +50,13 @@ class Supports(NamedTuple):
 
 @pointwise
 def is_beside(walls, I):
-    """Whether a wall that rubs or opens holds node I, or may hold it again."""
+    """Return True if a wall with friction or a wall that opens constrains node I, or may constrain it again."""
     return walls.held[I, 0] > 0 or walls.held[I, 1] > 0 or walls.held[I, 2] > 0
 
 
 @pointwise
 def leaves(supports, s, I, d, v):
-    """Whether support s, counted from 1, lets node I go that has the velocity v along its axis d [m/s]."""
+    """Return True if support s, counted from 1, releases node I with the velocity v along its axis d [m/s]."""
     walls = supports.walls
     if walls.opens[s - 1] == 0:
         return False
@@ -65,7 +65,7 @@ def leaves(supports, s, I, d, v):
 
 @pointwise
 def meet_walls(nodes, supports, I):
-    """Let walls that open hold node I, which no step has moved yet, or let it go, by its momentum alone."""
+    """Let walls that open constrain or release node I, which no step has moved yet, by its momentum."""
     walls = supports.walls
     for d in range(3):
         walls.stuck[I, d], s = 0, walls.held[I, d]

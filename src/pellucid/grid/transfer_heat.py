@@ -17,7 +17,8 @@ from pellucid.jit.vector import nothing
 
 @pointwise
 def lumping_heat(energy, change):
-    """What lumping loses of unit mass of a point [J/kg], where the nodes' increment is `change` and its energy `energy`."""
+    """Return the energy per unit mass of a point lost by lumping [J/kg], for the nodes' increment `change` with its
+    `energy`."""
     return energy - 0.5 * (change[0] * change[0] + change[1] * change[1] + change[2] * change[2])
 
 
@@ -34,13 +35,15 @@ def renewed(
     change: Any,
     lumping: Any,
 ) -> Any:
-    """Of a point with the velocity `new` after the step, its affine field of APIC with its energy, else (), and the heat of the
-    transfer of unit mass [J/kg]. known: its functions for that field; mapped, change: velocity and increment of the nodes."""
+    """Return the affine field of a point with its energy (APIC, else ()), and the heat of the transfer per unit mass
+    [J/kg]. new: velocity after the step; known: functions of the affine field; mapped, change: velocity and increment of
+    the nodes."""
 
 
 @generic
 def kept_heat(transfer: Any, heat: float) -> float:
-    """How much of it a point keeps: what is lost; of APIC all, since it swings with the way of the point."""
+    """Return the part of the heat that a point keeps: only losses; with APIC all, since the sign depends on the path of the
+    point."""
 
 
 @point_function(renewed, Flip)
@@ -66,8 +69,12 @@ def _blend(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 
 @pointwise
 def _filtered(transfer, about, lattice, nodes, v, mapped, change):
-    """With u the velocity by FLIP, d = u - Σ N v_I and a the share of PIC, u - a d has ½ a (2 - a) |d|² + a d·Σ N v_I less than
-    u. The sum of the last over all points is that of the m a (Σ N v_I·v_I° - Σ N v_I · Σ N v_I°), v_I° before the step."""
+    """Return the energy filtered by the PIC share.
+
+    With u the velocity by FLIP, d = u - Σ N v_I and a the share of PIC, u - a d has ½ a (2 - a) |d|² + a d·Σ N v_I less
+    energy than u. The sum of the last term over all points equals the sum of m a (Σ N v_I·v_I° - Σ N v_I · Σ N v_I°), with
+    v_I° before the step.
+    """
     share = 1.0 - transfer.flip
     dx, dy, dz = v[0] + change[0] - mapped[0], v[1] + change[1] - mapped[1], v[2] + change[2] - mapped[2]
     old = (mapped[0] - change[0], mapped[1] - change[1], mapped[2] - change[2])

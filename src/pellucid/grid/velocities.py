@@ -37,7 +37,7 @@ MOTION_SUMS = KINETIC, MOMENTUM_X, MOMENTUM_Y, MOMENTUM_Z, SPEED, LUMPING, LOSS
 
 
 class Read(NamedTuple):
-    """What the transfer reads of a point, or the arrays of it."""
+    """Input of a point for the transfer, or the arrays of all points."""
 
     position: Any  # [m]
     velocity: Any  # [m/s]
@@ -47,7 +47,7 @@ class Read(NamedTuple):
 
 
 class Worked(NamedTuple):
-    """What the stress works on."""
+    """Data of a point for the work of its stress."""
 
     volume: Any  # [m³]
     stress: Any  # [Pa]
@@ -55,7 +55,7 @@ class Worked(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What it keeps."""
+    """Output of a point, or the arrays of all points."""
 
     velocity: Any
     affine: Any
@@ -63,7 +63,7 @@ class Kept(NamedTuple):
 
 
 class Gathered(NamedTuple):
-    """What it gathers."""
+    """Values gathered from the nodes."""
 
     velocity: Any  # of the point after the step [m/s]
     lumping: Any  # heat of lumping, of unit mass [J/kg]
@@ -98,7 +98,7 @@ def mean_gradient(work: Any, about: Any, lattice: Any, nodes: Any) -> Any:
 
 @generic
 def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: float) -> Any:
-    """What a point keeps of work and heat, and what it gained and kept of heat [J]."""
+    """Return the work and heat stored by a point, and the heat gained and kept [J]."""
 
 
 @generic
@@ -175,7 +175,7 @@ def _rate_of_volume(task, p, g):
 
 
 class HeatArrays(NamedTuple):
-    """Where a body keeps heat."""
+    """Arrays of the heat of a body."""
 
     energy: np.ndarray  # (points,) specific internal energy [J/kg]
     heat: np.ndarray  # (points,) what the transfer of a step lost about a point [J/kg]

@@ -47,7 +47,7 @@ class VelocityField:
 
     @property
     def second_increment(self) -> np.ndarray:
-        """See `FieldNodes`, shape (nodes, 3); no rows without contact."""
+        """Second increment, see `FieldNodes`, shape (nodes, 3); empty without contact."""
         return self._own.second_increment
 
     @property
@@ -80,15 +80,15 @@ class VelocityField:
 
     @property
     def momentum(self) -> NodalMomentum:
-        """What advances the momentum of the nodes, once all that acts on them is known."""
+        """Momentum update of the nodes, available when all actions are known."""
         return self._momentum
 
     def share_gravity(self, share: float) -> None:
-        """Let a share of gravity act on the nodes."""
+        """Apply a share of gravity to the nodes."""
         self._momentum.share_gravity(share)
 
     def clear(self) -> None:
-        """Before points give the nodes mass, momentum and forces: those of the step before are gone."""
+        """Reset mass, momentum and forces of the nodes before P2G."""
         self._clear_nodes()
 
     def clear_external(self) -> None:
@@ -96,13 +96,14 @@ class VelocityField:
         self._clear_external()
 
     def add_drag(self, momentum: np.ndarray) -> None:
-        """Before a step: a drag takes this momentum of points that they would give to the nodes [kg m/s], shape (n, 3)."""
+        """Subtract the momentum that a drag removes from points, from their P2G [kg m/s], shape (n, 3). Called before a
+        step."""
         if not len(self.external.drag_momentum):
             self._act(with_memory(self.external, self.grid.n_nodes, "drag_momentum"))
         self.external.drag_momentum[:] += momentum
 
     def drag_work(self, dt: float) -> float:
-        """See `NodalMomentum.drag_work`."""
+        """Return the work of the drag; see `NodalMomentum.drag_work`."""
         taken = self.external.drag_momentum
         return self._momentum.drag_work(taken, dt) if len(taken) else 0.0
 
@@ -112,7 +113,7 @@ class VelocityField:
         return bool(self._walls.opens.any())
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """What walls did to the nodes in the last step, which the next may depend on."""
+        """Return the states of walls at the nodes after the last step, which the next step may depend on."""
         if not len(self._walls.held):
             return {}
         nodes, walls = self.grid.nodes, self._walls
@@ -120,12 +121,12 @@ class VelocityField:
         return {name: domain.of_nodes(array) for name, array in kept.items()}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         for name, array in self.state_arrays().items():
             array[:] = arrays[name]
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
-        """Let the nodes of these lists await impulses of contact in this step, and no others."""
+        """Set the nodes, by lists, that receive contact impulses in this step."""
         self._momentum.await_impulses(nodes)
 
     def advance(self, dt: float, counted: bool = False) -> None:
@@ -136,12 +137,11 @@ class VelocityField:
         self._momentum.advance(dt, counted)
 
     def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0, node: np.ndarray | None = None) -> np.ndarray:
-        """Give the nodes impulses [N s], shape (n, 3), after they were advanced and before contact; return those that they
-        took.
+        """Apply impulses [N s], shape (n, 3), to the nodes after the momentum update and before contact. Returns the
+        impulses received.
 
-        node: numbers of the nodes that get them, in order; all nodes if left out. column: of a row of works, to which their
-        work is added with this sign. See `pellucid.grid.nodal_impulses`. Raises ValueError where the works of the step are
-        counted already.
+        node: sorted numbers of the nodes; default: all nodes. column: of a row of works, to which their work is added with
+        this sign. See `pellucid.grid.nodal_impulses`. Raises ValueError if the works of the step are already counted.
         """
         if self._momentum.is_counted:
             raise ValueError("impulses are given in `act_on_nodes` alone, before the works of the step are counted")
@@ -150,7 +150,7 @@ class VelocityField:
         return given
 
     def strain_as_moved(self, node: np.ndarray) -> None:
-        """Let these nodes strain points in this step by the velocities that they moved with."""
+        """Let these nodes strain points in this step with the velocities that moved the points."""
         self._moved.append(node)
 
     def works(self, dt: float) -> StepWork | None:
@@ -166,7 +166,7 @@ class VelocityField:
         return done._replace(works=works)
 
     def strain_lag_work(self, dt: float) -> float:
-        """See `NodalMomentum.strain_lag_work`."""
+        """Return the lag work; see `NodalMomentum.strain_lag_work`."""
         return self._momentum.strain_lag_work(dt)
 
     @property
@@ -175,8 +175,8 @@ class VelocityField:
         return self._momentum.small_mass
 
     def begin_second(self) -> None:
-        """Before contact gives its second increments in a step: those of the step before, and the impulses that prescribed
-        motions have taken by now, are gone."""
+        """Reset the second increments of the previous step and the impulses of prescribed motions, before contact applies
+        second increments."""
         self.external.impulse.fill(0.0)
         if not len(self.second_increment):
             self._own = with_memory(self._own, self.grid.n_nodes, "second_increment")

@@ -1,7 +1,7 @@
-"""How points take their velocity from the grid: FLIP, a blend of FLIP and PIC, or APIC.
+"""Transfer of velocity from the grid to points: FLIP, a blend of FLIP and PIC, or APIC.
 
-Sources: Brackbill & Ruppel 1986 (FLIP); Stomakhin et al. 2013 (blend); Jiang, Schroeder & Teran 2017, J. Comput. Phys. 338, 137
-(APIC). An APIC point also carries the affine velocity field C about itself: nine numbers of its row of `affine`, shape
+Sources: Brackbill & Ruppel 1986 (FLIP); Stomakhin et al. 2013 (blend); Jiang, Schroeder & Teran 2017, J. Comput. Phys. 338,
+137 (APIC). An APIC point also carries the affine velocity field C around itself: nine numbers of its row of `affine`, shape
 (n, 10) [1/s].
 """
 

@@ -17,14 +17,14 @@ from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
 
 class Read(NamedTuple):
-    """What the pass reads of a point, or the arrays of it."""
+    """Input of a point, or the arrays of all points."""
 
     position: Any  # [m]
     volume: Any  # [m³]
 
 
 class Kept(NamedTuple):
-    """What it keeps."""
+    """Output of a point, or the arrays of all points."""
 
     stress: Any  # viscous [Pa]
 
@@ -66,8 +66,8 @@ def straining_by_viscosity(
 
 
 def diagonal_by_viscosity(mapped: MappedPoints, mu: float, lam: float, into: np.ndarray) -> Bundle:
-    """What `scatter` adds to rows of the nodes, shape (4 nodes,), for the diagonal of the viscous operator of the points of a
-    body, Σ V (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along each axis d [kg/s]."""
+    """Build the P2G of the diagonal of the viscous operator of a body's points to rows of the nodes, shape (4 nodes,): Σ V
+    (μ |∇N|² + (μ+λ) (∂N/∂x_d)²) along each axis d [kg/s]."""
     return giving(mapped, BySquare(mapped.points.volume, mu, 2.0 * mu + lam, into))
 
 

@@ -131,7 +131,7 @@ def _with_rows(context: Any, builder: Any, kind: Any, value: Any, rows: Any) -> 
 
 @cache
 def _layout(kind: Any) -> np.dtype[Any]:
-    """How the compiler lays a value of this type out in memory. Raises TypeError for what a bundle cannot hold."""
+    """Return the memory layout of a compiled type. Raises TypeError for types that a bundle cannot hold."""
     if isinstance(kind, types.Array):
         dimensions = np.dtype([(f"f{axis}", np.intp) for axis in range(kind.ndim)])
         names = ("meminfo", "parent", "nitems", "itemsize", "data")
@@ -146,7 +146,7 @@ def _layout(kind: Any) -> np.dtype[Any]:
 
 
 def _native(value: Any, kind: Any) -> Any:
-    """What the compiler takes a value for; arrays count no references, since the bundle keeps them alive."""
+    """Return the native form of a value. Arrays have no reference count, since the bundle keeps them alive."""
     if isinstance(kind, types.Array):
         return 0, 0, value.size, value.itemsize, value.ctypes.data, value.shape, value.strides
     if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]

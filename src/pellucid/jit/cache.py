@@ -46,7 +46,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
     @property
     def cache_path(self) -> str:
-        """Where compiled kernels are kept."""
+        """Return the folder of compiled kernels."""
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
@@ -102,7 +102,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
 
 def read_checked(file: Path) -> bytes:
-    """What `write_checked` wrote. Raises ValueError where that is not what is there."""
+    """Read data of `write_checked`. Raises ValueError if the data are damaged."""
     data = file.read_bytes()
     if hashlib.sha256(data[DIGEST:]).digest() != data[:DIGEST]:
         raise ValueError("its bytes do not match its digest")

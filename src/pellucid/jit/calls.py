@@ -37,13 +37,13 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
 
 def call_at_once(compiled: Any) -> None:
-    """Let a kernel of numba's be called in this way."""
+    """Make a numba kernel callable in this way."""
     compiled.__class__ = KernelDispatcher
     compiled.entries = {}
 
 
 def _kind(value: Any) -> Any:
-    """What tells the compiled type of an argument, quickly; None where nothing does."""
+    """Return a fast key of the compiled type of an argument; None if there is none."""
     kind = type(value)
     if kind is Bundle:
         return value.type_name

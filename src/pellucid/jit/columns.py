@@ -22,12 +22,12 @@ WIDTH = BLOCK + 2 * LANES
 
 
 def is_tuple(kind: Any) -> bool:
-    """Whether values of a compiled type have parts."""
+    """Return True if values of a compiled type have parts."""
     return isinstance(kind, types.BaseTuple)  # type: ignore[attr-defined]
 
 
 def leaves(kind: Any) -> int:
-    """How many numbers a value of a compiled type has."""
+    """Return the number of scalars in a value of a compiled type."""
     return sum(leaves(part) for part in kind) if is_tuple(kind) else 1
 
 
@@ -44,14 +44,14 @@ def lanes_of(kind: Any) -> Any:
 
 
 def built(context: Any, builder: Any, kind: Any, values: Iterator[Any]) -> Any:
-    """In compiled code: a tuple of a type, of these numbers or vectors."""
+    """Build a tuple of a type from these scalars or vectors, in compiled code."""
     if is_tuple(kind):
         return context.make_tuple(builder, kind, [built(context, builder, part, values) for part in kind])
     return next(values)
 
 
 def flat(builder: Any, kind: Any, value: Any) -> Iterator[tuple[Any, Any]]:
-    """In compiled code: the numbers, or vectors, of a tuple with their types, in order."""
+    """Yield the scalars or vectors of a tuple with their types, in order, in compiled code."""
     if is_tuple(kind):
         for place, part in enumerate(kind):
             yield from flat(builder, part, builder.extract_value(value, place))

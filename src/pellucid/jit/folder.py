@@ -7,7 +7,7 @@ from pellucid.errors import UsageError
 
 
 def cache_folder() -> Path:
-    """Where compiled kernels are kept. Raises UsageError where no folder is named and there is no home."""
+    """Return the folder of compiled kernels. Raises UsageError if no folder is set and there is no home."""
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base is None:
         root = os.environ.get("XDG_CACHE_HOME")

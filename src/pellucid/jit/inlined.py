@@ -17,13 +17,13 @@ class InlinedLibrary(JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """None."""
+        """Return 0: there is no compiled function."""
         self._ensure_finalized()
         return 0
 
     @property
     def codegen(self) -> Any:
-        """That of the processor; but there is no place for what a function would take from Python."""
+        """Code generator of the processor, without environments for values from Python."""
         return _NoEnvironments
 
 

@@ -1,9 +1,10 @@
-"""One parallel region for the loops of several bodies.
+"""Joint parallel region for the loops of several bodies.
 
-Loops that begin with `joint_for` or `joint_by_colour` in a block `with joint_region:` wait for its end. Then a thread does the
-first chunk of them all, loop after loop, another the second, and so on; of loops by colour one colour after the other.
-So bodies that add to the same nodes do not meet there, for their chunks are the same layers of the grid, and all is added in
-one order on any number of threads. A loop may take what an earlier one of its kind left in the same chunk.
+Loops that begin with `joint_for` or `joint_by_colour` in a block `with joint_region:` wait for its end. Then a thread runs
+the first chunk of all loops, one loop after another; another thread runs the second, and so on; loops by colour run one
+colour after the other. Bodies that add to the same nodes do not conflict, since their chunks are the same layers of the
+grid, and all is added in one order on any number of threads. A loop may use the results of an earlier one of its kind in
+the same chunk.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +21,7 @@ OF_A_BODY, BYTES_EACH = 8, 256
 
 @contextmanager
 def leaving_out(rows: int) -> Iterator[None]:
-    """Let loops leave out EVEN_ROWS or ODD_ROWS of `pellucid.jit.region`."""
+    """Make loops skip EVEN_ROWS or ODD_ROWS of `pellucid.jit.region`."""
     waiting[LEFT_OUT] = rows
     try:
         yield
@@ -61,9 +62,9 @@ class JointRegion:
             waiting[OPEN] = 1
 
     def make_room(self) -> None:
-        """Before a body begins its loops: do those that wait where its own might not all find room.
+        """Run waiting loops before a body begins its own, if these might not find room.
 
-        A loop without room is done at once, before those that wait, of which it may take what they leave.
+        A loop without room runs at once, before the waiting loops whose results it may use.
         """
         if waiting[COUNT] > MOST - OF_A_BODY or waiting[USED] > ROOM - OF_A_BODY * BYTES_EACH:
             self._run()

@@ -11,9 +11,10 @@ from typing import Any
 
 @contextmanager
 def record_kernel_calls() -> Iterator[dict[tuple[Any, tuple[Any, ...]], None]]:
-    """Put the kernels down that Python calls in the block, in order, with the types of their arguments; they are not run.
+    """Record the kernels called from Python in the block, in order, with the types of their arguments, without running
+    them.
 
-    What they would have filled stays as it was. Those that give something back run as plain Python.
+    Their output arrays stay unchanged. Kernels that return values run as plain Python.
     """
     from numba.core.registry import CPUDispatcher
 

@@ -71,7 +71,7 @@ def _without_collection() -> Iterator[None]:
 
 
 def _keep_from_python(compiled: Any) -> None:
-    """Let a call from Python raise TypeError: numba would jump to the wrapper that there is not, and the process would end."""
+    """Make calls from Python raise TypeError: numba would jump to a missing wrapper and the process would end."""
 
     def add_overload(result: Any) -> None:
         compiled.overloads[tuple(result.signature.args)] = result  # for kernels alone

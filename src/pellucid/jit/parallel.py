@@ -101,7 +101,8 @@ class ChunkKernel(NamedTuple):
 
 
 def chunk_kernels(library: Any) -> list[ChunkKernel]:
-    """Those that the code of a library refers to, without those of libraries within it; they live as long as it does."""
+    """Return the chunk kernels that the code of a library refers to, without those of nested libraries; they live as long
+    as it does."""
     if not hasattr(library, "chunk_kernels"):
         library.chunk_kernels = []
     kept: list[ChunkKernel] = library.chunk_kernels

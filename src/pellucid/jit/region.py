@@ -194,7 +194,7 @@ def _define_run(module: Any, share: Any) -> Any:
 
 
 def _define_share(module: Any) -> Any:
-    """What each thread does."""
+    """Define the function of each thread."""
     function, builder = _define(module, SHARE, "share")
     task = builder.bitcast(function.args[-1], TASK.as_pointer())
     done = _member(builder, task, DONE)

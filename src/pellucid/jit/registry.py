@@ -121,7 +121,7 @@ def compiled_by(module: str) -> Callable[[Callable[..., Any]], Callable[..., Any
 
 
 def is_operation(value: Any) -> bool:
-    """Whether this is a function declared with `@generic`."""
+    """Return True for a function declared with `@generic`."""
     return isinstance(value, FunctionType) and value in _generics
 
 
@@ -136,7 +136,7 @@ def defaults(operation: Callable[..., Any]) -> list[Callable[..., Any]]:
 
 
 def is_pointwise(value: Any) -> bool:
-    """Whether this function is marked with `@pointwise`."""
+    """Return True for a function marked with `@pointwise`."""
     return value in _helpers
 
 

@@ -39,7 +39,7 @@ def address_of_row(context: Any, builder: Any, kind: Any, array: Any, p: Any, le
 
 
 def _walk(builder: Any, like: Any, kind: Any, arrays: Any, visit: Callable[[Any, Any, Any], Any]) -> Iterator[Any]:
-    """What `visit` gives for each array and the part of `like` that it holds."""
+    """Yield the result of `visit` for each array and the part of `like` that it holds."""
     if not is_tuple(kind):
         yield visit(like, kind, arrays)
         return

@@ -1,8 +1,8 @@
-"""What the compiled code of a kernel depends on: every function and constant that it leads to, and the types it is called with.
+"""Dependencies of a compiled kernel: all functions and constants that it uses, and its argument types.
 
-A kernel leads to the functions, classes and constants that its code names, and so on. A pointwise operation leads to the
-implementations for the classes that occur: in the types of the kernel's arguments, or because code on the way makes them.
-Functions count by their code: captions, comments and moved lines do not change a digest.
+A kernel uses the functions, classes and constants that its code names, recursively. A pointwise operation uses the
+implementations for the classes that occur in the types of the kernel's arguments or are created by the code. Functions are
+compared by their code: docstrings, comments and moved lines do not change a digest.
 """
 
 import hashlib
@@ -25,7 +25,7 @@ VERSIONED = ("numpy", "numba", "math", "builtins", "operator")  # what they hold
 
 
 class Lead(NamedTuple):
-    """Where the code of a function leads."""
+    """Dependencies of the code of a function."""
 
     digest: str
     functions: list[FunctionType]
@@ -34,14 +34,14 @@ class Lead(NamedTuple):
 
 
 class Sources(NamedTuple):
-    """All that a kernel depends on: its digest, and the named tuple classes in it by module and name."""
+    """Dependencies of a kernel: its digest, and the named tuple classes in it by module and name."""
 
     digest: str
     classes: dict[tuple[str, str], type]
 
 
 def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type]) -> Sources | None:
-    """What kernels that are called with these types depend on; None where two classes have one name."""
+    """Return the dependencies of kernels called with these types; None if two classes have the same name."""
     arguments = tuple(arguments)
     ahead: list[Any] = list(functions)
     seen: set[Any] = set()
@@ -108,7 +108,7 @@ def compiler_state() -> str:
 
 @cache
 def lead_of(function: FunctionType) -> Lead:
-    """Where the code of one function leads."""
+    """Return the dependencies of the code of one function."""
     lead = Lead("", [], [], [])
     parts = [f"{function.__module__}.{function.__qualname__}", repr(function.__defaults__)]
     parts.append(code_text(function.__code__, function.__doc__))
@@ -117,7 +117,7 @@ def lead_of(function: FunctionType) -> Lead:
 
 
 def code_text(code: CodeType, doc: str | None = None) -> str:
-    """What a code object does, without its place in a file."""
+    """Return the content of a code object, without its place in a file."""
     constants = [
         code_text(value) if isinstance(value, CodeType) else str(sorted(map(repr, value)))
         if isinstance(value, frozenset) else repr(value)
@@ -152,12 +152,12 @@ def names_in(code: CodeType) -> set[str]:
 
 
 def from_versioned(module: str | None) -> bool:
-    """Whether a module belongs to those whose version says what they hold."""
+    """Return True for a module whose version determines its content."""
     return (module or "builtins").split(".")[0] in VERSIONED
 
 
 def follow(value: Any, lead: Lead) -> str:
-    """Say what a value is, in one line, and note where it leads."""
+    """Describe a value in one line and record its dependencies."""
     if registry.is_operation(value):
         lead.operations.append(value)
     elif isinstance(value, FunctionType):

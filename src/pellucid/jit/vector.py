@@ -79,7 +79,7 @@ def _store(typing: Any, array: Any, index: Any, vector: Any) -> Any:
 
 
 def repeat(builder: Any, number: Any) -> Any:
-    """In compiled code: a vector with a number in all lanes."""
+    """Build a vector with a scalar in all lanes, in compiled code."""
     empty = ir.Constant(DOUBLES, ir.Undefined)
     first = builder.insert_element(empty, number, ir.IntType(32)(0))
     return builder.shuffle_vector(first, empty, ir.Constant(SHUFFLE, [0] * LANES))

@@ -20,8 +20,8 @@ from pellucid.tensors import ZERO_VECTOR
 
 @generic
 def fetch(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int) -> None:
-    """Put the rows that `arrays` hold of the n points which slabs count from `start` on, tuples like `like`, into columns from
-    `at` on."""
+    """Copy rows of `arrays` for n points, starting at number `start` of the slabs, as tuples like `like`, to columns
+    starting at `at`."""
 
 
 @generic
@@ -31,10 +31,10 @@ def keep(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int
 
 @generic
 def expect(index: Any, like: Any, arrays: Any, q: int) -> None:
-    """Let the memory bring rows of the LANES points nearer that lie a block after number q.
+    """Prefetch rows of LANES points one block after number q.
 
-    Called for each vector of a block, so that the rows of the next come while this one is worked on. Asked for at once, they
-    would keep the processor waiting as long as the first look at them does.
+    Called for each vector of a block, so that the rows of the next block arrive while this one is processed. Prefetching
+    all at once would stall the processor as long as reading them.
     """
 
 
@@ -91,7 +91,7 @@ def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
 
 @pointwise
 def functions_like(functions):
-    """What the columns of shape functions hold of a point, along each axis."""
+    """Return examples of the columns of shape functions of a point, along each axis."""
     _, x = axis_numbers(functions[0], 0.0, 1)
     _, y = axis_numbers(functions[1], 0.0, 1)
     _, z = axis_numbers(functions[2], 0.0, 1)
@@ -142,7 +142,7 @@ def add_columns(c, column, n, sums, number, count):
 
 @pointwise
 def largest_of_column(c, column, n, sums, number):
-    """Let each lane of a vector of sums be the largest of what it was and the n numbers of a column."""
+    """Update each lane of a vector of sums by the maximum of the n numbers of a column."""
     at = column * WIDTH
     for q in range(n, (n + LANES - 1) // LANES * LANES):
         c[uintp(at + q)] = 0.0

@@ -41,7 +41,7 @@ NO_PLACE = 1e3
 
 @pointwise
 def _look_up(points, n, found, first_node, c):
-    """What the pass finds of the n points of a block before it gathers, into columns after what was read."""
+    """Look up values for the n points of a block before gathering, into columns after the input."""
     functions, lattice = points.mapped.functions, points.mapped.lattice
     for q in range(n):
         about, p = about_point(functions, found, first_node, q), take(points.read_like, c, q)
@@ -51,7 +51,7 @@ def _look_up(points, n, found, first_node, c):
 
 @pointwise
 def _gather(points, start, n, found, first_node, c):
-    """What the pass gathers, into columns after what was looked up; how many vectors of points that took."""
+    """Gather nodal values into columns after the looked-up values; return the number of vectors of points."""
     functions, lattice, nodes, index = points.mapped.functions, points.mapped.lattice, points.mapped.nodes, points.mapped.index
     like, known_like = points.read_like, points.known_like
     a = vectors = 0
@@ -71,7 +71,7 @@ def _gather(points, start, n, found, first_node, c):
 
 @pointwise
 def _find(points, dt, n, c):
-    """What the pass finds at each point, over the columns of what was looked up and gathered: these then stay in the cache."""
+    """Evaluate the pass at each point and overwrite the columns of looked-up and gathered values, which stay in the cache."""
     like, known_like, gathered_like = points.read_like, points.known_like, points.gathered_like
     GATHERED, task, lattice = size(like) + size(known_like), points.task, points.mapped.lattice
     for q in range(n):

@@ -1,10 +1,11 @@
-"""What points give to their nodes: numbers times N, or rows of numbers times the slopes of N.
+"""P2G of values: numbers times N, or rows of numbers times the gradients of N.
 
-Linear functions have the same slopes at all points. So what a run, points with the same nodes, gives is summed first: by N a
-row for each node; by slopes a row for each line of nodes along an axis, by the products of the weights across. Nodes are then
-added to once for the run. With other functions point after point adds.
+Linear functions have the same gradients at all points with the same nodes. The contributions of such a run of points are
+therefore summed first: by N one row per node; by gradients one row per line of nodes along an axis, using the products of
+the transverse weights. The nodes are then updated once per run. With other functions each point adds separately.
 
-A gift is a NamedTuple with a function `given`, which fetches the values of one point. All rows on the nodes have four numbers.
+A gift is a NamedTuple with a function `given`, which fetches the values of one point. All rows on the nodes have four
+numbers.
 """
 
 from typing import Any, NamedTuple
@@ -102,23 +103,23 @@ def giving(mapped: MappedPoints, gives: Any) -> Bundle:
 
 @generic
 def given(rule: Any, lattice: Any, points: Any, p: Any) -> Any:
-    """What point p gives, points: the arrays that the gift reads. By value a row of four, or four of them, at its place and by
-    distance [m] along x, y, z; by slope three rows."""
+    """Return the contribution of point p; points: the input arrays. By value: one row of four numbers, or four rows, at its
+    position and by distance [m] along x, y, z; by gradient: three rows."""
 
 
 @generic
 def rows_at_nodes(rule: Any, rows: Any, about: Any, cell: float) -> Any:
-    """Of what `given` gives by value, a row for each node of the point's stencil, or one for all."""
+    """Return a row for each node of the point's stencil, or one for all, from values of `given`."""
 
 
 @generic
 def rows_of_line(rule: Any, rows: Any, w: float, dx: float, dy: float) -> Any:
-    """Of that, the share w that a line of nodes along z gets at these distances [m]."""
+    """Return the share w for a line of nodes along z at these distances [m]."""
 
 
 @generic
 def row_of_node(rule: Any, line: Any, dz: float) -> Any:
-    """Of that of its line, the row for a node at the distance dz [m]."""
+    """Return the row of a node at the distance dz [m] on its line."""
 
 
 @generic
@@ -193,7 +194,7 @@ def _as_line(rule, line, dz):
 
 @pointwise
 def _ends_run(first_node, q, n):
-    """Whether point q of n points is the last of those that share its nodes."""
+    """Return True if point q of n points is the last of a run with the same nodes."""
     return q + 1 == n or first_node[q + 1] != first_node[q]
 
 

@@ -24,7 +24,7 @@ class Stay(NamedTuple):
 
 @generic
 def displacement(rule: Any, mapped: Any, p: Any, dt: float) -> Any:
-    """How far point p moves along x, y, z over a step dt [s] [m]."""
+    """Return the displacement of point p over a step dt [s] [m]."""
 
 
 @point_function(displacement, Stay)

@@ -1,4 +1,4 @@
-"""Where points may be: within the grid, and within a layer of the slab that they were sorted into."""
+"""Bounds of points: the grid, and the layers of the slab into which they were sorted."""
 
 from math import inf
 
@@ -23,7 +23,7 @@ def in_cells(lattice, place):
 
 @pointwise
 def strays(lattice, X, Y, Z, bounds):
-    """Whether a point at X, Y, Z, in cells from the walls, lies beyond the bounds of its slab: 1.0 or 0.0."""
+    """Return 1.0 if a point at X, Y, Z, in cells from the walls, is outside its slab, else 0.0."""
     main, second = lattice.slab_axis, lattice.cut_axis
     along = X if main == 0 else (Y if main == 1 else Z)
     across = X if second == 0 else (Y if second == 1 else Z)
@@ -33,7 +33,7 @@ def strays(lattice, X, Y, Z, bounds):
 
 @pointwise
 def outside(lattice, X, Y, Z):
-    """Whether a place is none within the grid: 1.0 or 0.0. Of numbers that are not finite it is 1."""
+    """Return 1.0 if a position is outside the grid or not finite, else 0.0."""
     n = lattice.counts
     bad = 0.0 if X >= 0.0 else 1.0
     bad = bad if Y >= 0.0 else 1.0
@@ -51,8 +51,8 @@ def fault_of_place(place):
 
 @pointwise
 def comes_first(fault, first):
-    """Whether a slab reports this fault in place of the first one that it has: a point that left the grid may be allowed to, so
-    that any other fault comes before it."""
+    """Return True if a slab reports this fault instead of its first one. A point that left the grid may be allowed to, so
+    any other fault has priority."""
     return fault != OK and (first == OK or (first == LOST and fault != LOST))
 
 

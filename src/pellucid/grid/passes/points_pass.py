@@ -1,4 +1,4 @@
-"""What a pass over points declares, and the functions of one point that make it up."""
+"""Declaration of a pass over points, and its functions of one point."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ NO_MAXIMUM = -1
 
 
 class Found(NamedTuple):
-    """What a pass finds at a point."""
+    """Result of a pass at a point."""
 
     kept: Any  # what its points keep, a value for each array of `kept`
     sums: Any  # what it adds to the sums, numbers in the order of `Declaration.sums`
@@ -24,18 +24,18 @@ class Found(NamedTuple):
 
 @generic
 def looked_up(task: Any, lattice: Any, functions: Any, about: Any, p: Any) -> Any:
-    """What a pass finds for a point before it gathers, such as from a table: numbers, and branches are allowed.
+    """Return values of a point needed before gathering, e.g. from a table; branches are allowed.
 
-    about: the stencil of the point; p: what was read of it.
+    about: the stencil of the point; p: its input.
     """
 
 
 @generic
 def gathered(task: Any, about: Any, lattice: Any, nodes: Any, p: Any, known: Any) -> Any:
-    """What a pass gathers from the nodes of a point; known: what was looked up.
+    """Return values gathered from the nodes of a point; known: looked-up values.
 
-    Of numbers, or of vectors for several points that share their nodes: it uses + - * / and the sums of
-    `pellucid.grid.stencil`, and no branch. Arithmetic whose result not all passes need belongs here, where it costs nothing.
+    Evaluated for numbers, or for vectors of several points with the same nodes: only + - * / and the sums of
+    `pellucid.grid.stencil`, no branches. Arithmetic whose result not all passes need belongs here, where it is free.
     """
 
 
@@ -46,7 +46,7 @@ def at_point(task: Any, lattice: Any, dt: float, p: Any, known: Any, g: Any) -> 
 
 @generic
 def in_cell(task: Any, p: Any, g: Any) -> Any:
-    """What the point adds to its cell, where cells are counted."""
+    """Return the contribution of the point to its cell, if cells are summed."""
 
 
 @default_function(looked_up)
@@ -60,9 +60,9 @@ def _nothing_gathered(task, about, lattice, nodes, p, known):
 
 
 class Declaration(NamedTuple):
-    """What the loop does for a pass, besides reading and keeping.
+    """Options of the loop for a pass, besides input and output.
 
-    Values of points are numbers and tuples of numbers; an example stands for their kind.
+    Values of points are numbers and tuples of numbers; an example stands for their type.
     """
 
     gathers: Any = ()  # example of what it gathers
