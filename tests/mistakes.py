@@ -144,7 +144,7 @@ MISTAKES = {
         "where = { box = { lower = [0.9, 0, 0], upper = [1, 0.5, 0] } }",
         "where = { box = { lower = [0.9, 0, 0], upper = [1, 0.5, 0] }, rotate = { angle = 90, centre = [0, 0, 0] } }",
         "rotate",
-        ["support.1.where.box", "the box contains no node", "let the box overlap the grid"],
+        ["support.1.where.box", "the box contains no node", "move or enlarge the box to overlap the grid"],
     ),
     "no points": ("points_per_cell = 4", "points_per_cell = 0", "", ["points_per_cell", "at least 1"]),
     "unknown choice": ('functions = "gimp"', 'functions = "gipm"', "", ['"trilinear"', "did you mean `gimp`?"]),

@@ -322,12 +322,12 @@ def test_alone_it_needs_no_grid(tmp_path):
     [
         (
             {"support": [{"where": "x-lower"}]},
-            "support.0.where: needs a grid, and this case has none: faces are those of a grid",
+            "support.0.where: needs a grid, and this case has none: faces belong to a grid",
         ),
         ({"absorbing": [{"where": "x-lower", "body": "lattice"}]}, "absorbing.0.where: needs a grid"),
         (
             {"contact": [{"between": ["lattice", "none"]}]},
-            "contact.0.between: needs a grid, .* contact needs the cells and faces of a grid",
+            "contact.0.between: needs a grid, .* contact needs a grid",
         ),
     ],
 )

@@ -252,7 +252,7 @@ def test_loads_without_faces_are_refused(more, words):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"load": [UP | {"body": "lump"}]}, "body lump has no faces between nodes of its own"),
+        ({"load": [UP | {"body": "lump"}]}, "body lump has no faces with its own nodes"),
         ({"pressure": [{"body": "lump", "value": 1.0}]}, "is no membrane and has no mesh"),
     ],
 )

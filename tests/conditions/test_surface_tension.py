@@ -353,7 +353,7 @@ TORN = LIQUID | {"pressure": 0.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
 @pytest.mark.parametrize(
     ("more", "text"),
     [
-        ({"body": {"material": SOLID}}, "is no fluid of material points"),
+        ({"body": {"material": SOLID}}, "is not a fluid of material points"),
         ({"body": {"material": TORN}}, "carries no tension"),
         ({"tension": {"body": "drip"}}, "no body has this name"),
         ({"tension": {"tension": -1.0}}, "tension"),
@@ -365,9 +365,9 @@ TORN = LIQUID | {"pressure": 0.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
         ({"outflow": [{"where": "x-upper"}]}, "passes a face"),
         ({"support": [{"where": "y-lower", "fix": ["x"], "contact_angle": 60.0}]}, "held along its normal, for all bodies"),
         ({"support": [FLOOR[0] | {"contact_angle": a} for a in (60.0, 70.0)]}, "gives the face y-lower the angle 60"),
-        ({"surface_tension": [], "wall": [FLAT | {"contact_angle": 60.0}]}, "no fluid of this case has surface tension"),
+        ({"surface_tension": [], "wall": [FLAT | {"contact_angle": 60.0}]}, "no fluid in this case has surface tension"),
         ({"wall": [FLAT | {"contact_angle": 60.0, "velocity": [0, 0.1, 0]}]}, "moves along its normal"),
-        ({"surface_tension": [], "support": [FLOOR[0] | {"contact_angle": 60.0}]}, "no fluid of this case has surface tension"),
+        ({"surface_tension": [], "support": [FLOOR[0] | {"contact_angle": 60.0}]}, "no fluid in this case has surface tension"),
     ],
 )
 def test_what_has_no_such_surface_is_refused(more, text):

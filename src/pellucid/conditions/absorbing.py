@@ -32,7 +32,7 @@ class Absorbing(Condition):
     losses: ClassVar[Sequence[Channel]] = (ABSORBED_ENERGY,)
 
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
-    body: str = parameter("", "body whose waves leave: the speeds are those of its material at the start")
+    body: str = parameter("", "body whose waves leave the grid, with the wave speeds of its material at the start")
 
     _one_or_several = field_validator("where", mode="before")(one_or_several)
 
@@ -43,7 +43,7 @@ class Absorbing(Condition):
             member = assembly.bodies[absorbing.body]
             speeds = member.model.wave_speeds()
             if member.actions is None or member.body.on_grid is None or speeds is None:
-                raise ValueError(f"body {absorbing.body} has no points on the grid whose waves a face could absorb")
+                raise ValueError(f"body {absorbing.body} has no points on the grid, so a face cannot absorb its waves")
             faces = [(face, *speeds) for face in absorbing.where]
             functions = member.body.on_grid.functions
             member.actions.absorption()[:] += absorption_rates(member.actions.field.grid, functions, faces)
@@ -51,24 +51,22 @@ class Absorbing(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report bodies without waves at a face, and faces that are constrained or absorb twice."""
-        yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+        yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
         if body is not None and body.wave_speeds() is None:
-            why = (
-                "is a membrane; its waves run along it, not to a face" if body.is_surface else "has no waves that reach a face"
-            )
+            why = "is a membrane: its waves travel along it and do not reach a face" if body.is_surface else "has no waves"
             text = f"body {self.body} {why}"
-            yield Finding((*path, "body"), text, "name a body of material-points")
+            yield Finding((*path, "body"), text, "name a body of kind material-points")
         before = [face for place, other in parts.placed(Absorbing) if place < path for face in other.where]
         for number, face in enumerate(self.where):
             yield from parts.seam((*path, "where", number), face)
             if face in before or face in self.where[:number]:
-                text = f"the face {face} stands here a second time: it would absorb twice as much as arrives"
-                yield Finding((*path, "where"), text, "name each face once, with the body that fills it")
+                text = f"the face {face} is listed twice and would absorb twice"
+                yield Finding((*path, "where"), text, "list each face once, with the body that fills it")
             if any(condition.constrains_face(face) for condition in parts.of(Condition)):
-                text = f"a support constrains the face {face}: constrained nodes absorb nothing"
-                yield Finding((*path, "where"), text, "take the face out of one of the two")
+                text = f"a support constrains the face {face}, and constrained nodes cannot absorb waves"
+                yield Finding((*path, "where"), text, "remove the face from one of the two")
 
 
 def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:

@@ -13,10 +13,10 @@ from pellucid.smooth_step import risen
 class Amplitude(Model):
     """The share of a load that acts, as a function of time: straight lines between instants, constant before and behind."""
 
-    times: tuple[float, ...] | None = parameter("s", "instants, one after the other", None, min_length=2)
-    shares: tuple[float, ...] | None = parameter("", "share of the load at each; it may be negative or above 1", None)
+    times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
+    shares: tuple[float, ...] | None = parameter("", "fraction of the load at each time; may be negative or above 1", None)
     path: InputFile | None = parameter(
-        "", "instead of these, a CSV file with the columns time [s] and share; a row of names may stand first", None
+        "", "alternative: a CSV file with the columns time [s] and fraction; a header row is allowed", None
     )
 
     @check
@@ -24,7 +24,7 @@ class Amplitude(Model):
         if (self.path is None) == (self.times is None) or (self.times is None) != (self.shares is None):
             raise ValueError("give either `times` and `shares`, such as { times = [0, 1], shares = [0, 1] }, or `path`")
         if self.times is not None and self.shares is not None and len(self.times) != len(self.shares):
-            raise ValueError(f"{len(self.times)} times and {len(self.shares)} shares; give as many of both")
+            raise ValueError(f"{len(self.times)} times and {len(self.shares)} shares; give the same number of both")
         check_order(self.times or ())
         self._rows  # noqa: B018 (a file is read at once, so that an error in it is one of the case)
 
@@ -58,14 +58,14 @@ class ChangesInTime(Model):
     declared_anew: ClassVar[frozenset[str]] = frozenset()
     """Keys that a kind declares itself: what they do is its own."""
 
-    rise: float = parameter("s", "time over which it rises smoothly from zero", 0.0, ge=0)
-    amplitude: Amplitude | None = parameter("", "instead of a rise, the share that acts as a function of time", None)
+    rise: float = parameter("s", "duration of a smooth rise from zero", 0.0, ge=0)
+    amplitude: Amplitude | None = parameter("", "alternative to `rise`: the fraction that acts, as a function of time", None)
 
     @check
     def _rises_once(self) -> None:
         rise, amplitude = self._change()
         if amplitude is not None and rise > 0.0:
-            raise ValueError("`rise` and `amplitude` both say how it changes in time; leave one out")
+            raise ValueError("`rise` and `amplitude` cannot be combined; remove one")
 
     def _change(self) -> tuple[float, Amplitude | None]:
         """Return the rise [s] and the amplitude, without keys that the kind redefines."""

@@ -15,7 +15,7 @@ class Contact(Sliding):
 
     between: tuple[str, ...] = parameter(
         "",
-        "names of two bodies, for contact of their whole velocity fields, or of one body, which then touches itself",
+        "names of two bodies, for contact of their velocity fields, or of one body, for self-contact",
         min_length=1,
         max_length=2,
     )
@@ -33,15 +33,15 @@ class Contact(Sliding):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report unknown bodies, bodies that move together or cannot touch themselves, and contacts or names given twice."""
-        yield from parts.no_grid((*path, "between"), "contact needs the cells and faces of a grid")
+        yield from parts.no_grid((*path, "between"), "contact needs a grid")
         for name in self.between:
             yield from parts.unknown(BodyModel, (*path, "between"), name)
         fields = self._fields(parts)
         if self.is_of_one_body:
             yield from self._problems_of_one(path, parts)
         elif fields is not None and len(fields) == 1:
-            text = f"both bodies belong to the velocity field `{min(fields)}` and move together: they never touch"
-            yield Finding((*path, "between"), text, "give one of them another `field`")
+            text = f"both bodies share the velocity field `{min(fields)}` and move together: they cannot be in contact"
+            yield Finding((*path, "between"), text, "set another `field` for one of them")
         alike = [(place, other) for place, other in parts.placed(Contact) if other.is_of_one_body == self.is_of_one_body]
         others = [place for place, other in alike if place < path and other._fields(parts) == fields]
         if fields is not None and others:

@@ -19,8 +19,8 @@ class Damping(Condition):
     losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # what it takes
 
     body: str = parameter("", "name of the body")
-    rate: float = parameter("1/s", "rate at which the velocity of a free body fades", gt=0)
-    until: float | None = parameter("s", "time at which the drag ends; without it never", None)
+    rate: float = parameter("1/s", "decay rate of the velocity of a free body", gt=0)
+    until: float | None = parameter("s", "time at which the drag ends; default: never", None)
 
     @classmethod
     def activate(cls, conditions: Sequence["Damping"], assembly: Assembly) -> Sequence[ActiveCondition]:

@@ -36,11 +36,11 @@ def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, o
     """Report faults of a motion that prescribes a rigid body or a rotation; others: the motions before it."""
     about = "rotation" if motion.rotation.axes() else "hold_rotation"
     if not body.is_rigid:
-        text = f"body {body.name} is not rigid: its points follow displacements alone"
-        yield Finding((*path, about), text, "let the body be `rigid = true`, or give `hold` and `displacement` only")
+        text = f"body {body.name} is not rigid: its points can only follow displacements"
+        yield Finding((*path, about), text, "set `rigid = true` for the body, or give `hold` and `displacement` only")
         return
     if motion.part is not None:
-        yield Finding((*path, "part"), f"body {body.name} is rigid: it follows a motion as a whole", "leave it out")
+        yield Finding((*path, "part"), f"body {body.name} is rigid: a motion moves it as a whole", "remove `part`")
     yield from plane_turn_problems(motion.rotation.axes(), (*path, "rotation"), parts)
     yield from plane_turn_problems(set(motion.held_turns), (*path, "hold_rotation"), parts)
     for other in others:
@@ -52,17 +52,17 @@ def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Fi
     thin = {axis for axis, counts in zip(AXES, parts.active_axes, strict=True) if not counts}
     if strange := sorted(axis for axis in axes if thin - {axis}):
         along = listed(sorted(thin))
-        turns = f"bodies turn about {along} alone" if len(thin) == 1 else "nothing turns"
-        text = f"the grid is one cell thick along {along}, where {turns}, not about {strange[0]}"
-        yield Finding(path, text, f"leave {strange[0]} out, or enlarge the grid along {listed(sorted(thin - {strange[0]}))}")
+        turns = f"bodies rotate about {along} only" if len(thin) == 1 else "nothing rotates"
+        text = f"the grid is one cell thick along {along}: {turns}, not about {strange[0]}"
+        yield Finding(path, text, f"remove {strange[0]}, or enlarge the grid along {listed(sorted(thin - {strange[0]}))}")
 
 
 def plane_way_problems(motion: "Motion", path: Path, parts: Parts) -> Iterator[Finding]:
     """Report displacements along axes along which the grid is one cell thick."""
     for axis, counts in zip(AXES, parts.active_axes, strict=True):
         if not counts and getattr(motion.displacement, axis) is not None:
-            text = f"the grid is one cell thick along {axis}, where nothing moves"
-            yield Finding((*path, "displacement", axis), text, f"leave {axis} out, or enlarge the grid along it")
+            text = f"the grid is one cell thick along {axis}: nothing moves along this axis"
+            yield Finding((*path, "displacement", axis), text, f"remove {axis}, or enlarge the grid along it")
 
 
 def _shared_problems(motion: "Motion", other: "Motion", path: Path) -> Iterator[Finding]:
@@ -71,5 +71,5 @@ def _shared_problems(motion: "Motion", other: "Motion", path: Path) -> Iterator[
     along, about = motion.axes() & other.axes(), motion.turns_about() & other.turns_about()
     if along or about:
         what = f"along {AXES[min(along)]}" if along else f"about {AXES[min(about)]}"
-        text = f"the motion {other.name} already leads body {motion.body} {what}"
-        yield Finding((*path, "name"), text, "leave it out of one of the two")
+        text = f"the motion {other.name} already prescribes body {motion.body} {what}"
+        yield Finding((*path, "name"), text, "remove it from one of the two")

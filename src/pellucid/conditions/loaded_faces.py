@@ -76,8 +76,8 @@ def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: 
         return
     start = selectable_of(body, parts)
     if start is None or not body.owns_nodes(is_alone(body, parts)):
-        text = f"body {name} has no faces between nodes of its own"
-        yield Finding(path, text, "use a meshless-solid, or membrane-elements in a velocity field of their own")
+        text = f"body {name} has no faces with its own nodes"
+        yield Finding(path, text, "use a meshless-solid, or membrane-elements in their own velocity field")
     elif body.is_surface and not all(parts.active_axes):
         yield in_plane_problem(path, name)
     else:
@@ -86,5 +86,5 @@ def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: 
 
 def in_plane_problem(path: Path, name: str) -> Finding:
     """The finding that the faces of a membrane have no depth of their own."""
-    text = f"body {name} is a membrane in a plane problem, whose faces are as deep as the slice"
+    text = f"body {name} is a membrane in a plane problem: its faces extend through the slice and cannot be selected"
     return Finding(path, text, "use a grid that is more than one cell thick along every axis")

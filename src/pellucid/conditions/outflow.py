@@ -25,13 +25,13 @@ class Outflow(GivenFlow, Condition):
     With a `pressure` it acts where the fluid ends at the face; with `velocity` or `flow_rate` that flow leads points out.
     """
 
-    name: str | None = name_parameter("name for probes of the force of what leads points out, as a `reaction`", None)
+    name: str | None = name_parameter("name for probes of the outflow force, as a `reaction`", None)
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)
     body: tuple[str, ...] = parameter(
-        "", "bodies whose points may leave; without it all bodies of material points that nothing leads", ()
+        "", "bodies whose points can leave; default: all bodies of material points without prescribed motion", ()
     )
     pressure: float | None = parameter(
-        "Pa", "pressure outside, which `rise` and `amplitude` change in time; below zero it sucks", None
+        "Pa", "pressure outside, changed in time by `rise` and `amplitude`; negative values are suction", None
     )
 
     _one_or_several = field_validator("where", "body", mode="before")(one_or_several)
@@ -40,14 +40,17 @@ class Outflow(GivenFlow, Condition):
     def _is_one_kind(self) -> None:
         given = [*(["pressure"] if self.pressure is not None else []), *self.sizes()]
         if len(given) > 1:
-            raise ValueError(f"`{given[0]}` and `{given[1]}` both say what happens at the face; leave one out")
+            raise ValueError(f"`{given[0]}` and `{given[1]}` cannot be combined at a face; remove one")
         if self.is_led and len(self.where) > 1:
-            raise ValueError(f"`{given[0]}` is that of one face; use an [[outflow]] for each")
+            raise ValueError(f"`{given[0]}` applies to one face; use one [[outflow]] per face")
         own = {"profile": self.profile != "uniform", "through": self.through is not None, "name": self.name is not None}
         if not self.is_led and (extra := [key for key, written in own.items() if written]):
-            raise ValueError(f"`{extra[0]}` belongs to a given flow: add `velocity` or `flow_rate`, or leave it out")
+            raise ValueError(f"`{extra[0]}` belongs to a prescribed flow: add `velocity` or `flow_rate`, or remove it")
         if not given and (self.rise > 0.0 or self.amplitude is not None):
-            raise ValueError("nothing here changes in time: add `pressure`, `velocity` or `flow_rate`, or leave it out")
+            raise ValueError(
+                "there is nothing to change in time: add `pressure`, `velocity` or `flow_rate`, or remove `rise` and "
+                "`amplitude`"
+            )
 
     @property
     def is_led(self) -> bool:
@@ -71,7 +74,9 @@ class Outflow(GivenFlow, Condition):
         """Return the reason: a given flow does not come to rest."""
         if not self.is_led:
             return None
-        return Reason("points are led out through an [[outflow]] and nothing comes to rest", "leave [steady] out, or the flow")
+        return Reason(
+            "an [[outflow]] with a prescribed flow removes points, so there is no equilibrium", "remove [steady] or the flow"
+        )
 
     def reaction(self) -> str | None:
         return self.name
@@ -106,17 +111,17 @@ class Outflow(GivenFlow, Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report faces that cannot be open, and bodies that cannot lose points."""
-        yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+        yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         for number, face in enumerate(self.where):
             here = (*path, "where", number)
             if face in self.where[:number]:
                 yield from parts.seam(here, face)
-                yield Finding(here, f"the face {face} is named twice", "leave it out once")
+                yield Finding(here, f"the face {face} is listed twice", "remove one of them")
                 continue
             yield from face_problems(face, here, parts)
             if inflows := [place for place, inflow in parts.placed(Inflow) if inflow.where == face]:
-                text = f"inflow number {int(inflows[0][1]) + 1} comes in through the face {face}: nothing leaves there"
-                yield Finding(here, text, "take the face out of one of the two")
+                text = f"inflow number {int(inflows[0][1]) + 1} enters through the face {face}: nothing can leave there"
+                yield Finding(here, text, "remove the face from one of the two")
             yield from self._repeated(face, here, parts)
             if self.is_led:
                 yield from self.opening_problems(face, path, parts)
@@ -127,8 +132,8 @@ class Outflow(GivenFlow, Condition):
         for place, other in parts.placed(Outflow):
             acts = [one.is_led or one.pressure is not None for one in (self, other)]
             if place < path[:2] and face in other.where and all(acts):
-                text = f"outflow number {int(place[1]) + 1} has a pressure or a flow at the face {face} already"
-                yield Finding(path, text, "take the face out of one of the two")
+                text = f"outflow number {int(place[1]) + 1} already has a pressure or a flow at the face {face}"
+                yield Finding(path, text, "remove the face from one of the two")
 
     def _body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         for number, name in enumerate(self.body):
@@ -139,9 +144,10 @@ class Outflow(GivenFlow, Condition):
         bodies = parts.of(BodyModel)
         if not self.body and bodies and parts.are_sound(BodyModel) and all(_why_not(body, parts) for body in bodies):
             text = (
-                "no body can lose points: only material points can that follow no motion, are not rigid, have no cell_pressure"
+                "no body can lose points: only bodies of material points can that are not rigid, follow no motion "
+                "and have no cell_pressure"
             )
-            yield Finding(path[:-1], text, "leave this outflow out")
+            yield Finding(path[:-1], text, "remove this outflow")
 
 
 def _why_not(body: BodyModel, parts: Parts) -> Reason | None:
@@ -151,4 +157,4 @@ def _why_not(body: BodyModel, parts: Parts) -> Reason | None:
     led = next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None)
     if led is None:
         return None
-    return Reason(f"body {body.name} follows the motion `{led}`, and cannot lose points", "leave this body out")
+    return Reason(f"body {body.name} follows the motion `{led}`, so it cannot lose points", "remove this body")

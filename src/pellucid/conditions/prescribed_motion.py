@@ -26,7 +26,8 @@ class Displacements(AlongAxes):
 
     normal: Signal | None = parameter(
         "",
-        "of nodes of a fluid film along its normal at the moment, while they are free to go along it; instead of the others",
+        "displacement of nodes of a fluid film along its present normal; tangentially they are free. Cannot "
+        "be combined with x, y, z",
         None,
     )
 
@@ -42,11 +43,11 @@ class Motion(Condition):
     unique_name: ClassVar[bool] = True
     name: str = name_parameter("name of the motion, for probes of its reaction")
     body: str = parameter("", "name of the body")
-    part: Where | None = parameter("", "only the points in this region at the start; without it the whole body", None)
-    hold: tuple[Axis, ...] = parameter("", "directions along which the points stay where they are", ())
+    part: Where | None = parameter("", "region at the start whose points move; default: the whole body", None)
+    hold: tuple[Axis, ...] = parameter("", "directions along which the points are fixed", ())
     displacement: Displacements = parameter("", "displacement as a function of time", Displacements())
     hold_rotation: tuple[Axis, ...] | None = parameter(
-        "", "axes about which a rigid body does not turn; without it, and about others, it turns freely", None
+        "", "axes about which a rigid body cannot rotate; about all others it rotates freely", None
     )
     rotation: Rotations = parameter("", "rotation of a rigid body about its centre of mass", Rotations())
 
@@ -54,12 +55,12 @@ class Motion(Condition):
     def _prescribes_each_axis_once(self) -> None:
         moved = [axis for axis in WAYS if getattr(self.displacement, axis) is not None]
         if both := sorted(set(moved) & set(self.hold)):
-            raise ValueError(f"{both[0]} stands in both `hold` and `displacement`: leave it out of one")
+            raise ValueError(f"{both[0]} is in both `hold` and `displacement`; remove it from one")
         if "normal" in moved and len(moved) + len(self.hold) > 1:
             other = sorted({*moved, *self.hold} - {"normal"})[0]
-            raise ValueError(f"{other} cannot stand beside `normal`, which leaves the nodes free along the film: leave it out")
+            raise ValueError(f"{other} cannot be combined with `normal`, which leaves the nodes free along the film; remove it")
         if both := sorted(self.rotation.axes() & set(self.held_turns)):
-            raise ValueError(f"{both[0]} stands in both `hold_rotation` and `rotation`: leave it out of one")
+            raise ValueError(f"{both[0]} is in both `hold_rotation` and `rotation`; remove it from one")
         if not moved and not self.hold and not self.turns_about():
             raise ValueError(
                 'this motion prescribes no direction: give `hold = ["x", ...]` or a `displacement`, for example '

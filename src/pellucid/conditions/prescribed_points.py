@@ -40,7 +40,7 @@ def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
         if driven[inside].any():
             other = motions[int(driven[inside].max()) - 1].name
             text = f"some points of body {body.name} already follow the motion {other}"
-            raise CaseError(Problem(text, f"motion.{motion.name}.part", remedy="let the parts of a body not overlap"))
+            raise CaseError(Problem(text, f"motion.{motion.name}.part", remedy="choose parts of a body that do not overlap"))
         driven[inside] = number
     return driven
 

@@ -30,28 +30,29 @@ class Pressure(ChangesInTime, Condition):
 
     swings_as: ClassVar[Swing] = Swing("spring", "its membrane oscillates on its given volume")
 
-    body: str = parameter("", "name of a membrane, or of a solid with nodes of its own")
+    body: str = parameter("", "name of a membrane, or of a solid with its own nodes")
     value: float | None = parameter(
         "Pa",
-        "pressure behind a membrane minus that before it: it pushes along the normal; on a solid, against the outward one",
+        "for a membrane, pressure behind minus in front: it acts along the normal; for a solid, it acts "
+        "against the outward normal",
         None,
     )
     volume: GivenVolume | None = parameter(
-        "", "instead of the value, the volume that a membrane is to enclose: the pressure that brings it there acts", None
+        "", "alternative to `value`: the prescribed enclosed volume of a membrane; the pressure enforces it", None
     )
     stiffness: float | None = parameter(
         "Pa",
-        "pressure per part of the largest given volume by which a membrane lacks what it is to enclose; without it as much as "
-        "hardly bounds the step",
+        "penalty: pressure per volume error divided by the largest prescribed volume; default: as stiff as "
+        "possible without limiting the time step",
         None,
         gt=0,
     )
-    lids: bool = parameter("", "whether lids close the rims of a membrane whose volume is given", False)
-    where: Where | None = parameter("", "which faces; without it all of a membrane, all outer ones of a solid", None)
+    lids: bool = parameter("", "true: flat lids close the rims of a membrane with prescribed volume", False)
+    where: Where | None = parameter("", "faces; default: all of a membrane, all outer faces of a solid", None)
     choose: Literal["start", "each-step"] = parameter(
         "",
-        "when the faces of `where` are chosen: once, so that they stay pressed wherever they go, or anew in each step by "
-        "their centres, so that the region stays where it is",
+        "when the faces in `where` are selected: at the start, so that the same faces stay loaded, or in each step by "
+        "their centres, so that the region is fixed in space",
         "start",
     )
 
@@ -61,15 +62,15 @@ class Pressure(ChangesInTime, Condition):
             raise Refusal("both `value` and `volume`" if self.volume else "neither `value` nor `volume`", "give one of the two")
         for_volumes = [key for key in ("stiffness", "lids") if getattr(self, key)]
         if self.volume is None and for_volumes:
-            raise ValueError(f"`{for_volumes[0]}` belongs to `volume`: give one, or leave it out")
+            raise ValueError(f"`{for_volumes[0]}` belongs to `volume`: add a volume, or remove it")
         for_values = [key for key in ("where", "rise", "amplitude") if getattr(self, key)]
         if self.volume is not None and for_values:
-            raise ValueError(f"`{for_values[0]}` belongs to `value`: a given volume sets the pressure by itself; leave it out")
+            raise ValueError(f"`{for_values[0]}` belongs to `value`: the pressure follows from a prescribed volume; remove it")
 
     @check
     def _chooses_something(self) -> None:
         if self.choose == "each-step" and self.where is None:
-            raise ValueError("`choose` belongs to `where`: give a region, or leave it out")
+            raise ValueError("`choose` belongs to `where`: add a region, or remove it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that does not exist or has no normal, and faces that do not exist."""
@@ -84,8 +85,8 @@ class Pressure(ChangesInTime, Condition):
         if body.is_surface and self.where is not None:
             yield from self._region_problems(self.where, place, body, parts)
         elif not body.is_surface and body.selectable() is None:
-            text = f"body {self.body} is no membrane and has no mesh: it has no normal to push along"
-            yield Finding((*path, "body"), text, "name a membrane or a meshless-solid")
+            text = f"body {self.body} is not a membrane and has no mesh, so it has no normal"
+            yield Finding((*path, "body"), text, "name a membrane or a body of kind meshless-solid")
         elif not body.is_surface:
             yield from face_problems(self.where or "boundary", place, self.body, parts, each_step)
 
@@ -93,8 +94,8 @@ class Pressure(ChangesInTime, Condition):
         """Report faults of a region of a membrane."""
         start = body.selectable()
         if body.evaluates_loads or start is None:
-            text = f'body {self.body} is of kind "{body.kind}", on all of which a pressure acts'
-            yield Finding(path, text, "leave `where` out; a [[load]] of kind film-pressure may have a `band`")
+            text = f'body {self.body} is of kind "{body.kind}": a pressure acts on all of it'
+            yield Finding(path, text, "remove `where`, or use a [[load]] of kind film-pressure with a `band`")
         elif not all(parts.active_axes):
             yield in_plane_problem(path, self.body)
         else:
@@ -107,15 +108,17 @@ class Pressure(ChangesInTime, Condition):
         body = parts.named(BodyModel, self.body)
         start = None if wrong or body is None else body.selectable()
         if start is not None and (text := start_fault(given, volume_at_start(start.position, start.faces))):
-            yield Finding((*path, "volume"), text, "begin with that volume, or give `ratios` of it")
+            yield Finding((*path, "volume"), text, "start with that volume, or give `ratios` of it")
         for other_path, other in parts.placed(Condition):
             if other is not self and other_path < path and set(self.columns()) & set(other.columns()):
                 yield Finding(
-                    (*path, "volume"), f"`{'.'.join(map(str, other_path))}` has columns of these names", "leave one out"
+                    (*path, "volume"),
+                    f"`{'.'.join(map(str, other_path))}` already has history columns with these names",
+                    "remove one of the two",
                 )
             if isinstance(other, Enclosed) and other.body == self.body:
-                text = f"`{other.name}` is enclosed in body {self.body}, and has a pressure by itself"
-                yield Finding((*path, "volume"), text, "leave one of the two out")
+                text = f"`{other.name}` is enclosed in body {self.body} and already determines the pressure"
+                yield Finding((*path, "volume"), text, "remove one of the two")
 
     def columns(self) -> Mapping[str, str]:
         return {} if self.volume is None else {f"{self.body}_pressure": "Pa", f"{self.body}_volume": "m^3"}
@@ -131,7 +134,9 @@ class Pressure(ChangesInTime, Condition):
         """Return the reason for a given volume: the relaxation does not know its stiffness."""
         if self.volume is None:
             return None
-        return Reason("[steady] brings no membrane with a given volume to rest", "give a `value`, or leave out [steady]")
+        return Reason(
+            "[steady] cannot find the equilibrium of a membrane with a prescribed volume", "use a `value`, or remove [steady]"
+        )
 
     def load_channel(self) -> str:
         return "load_work"
@@ -182,9 +187,9 @@ def _holes(body: Body) -> str | None:
     if not (failed := len(failed_points(body))):
         return None
     return (
-        f"membrane {body.name} has failed at {failed} of its {body.n_points} points: the pressure on it is still given, and "
-        "does not act on the holes that they leave; let it fall by `amplitude`, use an [[enclosed]] gas, which flows out "
-        "through the holes, or let the run end before"
+        f"membrane {body.name} has failed at {failed} of its {body.n_points} points: the prescribed pressure continues and "
+        "does not act on their holes; reduce it by `amplitude`, use an [[enclosed]] gas, which flows out "
+        "through the holes, or end the run before"
     )
 
 
@@ -208,5 +213,5 @@ class PressedFaces(ActiveCondition):
         if not self._misses:
             return _holes(self._faces.body)
         where, name = ".".join(map(str, self._path)), self._faces.body.name
-        what = f"`{where}` presses nothing: no face of body `{name}` has its centre in it now"
-        return f'{what}; make it larger, or use choose = "start" to press the same faces wherever they go'
+        what = f"`{where}` has no effect: no face of body `{name}` has its centre in it now"
+        return f'{what}; enlarge it, or set choose = "start" to load the same faces wherever they move'

@@ -16,9 +16,9 @@ OTHER_NAMES = ("friction", "frictional", "slip-friction", "rough")
 class Sliding(Condition):
     """Contact with or without friction; probes read its force by name."""
 
-    name: str | None = name_parameter("name for probes of its force: on the first body, or on all that touch a wall", None)
+    name: str | None = name_parameter("name for probes of its force: on the first body, or on all bodies at a wall", None)
     kind: Literal["frictionless", "stick", "coulomb"] = parameter(
-        "", "how they slide: freely, not at all while they press, or with friction", "frictionless"
+        "", "sliding: frictionless, none while in contact (stick), or Coulomb friction", "frictionless"
     )
     friction: float | None = parameter("", 'coefficient of friction for kind "coulomb"', None, ge=0)
 
@@ -26,7 +26,7 @@ class Sliding(Condition):
     @classmethod
     def _with_friction(cls, kind: object) -> object:
         if isinstance(kind, str) and kind.lower() in OTHER_NAMES:
-            raise Refusal(f'"{kind}" is no kind of contact', 'use kind = "coulomb", with `friction` for its coefficient')
+            raise Refusal(f'"{kind}" is not a kind of contact', 'use kind = "coulomb", with `friction` for its coefficient')
         return kind
 
     @check
@@ -39,8 +39,8 @@ class Sliding(Condition):
         for place, other in parts.placed(Condition):
             later = isinstance(other, Sliding) and place >= path
             if self.name is not None and other.reaction() == self.name and not later:
-                text = f"{place[0]} number {int(place[1]) + 1} has this name already"
-                yield Finding((*path, "name"), text, "give each its own name")
+                text = f"{place[0]} number {int(place[1]) + 1} already has this name"
+                yield Finding((*path, "name"), text, "choose different names")
                 return
 
     def reaction(self) -> str | None:

@@ -33,31 +33,35 @@ class Support(Condition):
     name: str | None = name_parameter("name for probes of its reaction", None)
     body: str | None = parameter(
         "",
-        "a body with nodes of its own: only these are constrained; without it those of the grid and of all such bodies, or "
-        "where a named set, a normal or the boundary is meant, those of the only body",
+        "a body with its own nodes: only these are constrained; default: nodes of the grid and of all such bodies; for "
+        "a named set, a normal or the boundary, the nodes of the only body",
         None,
     )
     where: Literal["all-nodes"] | Face | tuple[Face, ...] | Where = parameter(
-        "", "which nodes: all-nodes, a face of the grid, a list of faces, or a region"
+        "", "nodes: all-nodes, a face of the grid, a list of faces, or a region"
     )
     fix: tuple[Axis, ...] | Literal["normal"] = parameter("", "constrained directions", ("x", "y", "z"))
     velocity: Vector = parameter(
-        "m/s", "velocity of the constrained directions; of a wall with friction, along which it drags too", (0.0, 0.0, 0.0)
+        "m/s", "velocity of the constrained directions; a wall with friction also drags along its plane", (0.0, 0.0, 0.0)
     )
     friction: float | None = parameter(
         "",
-        'friction of a wall (`fix = "normal"`) where it presses: the coefficient μ; without it the wall is smooth',
+        'friction coefficient μ of a wall (`fix = "normal"`) in contact; default: frictionless',
         None,
         ge=0,
     )
-    stick: bool = parameter("", "whether nothing slides on a wall while it presses", False)
+    stick: bool = parameter("", "true: no sliding on a wall in contact", False)
     opens: bool | None = parameter(
-        "", "whether a wall lets go what moves away, else it holds that; if left out, only a wall that rubs lets go", None
+        "",
+        "true: bodies can separate from the wall; false: the wall also holds bodies that move away; default: "
+        "true for a wall with friction, else false",
+        None,
     )
     contact_angle: float | None = parameter(
         "",
-        "angle at which fluids with surface tension meet this face, within the fluid, in degrees, or a text with a unit: that "
-        "of a wall, or 90 for a plane of symmetry; if left out, that of the fluid where the face can only be a wall",
+        "contact angle of fluids with surface tension at this face, measured within the fluid, in degrees, "
+        "or a text with a unit: that "
+        "of a wall, or 90 for a plane of symmetry; default: that of the fluid if the face can only be a wall",
         None,
         ge=0,
         le=180,
@@ -66,21 +70,21 @@ class Support(Condition):
     _in_degrees = field_validator("contact_angle", mode="before")(in_degrees)
 
     until: float | None = parameter(
-        "s", "time at which it lets the nodes go: 0 for one that holds them while bodies settle", None, ge=0
+        "s", "time at which it releases the nodes: 0 for a support that acts only during settling", None, ge=0
     )
 
     @field_validator("fix")
     @classmethod
     def _something_is_fixed(cls, fix: tuple[Axis, ...] | Literal["normal"]) -> tuple[Axis, ...] | Literal["normal"]:
         if not fix:
-            raise ValueError('fix names no direction; list some of "x", "y", "z", or leave the support out')
+            raise ValueError('`fix` is empty; list some of "x", "y", "z", or remove the support')
         return fix
 
     @field_validator("where")
     @classmethod
     def _names_a_face(cls, where: Any) -> Any:
         if where == ():
-            raise ValueError('where names no face; list some, such as "x-lower", or leave the support out')
+            raise ValueError('`where` is empty; list faces, such as "x-lower", or remove the support')
         return where
 
     @check
@@ -102,12 +106,12 @@ class Support(Condition):
         yield from self._wetting_problems((*path, "contact_angle"), parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
-            text = f"the nodes of {held[0]}, which takes steps of its own, are not let go"
-            yield Finding((*path, "until"), text, "leave it out, or name the body that it is to hold")
+            text = f"the nodes of {held[0]}, which takes substeps, cannot be released"
+            yield Finding((*path, "until"), text, "remove `until`, or name the body to constrain")
         bodies = parts.of(BodyModel) if self.body is None else [parts.named(BodyModel, self.body)]
         fixed = [body.name for body in bodies if body is not None and not body.moves]
         if fixed and len(fixed) == len(bodies) and parts.are_sound(BodyModel):
-            yield Finding((*path, "body"), f"body {fixed[0]} does not move", "leave this support out")
+            yield Finding((*path, "body"), f"body {fixed[0]} does not move", "remove this support")
         elif self.body is not None:
             yield from self._body_problems(self.body, path, parts)
         elif self._means_a_body:
@@ -122,15 +126,15 @@ class Support(Condition):
     def _face_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report faces that do not exist or are named twice."""
         if self.faces():
-            yield from parts.no_grid(path, "faces are those of a grid")
+            yield from parts.no_grid(path, "faces belong to a grid")
         for number, face in enumerate(self.faces()):
             here = (*path, number) if isinstance(self.where, tuple) else path
             yield from parts.seam(here, face)
             if face in self.faces()[:number]:
-                yield Finding(here, f"the face {face} is named twice", "leave it out once")
+                yield Finding(here, f"the face {face} is listed twice", "remove one of them")
             elif self.fix != "normal" and parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
-                text = f"the grid is one cell thick along {face[0]}: all its nodes lie on the face {face}"
-                yield Finding(here, text, 'leave it out, or name "all-nodes"')
+                text = f"the grid is one cell thick along {face[0]}: all of its nodes lie on the face {face}"
+                yield Finding(here, text, 'remove it, or use "all-nodes"')
 
     def _wetting_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a contact angle of what no fluid wets, and two of one face."""
@@ -138,16 +142,19 @@ class Support(Condition):
             return
         held = [face for face in self.faces() if self.face_velocity(face) is not None]
         if len(held) < len(self.faces()) or not held:
-            text = "only a face of the grid that is held along its normal, for all bodies, has a contact angle"
-            yield Finding(path, text, 'add fix = "normal", with a face as `where` and no `body`, or leave it out')
+            text = "only a face of the grid that is constrained along its normal for all bodies can have a contact angle"
+            yield Finding(path, text, 'set fix = "normal", with a face as `where` and no `body`, or remove the angle')
         elif not parts.sections["surface_tension"].items:
-            text = "no fluid of this case has surface tension"
-            yield Finding(path, text, "add a [[surface_tension]] with the name of a fluid as `body`, or leave it out")
+            text = "no fluid in this case has surface tension"
+            yield Finding(path, text, "add a [[surface_tension]] with the name of a fluid as `body`, or remove the angle")
         for place, other in parts.placed(Support):
             same = [face for face in held if other.face_velocity(face) is not None]
             if same and place < path[:-1] and other.contact_angle not in (None, self.contact_angle):
-                text = f"support number {int(place[1]) + 1} gives the face {listed(same)} the angle {other.contact_angle:g}"
-                yield Finding(path, text, "give each face one contact angle")
+                text = (
+                    f"support number {int(place[1]) + 1} sets the contact angle {other.contact_angle:g} on the face "
+                    f"{listed(same)}"
+                )
+                yield Finding(path, text, "set one contact angle per face")
 
     def _velocity_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report another velocity of the same face along the same axis."""
@@ -164,7 +171,7 @@ class Support(Condition):
                             f"support number {int(place[1]) + 1} prescribes {given:g} m/s along {'xyz'[axis]} on the face "
                             f"{listed(one.faces())}, and this one {velocity:g} m/s"
                         )
-                        remedy = f"take the face {listed(one.faces())} out of one of the two, or give both the same velocity"
+                        remedy = f"remove the face {listed(one.faces())} from one of the two, or give both the same velocity"
                         yield Finding((*path, "velocity"), text, remedy)
                         return
 
@@ -173,18 +180,21 @@ class Support(Condition):
         they cannot act on."""
         keys = self._wall_keys()
         if keys and self.fix != "normal":
-            text = "only a wall rubs or opens, a face of the grid that is held along its normal; this support is a clamp"
-            yield Finding((*path, keys[0]), text, f'add fix = "normal", with a face as `where`, or leave {keys[0]} out')
+            text = (
+                "only a wall, i.e. a face of the grid constrained along its normal, can have friction or open; this "
+                "support is a clamp"
+            )
+            yield Finding((*path, keys[0]), text, f'set fix = "normal", with a face as `where`, or remove {keys[0]}')
             return
         if self.friction is not None and self.stick:
-            text = "nothing slides on a wall that sticks, so it has no `friction`"
-            yield Finding((*path, "stick"), text, "leave one of them out")
+            text = "a wall with `stick` has no sliding, so `friction` has no effect"
+            yield Finding((*path, "stick"), text, "remove one of them")
         for place, other in parts.placed(Support):
             same = [face for face in self.faces() if face in other.faces()]
             meets = self.body is None or other.body in (None, self.body)
             if keys and same and meets and place < path and other._wall_keys():
-                text = f"support number {int(place[1]) + 1} says already how {listed(same)} rubs or opens"
-                yield Finding((*path, keys[0]), text, "say it once for each face, or name different bodies")
+                text = f"support number {int(place[1]) + 1} already sets friction or opening of {listed(same)}"
+                yield Finding((*path, keys[0]), text, "set it once per face, or for different bodies")
                 break
         yields = keys and (self.lets_go() or self.wall_friction() > 0.0)
         for body in parts.of(BodyModel) if yields else []:
@@ -195,8 +205,8 @@ class Support(Condition):
             if reason is not None:
                 yield Finding((*path, keys[0]), *reason)
             elif self.opens is False and body.owns_nodes(alone):
-                text = f"body {body.name} has nodes of its own, and on those that it holds a wall does not rub"
-                yield Finding((*path, "opens"), text, "leave it out: a wall that rubs lets go what moves away")
+                text = f"body {body.name} has its own nodes; a wall that holds them cannot have friction"
+                yield Finding((*path, "opens"), text, "remove it: bodies separate from a wall with friction")
 
     @property
     def _means_a_body(self) -> bool:
@@ -206,11 +216,11 @@ class Support(Condition):
 
     def _only_body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a support that needs a body and does not name it."""
-        text, bodies = 'named sets, normals and "boundary" are those of a body', parts.of(BodyModel)
+        text, bodies = 'named sets, normals and "boundary" belong to a body', parts.of(BodyModel)
         if len(parts.names(BodyModel)) > 1:
-            yield Finding(path, f"{text}, and there are {listed(parts.names(BodyModel))}", "add the name of one as `body`")
+            yield Finding(path, f"{text}, and the case has {listed(parts.names(BodyModel))}", "name one of them as `body`")
         elif len(bodies) == 1 and not bodies[0].owns_nodes(alone=True):
-            text = f"{text} with nodes of its own, and {bodies[0].name} moves with those of the grid"
+            text = f"{text} with its own nodes, but {bodies[0].name} moves with the nodes of the grid"
             yield Finding((*path, "where"), text, "use a shape, or a face of the grid")
         elif len(bodies) == 1:
             yield from self._body_problems(bodies[0].name, path, parts)
@@ -221,8 +231,8 @@ class Support(Condition):
         if body is None:
             return
         if not body.owns_nodes(is_alone(body, parts)):
-            text = f"body {name} has no nodes of its own: it moves with those of the grid"
-            yield Finding((*path, "body"), text, "leave `body` out, so that the nodes of the grid are constrained")
+            text = f"body {name} has no own nodes: it moves with the nodes of the grid"
+            yield Finding((*path, "body"), text, "remove `body`, to constrain the nodes of the grid")
         elif region is not None and (nodes := selectable_of(body, parts)) is not None:
             yield from faults(region, nodes, (*path, "where"), name, parts.active_axes)
 
@@ -242,8 +252,8 @@ class Support(Condition):
         for axis, low, high, grid_low, grid_high, thin in ends:
             if not (thin or axis in grid.periodic) and (high < low or high < grid_low or low > grid_high):
                 box, nodes = f"{low:g} to {high:g} m", f"{grid_low:g} to {grid_high:g} m"
-                text = f"the box contains no node: {axis} from {box}, the grid's from {nodes}"
-                yield Finding(path, text, "let the box overlap the grid")
+                text = f"the box contains no node: it covers {axis} from {box}, but the grid from {nodes}"
+                yield Finding(path, text, "move or enlarge the box to overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
         """Return the channels of energy lost by points that take its velocity at once, and of friction."""

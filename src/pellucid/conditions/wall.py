@@ -27,18 +27,20 @@ class Wall(Sliding):
     losses: ClassVar[Sequence[Channel]] = (CONTACT_WORK,)  # what bodies lose on it
 
     point: Vector = parameter("m", "a point of the plane at time 0")
-    normal: Vector = parameter("", "normal of the plane, of any length, to the side where bodies are")
+    normal: Vector = parameter("", "normal of the plane, of any length, towards the bodies")
     velocity: Vector = parameter(
         "m/s",
-        "velocity of the wall: along its normal it moves the plane, along the plane it carries bodies by friction",
+        "velocity of the wall: the normal component moves the plane, the tangential component drags bodies by friction",
         (0, 0, 0),
     )
-    bodies: tuple[str, ...] = parameter("", "bodies that touch it; without it all that can and follow no motion as a whole", ())
+    bodies: tuple[str, ...] = parameter(
+        "", "bodies in contact with this wall; default: all bodies except those whose motion is fully prescribed", ()
+    )
 
     contact_angle: float | None = parameter(
         "",
-        "angle at which fluids with surface tension meet it, measured within the fluid, in degrees, or a text with a unit; if "
-        "left out, that of the fluid",
+        "contact angle of fluids with surface tension, measured within the fluid, in degrees, or a text with a unit; "
+        "default: that of the fluid",
         None,
         ge=0,
         le=180,
@@ -55,7 +57,7 @@ class Wall(Sliding):
     @classmethod
     def _points_somewhere(cls, normal: Vector) -> Vector:
         if not any(normal):
-            raise ValueError("the normal is zero: it must point to the side where bodies are, as in [0, 1, 0]")
+            raise ValueError("the normal is zero; it must point towards the bodies, such as [0, 1, 0]")
         return normal
 
     def plane(self) -> WallPlane:
@@ -68,17 +70,17 @@ class Wall(Sliding):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a plane that does not fit the grid, and bodies that cannot touch it."""
-        yield from parts.no_grid((*path, "point"), "bodies touch walls by the nodes of a grid")
+        yield from parts.no_grid((*path, "point"), "contact with walls needs a grid")
         if parts.grid is not None:
             yield from self._grid_problems(path, parts.grid)
         yield from self._body_problems(path, parts)
         if self.contact_angle is not None and not parts.sections["surface_tension"].items:
-            text = "no fluid of this case has surface tension"
-            remedy = "add a [[surface_tension]] with the name of a fluid as `body`, or leave it out"
+            text = "no fluid in this case has surface tension"
+            remedy = "add a [[surface_tension]] with the name of a fluid as `body`, or remove the angle"
             yield Finding((*path, "contact_angle"), text, remedy)
         elif self.contact_angle is not None and self.advances:
-            text = "the wall moves along its normal: the energy of a surface on it is not known"
-            yield Finding((*path, "contact_angle"), text, "leave it out, or let the wall move along its plane alone")
+            text = "the wall moves along its normal: the energy of a surface on it is unknown"
+            yield Finding((*path, "contact_angle"), text, "remove the angle, or move the wall along its plane only")
         yield from super().problems(path, parts)
 
     def _grid_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
@@ -91,9 +93,10 @@ class Wall(Sliding):
         for axis, component in zip("xyz", self.normal, strict=True):
             if axis in grid.periodic and component != 0.0:
                 text = (
-                    f"has the component {component:g} along {axis}, along which the grid is periodic: the plane would end there"
+                    f"has the component {component:g} along {axis}, along which the grid is periodic: the plane "
+                    "would end at the seam"
                 )
-                yield Finding((*path, "normal"), text, f"set its {axis} to 0, or take {axis} out of grid.periodic")
+                yield Finding((*path, "normal"), text, f"set its {axis} to 0, or remove {axis} from grid.periodic")
                 return
         corners = np.array(list(product(*zip(grid.lower, grid.extent_upper(), strict=True))))
         height, slack = self.plane().height(corners), ON_A_FACE * grid.cell
@@ -101,7 +104,7 @@ class Wall(Sliding):
             side, by = ("before", height.min()) if height.min() > 0.0 else ("behind", -height.max())
             low, high = (", ".join(f"{value:g}" for value in corner) for corner in (corners[0], corners[-1]))
             text = (
-                f"the plane lies outside of the grid: all of that, from ({low}) to ({high}) m, is {by:.4g} m or more {side} it"
+                f"the plane lies outside the grid: the whole grid, from ({low}) to ({high}) m, is {by:.4g} m or more {side} it"
             )
             yield Finding((*path, "point"), text, "move `point` so that the plane cuts the grid")
 
@@ -111,16 +114,16 @@ class Wall(Sliding):
             yield from parts.unknown(BodyModel, here, name)
             body = parts.named(BodyModel, name)
             if name in self.bodies[:number]:
-                yield Finding(here, f"body {name} is named twice", "leave it out once")
+                yield Finding(here, f"body {name} is named twice", "remove one of them")
             elif body is not None and (reason := body.why_no_wall()):
                 yield Finding(here, *reason)
             elif body is not None and is_driven(name, parts):
-                text = f"body {name} follows a prescribed motion as a whole: no wall can stop it"
-                yield Finding(here, text, "leave it out of `bodies`")
+                text = f"body {name} has a fully prescribed motion: a wall cannot stop it"
+                yield Finding(here, text, "remove it from `bodies`")
         bodies = parts.of(BodyModel)
         can = [body for body in bodies if not (body.why_no_wall() or is_driven(body.name, parts))]
         if not self.bodies and bodies and parts.are_sound(BodyModel) and not can:
             kinds = "material points, meshless solids and membranes of elements"
-            text = f"no body can touch it: {kinds} can, unless they follow a motion as a whole"
-            remedy = "leave this wall out; other kinds touch a held body in a velocity field of its own by a [[contact]]"
+            text = f"no body of this case can touch it: only {kinds} can, unless their motion is fully prescribed"
+            remedy = "remove this wall; for other kinds use a fixed body in its own velocity field and a [[contact]]"
             yield Finding(path, text, remedy)

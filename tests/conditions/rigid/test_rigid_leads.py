@@ -324,7 +324,7 @@ def test_a_number_is_led_once():
 
 
 def test_only_rigid_bodies_turn():
-    with pytest.raises((CaseError, ValueError), match="is not rigid: its points follow displacements alone"):
+    with pytest.raises((CaseError, ValueError), match="is not rigid: its points can only follow displacements"):
         led(square() | {"rigid": False}, motion=TURN)
 
 

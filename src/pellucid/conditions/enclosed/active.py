@@ -51,13 +51,13 @@ class ActiveEnclosed(ActiveCondition):
         """Raise RunStopped where there is no volume."""
         if not now.volume > 0.0:
             what = f"the membrane {self._model.body} of `{self._model.name}` encloses {now.volume:.3g} m3"
-            text = "it is turned inside out, or bodies inside fill it: look at what acts there"
+            text = "it is turned inside out, or bodies inside fill it: check the loads and contacts there"
             raise RunStopped(f"{what}: {text}", body=self._model.body)
         for name, failed in zip(self._model.inside, now.failed[1:], strict=True):
             if failed:
                 what = f"membrane {name} inside `{self._model.name}` has failed at {failed} points"
-                text = "what it holds and what is around it would mix, which is not computed"
-                advice = f"leave out the `damage` of body {name}, or let the run end before"
+                text = "its contents would mix with the surroundings, which is not computed"
+                advice = f"remove `damage` of body {name}, or set `time.end` before this time"
                 raise RunStopped(f"{what}: {text}; {advice}", body=name)
 
     @property

@@ -13,27 +13,27 @@ from pellucid.model import InputFile, Model, check, parameter
 class Inflator(Model):
     """Inflow over time: linear between given times, zero before the first and after the last."""
 
-    times: tuple[float, ...] | None = parameter("s", "instants, one after the other", None, min_length=2)
-    mass_flows: tuple[float, ...] | None = parameter("kg/s", "mass that flows in on unit of time at each", None)
-    temperatures: tuple[float, ...] | None = parameter("K", "temperature of the gas that flows in at each", None)
+    times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
+    mass_flows: tuple[float, ...] | None = parameter("kg/s", "mass inflow rate at each time", None)
+    temperatures: tuple[float, ...] | None = parameter("K", "temperature of the inflowing gas at each time", None)
     path: InputFile | None = parameter(
         "",
-        "instead of these, a CSV file with the columns time [s], mass flow [kg/s] and, of a gas, temperature [K]; a row of "
-        "names may stand first",
+        "alternative: a CSV file with the columns time [s], mass flow [kg/s] and, for a gas, temperature [K]; a header row "
+        "is allowed",
         None,
     )
 
     @check
     def _is_a_function(self) -> None:
         if (self.path is None) == (self.times is None) or (self.times is None) != (self.mass_flows is None):
-            raise ValueError("give either `times`, `mass_flows` and, of a gas, `temperatures`, or `path`")
+            raise ValueError("give either `times`, `mass_flows` and, for a gas, `temperatures`, or `path`")
         lists = [values for values in (self.times, self.mass_flows, self.temperatures) if values is not None]
         if len({len(values) for values in lists}) > 1:
             numbers = listed([str(len(values)) for values in lists])
-            raise ValueError(f"{numbers} times, mass flows and temperatures; give as many of each")
+            raise ValueError(f"{numbers} times, mass flows and temperatures; give the same number of each")
         check_order(self.times or ())
         if min(self._rows[1]) < 0.0:
-            raise ValueError(f"mass flow {min(self._rows[1]):g} kg/s: nothing flows out through an inflator; use a vent")
+            raise ValueError(f"mass flow {min(self._rows[1]):g} kg/s: an inflator cannot have outflow; use a vent")
         if self._rows[2] and min(self._rows[2]) <= 0.0:
             raise ValueError(f"temperature {min(self._rows[2]):g} K must be above 0; give kelvins")
 
@@ -70,11 +70,11 @@ class Inflator(Model):
 class Vent(Model):
     """An opening through which gas or liquid flows out against the pressure outside."""
 
-    area: float = parameter("m^2", "of the opening", gt=0)
-    coefficient: float = parameter("", "discharge coefficient, by which its area counts", 1.0, gt=0, le=1)
+    area: float = parameter("m^2", "area of the opening", gt=0)
+    coefficient: float = parameter("", "discharge coefficient: factor of the area", 1.0, gt=0, le=1)
     opens_at: float = parameter(
         "Pa",
-        "pressure inside less that outside at which it opens, and stays open from then on; without it it is open",
+        "gauge pressure at which it opens permanently; default: open from the start",
         0.0,
         ge=0,
     )

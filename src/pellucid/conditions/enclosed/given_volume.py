@@ -21,11 +21,11 @@ DAMPING = 1.0
 class GivenVolume(Model):
     """A volume over time: monotone cubics between the instants (PCHIP), constant before and behind."""
 
-    times: tuple[float, ...] | None = parameter("s", "instants, one after the other", None, min_length=2)
-    volumes: tuple[float, ...] | None = parameter("m^3", "volume at each", None)
-    ratios: tuple[float, ...] | None = parameter("", "instead of these, the volume over that at the start", None)
+    times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
+    volumes: tuple[float, ...] | None = parameter("m^3", "volume at each time", None)
+    ratios: tuple[float, ...] | None = parameter("", "alternative: volume at each time divided by the initial volume", None)
     path: InputFile | None = parameter(
-        "", "instead of all, a CSV file with the columns time [s] and volume [m³]; a row of names may stand first", None
+        "", "alternative: a CSV file with the columns time [s] and volume [m³]; a header row is allowed", None
     )
 
     @check
@@ -37,12 +37,12 @@ class GivenVolume(Model):
             )
         if self.times is not None:
             if len(self.times) != len(lists[0]):
-                raise ValueError(f"{len(self.times)} times and {len(lists[0])} volumes; give as many of both")
+                raise ValueError(f"{len(self.times)} times and {len(lists[0])} volumes; give the same number of both")
             check_order(self.times)
         if min(self.rows[1]) < 0.0:
-            raise ValueError(f"{min(self.rows[1]):g}: no membrane encloses less than nothing")
+            raise ValueError(f"{min(self.rows[1]):g}: an enclosed volume cannot be negative")
         if self.ratios is not None and min(self.ratios) == 0.0:
-            raise ValueError("0: no membrane that encloses something gives all of it away; give ratios above 0")
+            raise ValueError("0: the enclosed volume cannot become zero; give ratios above 0")
 
     @cached_property
     def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -130,7 +130,7 @@ class ActiveVolume(ActiveCondition):
             return None
         return (
             f"membrane {self._body} has failed at {failed} of its {len(self._now.areas[0])} points, and its given volume is "
-            "held as if it had no holes; use an [[enclosed]] gas or liquid, which flows out through them, or let the run end "
+            "maintained as if it had no holes; use an [[enclosed]] gas or liquid, which flows out through them, or end the run "
             "before"
         )
 
@@ -165,4 +165,4 @@ def start_fault(given: GivenVolume, start: float) -> str | None:
     first, largest = given.at(0.0, start)[0], max(given.rows[1])
     if abs(first - start) <= 0.1 * max(largest, start):
         return None
-    return f"{first:.4g} m3 at t = 0, where the membrane encloses {start:.4g} m3: its pressure would jump"
+    return f"{first:.4g} m3 at t = 0, but the membrane encloses {start:.4g} m3: its pressure would jump"

@@ -33,22 +33,24 @@ lids, what flows in and out, what keeps their temperature."""
 class Amount(Model):
     """Amount of a gas or a liquid."""
 
-    mass: float | None = parameter("kg", "how much there is at the start", None, ge=0)
-    pressure: float | None = parameter("Pa", "instead of the mass, the absolute pressure at the start", None, ge=0)
+    mass: float | None = parameter("kg", "initial mass", None, ge=0)
+    pressure: float | None = parameter("Pa", "alternative to `mass`: initial absolute pressure", None, ge=0)
 
     @check
     def _is_one_amount(self) -> None:
         if (self.mass is None) == (self.pressure is None):
-            raise ValueError("give either `mass` or `pressure`: one follows from the other by the volume at the start")
+            raise ValueError("give either `mass` or `pressure`: each follows from the other and the initial volume")
 
 
 class GasCase(Amount):
     """An ideal gas of constant heat capacities; those of air are the defaults."""
 
-    temperature: float = parameter("K", "at the start", gt=0)
-    gamma: float = parameter("", "ratio of its heat capacities", 1.4, gt=1)
+    temperature: float = parameter("K", "initial temperature", gt=0)
+    gamma: float = parameter("", "ratio of the heat capacities", 1.4, gt=1)
     gas_constant: float = parameter("J/(kg*K)", "R of p V = m R T", 287.05, gt=0)
-    isothermal: bool = parameter("", "whether heat keeps it at its temperature; without it no heat passes the membrane", False)
+    isothermal: bool = parameter(
+        "", "true: the gas keeps its temperature by heat exchange; false: no heat crosses the membrane", False
+    )
 
     def contents(self, volume: float) -> Contents:
         """Build the contents for an initial volume [m³]."""
@@ -61,13 +63,15 @@ class GasCase(Amount):
 class LiquidCase(Amount):
     """A liquid of constant bulk modulus."""
 
-    bulk_modulus: float = parameter("Pa", "K of p = K (m/(ρ₀V) - 1)", gt=0)
-    density: float = parameter("kg/m^3", "ρ₀, without pressure", gt=0)
+    bulk_modulus: float = parameter("Pa", "bulk modulus K in p = K (m/(ρ₀V) - 1)", gt=0)
+    density: float = parameter("kg/m^3", "density ρ₀ at zero pressure", gt=0)
 
     @check
     def _is_there(self) -> None:
         if self.mass == 0.0:
-            raise ValueError("mass = 0: a volume without liquid has no pressure of one; give more, or leave it out")
+            raise ValueError(
+                "mass = 0: the pressure of a liquid without mass is undefined; give a mass above 0, or remove this table"
+            )
 
     def contents(self, volume: float) -> Contents:
         """Build the contents for an initial volume [m³]."""
@@ -83,24 +87,24 @@ class Enclosed(Condition):
     unique_name: ClassVar[bool] = True
     swings_as: ClassVar[Swing] = Swing("spring", "its membrane oscillates on the enclosed gas or liquid")
 
-    name: str = name_parameter("name of its columns in the history: NAME_pressure, NAME_volume, NAME_mass ...")
-    body: str = parameter("", "name of the membrane that encloses it")
+    name: str = name_parameter("name of its history columns: NAME_pressure, NAME_volume, NAME_mass ...")
+    body: str = parameter("", "name of the enclosing membrane")
     gas: GasCase | None = parameter("", "the gas", None)
-    liquid: LiquidCase | None = parameter("", "instead of a gas, the liquid", None)
-    outside: float = parameter("Pa", "absolute pressure outside of the membrane", 0.0, ge=0)
+    liquid: LiquidCase | None = parameter("", "alternative to `gas`: a liquid", None)
+    outside: float = parameter("Pa", "absolute pressure outside the membrane", 0.0, ge=0)
     lids: bool = parameter(
         "",
-        "whether lids close the rims of an open membrane, over which nothing is pushed that is computed",
+        "true: flat lids close the rims of an open membrane; the pressure on the lids is not applied to any body",
         False,
     )
     inside: tuple[str, ...] = parameter(
-        "", "closed membranes inside, whose volumes do not belong to it and which its pressure pushes from outside", ()
+        "", "closed membranes inside: their volumes are excluded, and the pressure acts on them from outside", ()
     )
-    inflator: Inflator | None = parameter("", "what flows in over time", None)
-    vent: tuple[Vent, ...] = parameter("", "openings through which it flows out", ())
+    inflator: Inflator | None = parameter("", "inflow over time", None)
+    vent: tuple[Vent, ...] = parameter("", "openings for outflow", ())
     leak: float = parameter(
         "kg/(m^2*s*Pa)",
-        "mass that passes unit of area of the membrane on unit of time and of the difference of pressures",
+        "leakage coefficient: mass flux per unit area and pressure difference",
         0.0,
         ge=0,
     )
@@ -119,14 +123,14 @@ class Enclosed(Condition):
     def _has_contents(self) -> None:
         if self.gas is None and self.liquid is None:
             what = [key for key in ("inflator", "vent", "leak") if getattr(self, key)]
-            text = f"has {what[0]} and neither gas nor liquid" if what else "has neither gas nor liquid"
+            text = f"has {what[0]} but neither gas nor liquid" if what else "has neither gas nor liquid"
             raise Refusal(text, "give `gas`, such as { pressure = 1e5, temperature = 293 }, or `liquid`")
         if self.gas is not None and self.liquid is not None:
-            raise Refusal("has both a gas and a liquid", "leave one out: one volume holds one of them")
+            raise Refusal("has both a gas and a liquid", "remove one: a volume contains either a gas or a liquid")
         if self.inflator is not None and self.inflator.has_temperatures != (self.gas is not None):
             if self.gas is not None:
-                raise Refusal("the inflator of a gas says nothing of temperatures", "give `temperatures`, or a third column")
-            raise Refusal("the inflator of a liquid has temperatures", "leave them out: a liquid has none")
+                raise Refusal("the inflator of a gas has no temperatures", "add `temperatures`, or a third column in the file")
+            raise Refusal("the inflator of a liquid has temperatures", "remove them: a liquid has no temperature")
 
     def amount(self) -> GasCase | LiquidCase:
         """Return the gas or the liquid."""
@@ -173,7 +177,7 @@ class Enclosed(Condition):
             f"remove [steady] and set `body.{self.body}.damping`, or use [settle] instead of [steady]; a closed membrane of "
             "triangles can have a `volume_stiffness` instead of the [[enclosed]] liquid"
         )
-        return Reason("[steady] brings no membrane with a gas or liquid to rest", remedy)
+        return Reason("[steady] cannot find the equilibrium of a membrane with a gas or liquid", remedy)
 
     @classmethod
     def activate(cls, conditions: Sequence["Enclosed"], assembly: Assembly) -> Sequence[ActiveCondition]:
@@ -188,13 +192,13 @@ class Enclosed(Condition):
         for number, name in enumerate(self.inside):
             here = (*path, "inside", number)
             if name == self.body or name in self.inside[:number]:
-                yield Finding(here, f"body {name} is named twice", "leave it out here")
+                yield Finding(here, f"body {name} is named twice", "remove it here")
             else:
                 yield from encloses_problems(name, False, path, parts, allows_flat=False, at=here)
         for (_, other_number), other in parts.placed(Enclosed):
             if other is not self and other.body == self.body and int(other_number) < int(path[-1]):
-                text = f"body {self.body} holds `{other.name}` already"
-                yield Finding((*path, "body"), text, "one membrane encloses one gas or liquid: leave one of the two out")
+                text = f"body {self.body} already contains `{other.name}`"
+                yield Finding((*path, "body"), text, "a membrane can enclose one gas or liquid: remove one of the two")
         if self.name in ("inflow", "outflow"):
-            text = f"the history has a column {self.name}_mass of its own"
+            text = f"the history already has a column {self.name}_mass"
             yield Finding((*path, "name"), text, "choose another name")

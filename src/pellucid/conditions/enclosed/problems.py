@@ -25,27 +25,30 @@ def encloses_problems(
         return
     start = body.selectable() if body.is_surface and not body.evaluates_loads else None
     if start is None:
-        text = f'body {name} is of kind "{body.kind}", which encloses nothing that it tells'
-        yield Finding(here, text, "name membrane-elements or membrane-points")
+        text = f'body {name} is of kind "{body.kind}", which has no enclosed volume'
+        yield Finding(here, text, "name a body of kind membrane-elements or membrane-points")
     elif not all(parts.active_axes):
         text = f"body {name} is a membrane in a plane problem, which has no volume"
         yield Finding(here, text, "use a grid that is more than one cell thick along every axis")
     elif len(start.boundary) and not lids:
         text = f"the surface of body {name} is open: it encloses no volume"
-        closes = "" if at else ", or close its rims by lids: `lids = true`"
-        yield Finding(here, text, f"use a surface that encloses one{closes}")
+        closes = "" if at else ", or close its rims with lids: `lids = true`"
+        yield Finding(here, text, f"use a closed surface{closes}")
     elif lids and not len(start.boundary):
-        yield Finding((*path, "lids"), f"the surface of body {name} is closed: it has no rim", "leave `lids` out")
+        yield Finding((*path, "lids"), f"the surface of body {name} is closed: it has no rim", "remove `lids`")
     elif lids and (bend := Lids(start.position, start.faces).bend) > BENT:
-        text = f"a rim of body {name} is bent: its points lie {100 * bend:.2g} % of its extent off a plane, and no lid is flat"
+        text = (
+            f"a rim of body {name} is bent: its points lie {100 * bend:.2g} % of its extent off a plane, so a lid "
+            "would not be flat"
+        )
         yield Finding(
             (*path, "lids"),
             text,
-            f"let each rim lie in a plane within {100 * BENT:g} %, or in planes of symmetry across x, y or z",
+            f"move the points of each rim into a plane, within {100 * BENT:g} %, or in planes of symmetry across x, y or z",
         )
     elif not allows_flat and is_flat(start.position, start.faces):
-        text = f"body {name} is flat at the start: it encloses nothing"
-        yield Finding(here, text, "let its surface bulge at the start")
+        text = f"body {name} is flat at the start: it encloses no volume"
+        yield Finding(here, text, "use a surface that encloses a volume at the start")
 
 
 def volume_at_start(position: np.ndarray, triangles: np.ndarray) -> float:

@@ -16,7 +16,7 @@ class BodyForce(ChangesInTime, LoadModel):
     """A force on every mass: an acceleration of one body, as of a frame that speeds up the other way."""
 
     kind: Literal["body-force"] = "body-force"
-    acceleration: Vector = parameter("m/s^2", "force on unit mass")
+    acceleration: Vector = parameter("m/s^2", "force per unit mass")
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         body, add = assembly.bodies[self.body].body, assembly.forces_on(self.body, self.channel)

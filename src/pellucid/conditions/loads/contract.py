@@ -61,7 +61,7 @@ class LoadModel(Condition):
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.moves:
-            yield Finding((*path, "body"), f"body {self.body} does not move: it has no inertia", "leave this load out")
+            yield Finding((*path, "body"), f"body {self.body} does not move: it has no inertia", "remove this load")
 
 
 class Load(ChangesInTime, LoadModel):
@@ -70,7 +70,7 @@ class Load(ChangesInTime, LoadModel):
     A kind that declares one of the keys that all loads have, such as `rise`, makes something else of it.
     """
 
-    where: Where | None = parameter("", "which points of the body it acts on; without it all of them", None)
+    where: Where | None = parameter("", "points of the body on which it acts; default: all", None)
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
@@ -134,10 +134,10 @@ def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:
     try:
         forces = as_array(found, (len(points.id), 3), load.forces)
     except WrongArray as error:
-        raise stopped(f"gives no forces: `forces` {error}") from None
+        raise stopped(f"returns no forces: `forces` {error}") from None
     if not np.isfinite(forces).all():
         point = int(np.flatnonzero(~np.isfinite(forces).all(axis=1))[0])
         place = ", ".join(f"{value:.6g}" for value in points.position[point])
-        text = f"gives the force {forces[point]} N at t = {time:g} s on the point at ({place}) m"
-        raise stopped(f"{text}; mend its `forces`, see {home_of(load.forces)}")
+        text = f"returns the force {forces[point]} N at t = {time:g} s on the point at ({place}) m"
+        raise stopped(f"{text}; correct its `forces`, see {home_of(load.forces)}")
     return np.ascontiguousarray(forces)

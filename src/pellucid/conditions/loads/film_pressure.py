@@ -22,7 +22,7 @@ class Band(Model):
     """A band about the film, across an axis: the pressure falls off as exp(-(x - centre)²/2 width²)."""
 
     axis: Axis = parameter("", "the axis", "z")
-    centre: float = parameter("m", "where the pressure is largest", 0.0)
+    centre: float = parameter("m", "position of the largest pressure", 0.0)
     width: float = parameter("m", "standard deviation", gt=0)
 
     def share(self, position: np.ndarray) -> np.ndarray:
@@ -35,16 +35,14 @@ class FilmPressure(ChangesInTime, LoadModel):
     """A pressure along the normal of a fluid film, wherever that points (Benet 2015, §§6.6 and 7.1.1)."""
 
     kind: Literal["film-pressure"] = "film-pressure"
-    value: float = parameter("Pa", "pressure inside minus outside; where there is `along` or a `band`, at its largest")
+    value: float = parameter("Pa", "pressure inside minus outside; with `along` or `band`, its largest value")
     on: Literal["present-area", "initial-area"] = parameter(
         "",
-        "the area that it is for: present-area is a follower load, initial-area a dead one, which a film that grows shares out",
+        "reference area: present-area is a follower load; initial-area is a dead load, which a growing film distributes",
         "present-area",
     )
-    along: Vector | None = parameter(
-        "", "a direction e: the pressure is then `value` times n·e, as where a stream along e drives the film", None
-    )
-    band: Band | None = parameter("", "a band about an axis in which it acts", None)
+    along: Vector | None = parameter("", "direction e: the pressure is `value` times n·e, like a stream along e", None)
+    band: Band | None = parameter("", "band around a position on an axis in which it acts", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that is not a fluid film, and a direction without length."""
@@ -52,9 +50,9 @@ class FilmPressure(ChangesInTime, LoadModel):
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.evaluates_loads:
             text = f'body {self.body} is of kind "{body.kind}"'
-            yield Finding((*path, "body"), text, "name a fluid-film; a [[pressure]] acts on other bodies")
+            yield Finding((*path, "body"), text, "name a body of kind fluid-film; for other bodies use a [[pressure]]")
         if self.along is not None and not any(self.along):
-            yield Finding((*path, "along"), "has no length", "give a direction such as [0, 1, 0], or leave it out")
+            yield Finding((*path, "along"), "has no length", "give a direction such as [0, 1, 0], or remove it")
 
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         label = f"{'.'.join(map(str, path))} of kind {self.kind}"

@@ -26,12 +26,10 @@ class MeanVelocity(ChangesInTime, LoadModel):
     channel = "driving_work"
 
     name: str | None = name_parameter("name for probes of its force, as a `reaction`", None)
-    others: tuple[str, ...] = parameter(
-        "", "bodies that are driven with it: the same acceleration acts on them, and the mean velocity is that of all", ()
-    )
-    axis: Literal["x", "y", "z"] = parameter("", "along which it acts: a periodic axis of the grid")
+    others: tuple[str, ...] = parameter("", "further bodies with the same acceleration; the mean velocity is that of all", ())
+    axis: Literal["x", "y", "z"] = parameter("", "direction: a periodic axis of the grid")
     velocity: float = parameter("m/s", "mean velocity; `rise` and `amplitude` change it in time")
-    response: float = parameter("s", "time τ in which it answers, some steps at least", gt=0)
+    response: float = parameter("s", "response time τ of the controller, at least several time steps", gt=0)
 
     def bodies(self) -> tuple[str, ...]:
         """Return the names of all controlled bodies."""
@@ -47,9 +45,9 @@ class MeanVelocity(ChangesInTime, LoadModel):
         """Report bodies that do not exist or have no inertia, an axis along which walls constrain the fluid, and two
         controllers of one body."""
         yield from super().problems(path, parts)
-        yield from parts.no_grid((*path, "axis"), "it drives what flows through a grid that is periodic along this axis")
+        yield from parts.no_grid((*path, "axis"), "it drives a flow along a periodic axis of a grid")
         if parts.grid is not None and self.axis not in parts.grid.periodic:
-            text = f"the grid is not periodic along {self.axis}: what flows there ends at its faces, and the force would grow"
+            text = f"the grid is not periodic along {self.axis}: faces stop the flow, and the force would grow"
             yield Finding((*path, "axis"), text, f'add periodic = ["{self.axis}"] to the grid, or use a "body-force"')
         for number, name in enumerate(self.bodies()):
             here = (*path, "body") if number == 0 else (*path, "others", number - 1)
@@ -57,15 +55,15 @@ class MeanVelocity(ChangesInTime, LoadModel):
                 yield from parts.unknown(BodyModel, here, name)
             body = parts.named(BodyModel, name)
             if name in self.bodies()[:number]:
-                yield Finding(here, f"body {name} is named twice", "leave it out once")
+                yield Finding(here, f"body {name} is named twice", "remove one of them")
             elif body is not None and body.is_rigid:
-                yield Finding(here, f"body {name} is rigid: a motion leads it", "leave it out; a rigid-force pushes it")
+                yield Finding(here, f"body {name} is rigid", "remove it; use a load of kind rigid-force instead")
             elif number > 0 and body is not None and not body.moves:
-                yield Finding(here, f"body {name} does not move: it has no inertia", "leave it out")
+                yield Finding(here, f"body {name} does not move: it has no inertia", "remove it")
             for place, other in parts.placed(MeanVelocity):
                 if place < path and other.axis == self.axis and name in other.bodies():
-                    text = f"load number {int(place[1]) + 1} drives body {name} along {self.axis} already"
-                    yield Finding(here, text, "leave it out of one of the two")
+                    text = f"load number {int(place[1]) + 1} already drives body {name} along {self.axis}"
+                    yield Finding(here, text, "remove it from one of the two")
 
 
 class Controller(ActiveCondition):

@@ -20,8 +20,8 @@ class PointLoad(ChangesInTime, LoadModel):
     """A force that the nodes or points of a region share equally; its direction is fixed."""
 
     kind: Literal["point-load"] = "point-load"
-    where: Where = parameter("", "which nodes or points of the body")
-    force: Vector = parameter("N", "force on all of them together")
+    where: Where = parameter("", "nodes or points of the body")
+    force: Vector = parameter("N", "total force on them")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that does not exist or has no such nodes."""

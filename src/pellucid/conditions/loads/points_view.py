@@ -82,7 +82,7 @@ class PointsView:
 
     def _membrane(self, what: str) -> Membrane:
         if not isinstance(self._body, Membrane):
-            raise ValueError(f"body {self._body.name} is no membrane: it has no {what}")
+            raise ValueError(f"body {self._body.name} is not a membrane: it has no {what}")
         return self._body
 
     def __getattr__(self, name: str) -> NoReturn:

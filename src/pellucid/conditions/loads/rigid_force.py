@@ -26,7 +26,7 @@ class RigidForce(ChangesInTime, RigidLoad):
     @check
     def _is_something(self) -> None:
         if not any((*self.force, *self.torque)):
-            raise Refusal("this load is nothing", "give a `force`, a `torque`, or both")
+            raise Refusal("this load has no effect", "give a `force`, a `torque`, or both")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that is not rigid, and directions in which it cannot move."""

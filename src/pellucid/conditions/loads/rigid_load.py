@@ -27,16 +27,16 @@ class RigidLoad(LoadModel):
         yield from super().problems(path, parts)
         body = parts.named(BodyModel, self.body)
         if body is not None and not body.is_rigid:
-            text = f"body {self.body} is not rigid: a {self.kind} acts on a body as a whole"
-            yield Finding((*path, "body"), text, 'let the body be `rigid = true`, or use kind = "body-force" or "point-load"')
+            text = f"body {self.body} is not rigid: a {self.kind} acts on rigid bodies only"
+            yield Finding((*path, "body"), text, 'set `rigid = true` for the body, or use kind = "body-force" or "point-load"')
 
 
 def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Path, parts: Parts) -> Iterator[Finding]:
     """Components along and about axes, under these keys, for which nothing gives way in the plane or along a line."""
     for axis, component, counts in zip(AXES, along, parts.active_axes, strict=True):
         if component and not counts:
-            text = f"the grid is one cell thick along {axis}, where nothing moves"
-            yield Finding((*path, keys[0]), text, f"let its {axis} be 0, or enlarge the grid along it")
+            text = f"the grid is one cell thick along {axis}: nothing moves along this axis"
+            yield Finding((*path, keys[0]), text, f"set its {axis} to 0, or enlarge the grid along it")
     axes = {axis for axis, component in zip(AXES, about, strict=True) if component}
     yield from plane_turn_problems(axes, (*path, keys[1]), parts)
 

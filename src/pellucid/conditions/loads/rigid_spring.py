@@ -37,8 +37,8 @@ class RigidSpring(RigidLoad):
     kind: Literal["rigid-spring"] = "rigid-spring"
     stiffness: Vector = parameter("N/m", "stiffness along the axes", NONE)
     turning_stiffness: Vector = parameter("N*m/rad", "stiffness about the axes", NONE)
-    damping: Vector = parameter("N*s/m", "force on the velocity along the axes", NONE)
-    turning_damping: Vector = parameter("N*m*s/rad", "torque on the angular velocity about the axes", NONE)
+    damping: Vector = parameter("N*s/m", "damping coefficients along the axes", NONE)
+    turning_damping: Vector = parameter("N*m*s/rad", "rotational damping coefficients about the axes", NONE)
     anchor: AnchorPath = parameter("", "displacement of the anchor as a function of time", AnchorPath())
     anchor_rotation: Rotations = parameter("", "rotation of the anchor as a function of time", Rotations())
 
@@ -46,9 +46,9 @@ class RigidSpring(RigidLoad):
     def _draws(self) -> None:
         for key in ("stiffness", "turning_stiffness", "damping", "turning_damping"):
             if min(getattr(self, key)) < 0.0:
-                raise Refusal(f"{key} has {min(getattr(self, key)):g}, and cannot be negative", "use 0 or more")
+                raise Refusal(f"{key} has {min(getattr(self, key)):g}, but cannot be negative", "use 0 or more")
         if not any((*self.stiffness, *self.turning_stiffness, *self.damping, *self.turning_damping)):
-            raise Refusal("this spring is nothing", "give a `stiffness`, a `turning_stiffness`, or a damping")
+            raise Refusal("this spring has no effect", "give a `stiffness`, a `turning_stiffness`, or a damping")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that is not rigid, directions in which it cannot move, and anchors that fail at the start."""

@@ -21,8 +21,8 @@ class Traction(ChangesInTime, LoadModel):
     """A dead load on faces of a body with its own nodes: neither its direction nor the area that counts follow the body."""
 
     kind: Literal["traction"] = "traction"
-    where: Where = parameter("", "which faces of the body")
-    traction: Vector = parameter("Pa", "force on unit area of the faces as they are at the start")
+    where: Where = parameter("", "faces of the body")
+    traction: Vector = parameter("Pa", "force per unit initial area of the faces")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body that does not exist or has no such faces."""

@@ -82,11 +82,13 @@ def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Rea
     rounding, ends = ROUNDING * grid.cell, zip(grid.lower, grid.extent_upper(), _endless(grid), strict=True)
     for axis, (low, high, (start, end, endless)) in enumerate(zip(*shape.bounds(), ends, strict=True)):
         if axis == face.axis and not low - rounding <= face.level <= high + rounding:
-            text = f"{name} lies between {low:g} and {high:g} m along {'xyz'[axis]}, the face {face.name} at {face.level:g} m"
-            return Reason(text, "let it reach through the face, a cell deep into the grid")
+            text = (
+                f"{name} lies between {low:g} and {high:g} m along {'xyz'[axis]}, but the face {face.name} at {face.level:g} m"
+            )
+            return Reason(text, "extend it through the face, one cell deep into the grid")
         if axis != face.axis and not endless and (high <= start or low >= end):
-            text = f"{name} lies between {low:g} and {high:g} m along {'xyz'[axis]}, the face {face.name}"
-            return Reason(f"{text} between {start:g} and {end:g} m", "let it meet the face")
+            text = f"{name} lies between {low:g} and {high:g} m along {'xyz'[axis]}, but the face {face.name}"
+            return Reason(f"{text} between {start:g} and {end:g} m", "extend or move it to the face")
     return None
 
 

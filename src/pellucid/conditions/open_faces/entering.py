@@ -63,7 +63,7 @@ class Entering(ActiveCondition):
         self._face = OpenFace.of(inflow.where, case)
         self.opening, shape = opening_of(inflow.through, self._face, member.model, case)
         if not self.opening.n:
-            text = f"no point of body {inflow.body} would come in through the face {inflow.where}: other bodies fill it"
+            text = f"no point of body {inflow.body} could enter through the face {inflow.where}: other bodies fill it"
             remedy = f"move the bodies in `body.{inflow.body}.outside` away from the face, or enlarge the opening (`through`)"
             raise CaseError(Problem(text, f"{path}.where", remedy=remedy))
         passage = Passage(self._face, self.opening, shape, case, member, self._face.inward, path)
@@ -98,9 +98,7 @@ class Entering(ActiveCondition):
         self._work, self._impulse = self.strip.act(dt)
         self._travel += dt * self.strip.speed
         if self._travel < self._furthest and (self._reached() < self._layers() * self.opening.spacing).any():
-            text = (
-                f"time {self._time:.6g} s: the fluid flows back at the inflow through {self._face.name} (body {self.body_name})"
-            )
+            text = f"time {self._time:.6g} s: backflow at the inflow through {self._face.name} (body {self.body_name})"
             key = f"{self._path}.pressure"
             remedy = (
                 f"keep the pressure at this face above that at the outlet at all times: raise `{key}` or the smallest share of "

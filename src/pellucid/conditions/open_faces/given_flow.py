@@ -22,23 +22,21 @@ Profile = Literal["uniform", "parabolic"]
 class GivenFlow(ChangesInTime):
     """A flow through a face of the grid: its size, what it is across the opening, and how it changes in time."""
 
-    velocity: float | None = parameter("m/s", "mean velocity through the opening, along which it flows", None, ge=0)
-    flow_rate: float | None = parameter(
-        "m^3/s", "instead of it, volume in unit of time, of the slice in plane problems", None, ge=0
-    )
+    velocity: float | None = parameter("m/s", "mean velocity through the opening, in the direction of the flow", None, ge=0)
+    flow_rate: float | None = parameter("m^3/s", "alternative: volume flow rate; in plane problems of the slice", None, ge=0)
     profile: Profile = parameter(
         "",
-        "velocities across the opening: all the same, or those of a steady slow flow in a slit, duct or tube",
+        "velocity profile across the opening: uniform, or that of steady laminar flow in a slit, duct or tube",
         "uniform",
     )
     through: Shape | None = parameter(
-        "", "the opening is where this shape meets the face; without it, where a body does that flows through it", None
+        "", "the opening is the intersection of this shape with the face; default: of the body with the face", None
     )
 
     @check
     def _flows_one_way(self) -> None:
         if self.amplitude is not None and self.amplitude.smallest < 0.0 and not self._allows_turning():
-            text = f"`amplitude` has the share {self.amplitude.smallest:g}, and what comes in or is led out cannot turn round"
+            text = f"`amplitude` has the fraction {self.amplitude.smallest:g}, but a prescribed flow cannot reverse"
             raise ValueError(f"{text}; use shares of 0 or more")
 
     def _allows_turning(self) -> bool:
@@ -63,15 +61,15 @@ class GivenFlow(ChangesInTime):
             return
         place = OpenFace.of(face, grid)
         if self.profile == "parabolic" and not any(walled_axes(grid, face)):
-            text = f"the face {face} has no walls across: along every other axis the grid is one cell thick or periodic"
+            text = f"the face {face} has no side walls: along every other axis the grid is one cell thick or periodic"
             yield Finding((*path, "profile"), text, 'use profile = "uniform"')
         if reason := self._why_shut(place, grid, body):
             yield Finding((*path, "where" if self.through is None else "through"), *reason)
         elif self.profile == "parabolic" and (reason := self._why_no_profile(place, body)):
             yield Finding((*path, "profile"), *reason)
         if self._is_closed(place, grid, parts):
-            text = f"supports hold all nodes of the opening in the face {face}: nothing flows through it"
-            yield Finding(path, text, "take the supports out of the opening, or make it larger")
+            text = f"supports constrain all nodes of the opening in the face {face}: nothing can flow through it"
+            yield Finding(path, text, "remove the supports from the opening, or enlarge it")
 
     def _is_closed(self, face: OpenFace, grid: GridCase, parts: Parts) -> bool:
         """Return True if supports in regions constrain all nodes of the opening along the normal."""
@@ -92,14 +90,14 @@ class GivenFlow(ChangesInTime):
         """Return why no point can cross the opening in a face; None if points can."""
         if self.through is None:
             apart = None if body is None else why_apart(f"body {body.name}", body.shape.geometry(), face, grid)
-            return apart and apart._replace(remedy=f"{apart.remedy}, or give an opening by `through`")
+            return apart and apart._replace(remedy=f"{apart.remedy}, or define an opening with `through`")
         shape = self.through.geometry()
         if apart := why_apart("the opening", shape, face, grid):
             return apart
         if body is None or columns(shape, (), body.points_per_cell, grid, face).n > 0:
             return None
-        text = f"no point of the lattice of body {body.name} lies in the opening at the face {face.name}"
-        return Reason(text, "make it some points wide, and let it reach a cell deep into the grid")
+        text = f"no seed point of body {body.name} lies in the opening at the face {face.name}"
+        return Reason(text, "make it several points wide, and extend it one cell deep into the grid")
 
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:

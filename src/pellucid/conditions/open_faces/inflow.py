@@ -23,10 +23,10 @@ class Inflow(GivenFlow, Condition):
 
     name: str | None = name_parameter("name for probes of its force, as a `reaction`", None)
     where: Face = parameter("", "face of the grid")
-    body: str = parameter("", "fluid of material points that comes in, in the state in which it starts")
+    body: str = parameter("", "name of the entering fluid of material points; it enters in its initial state")
 
     pressure: float | None = parameter(
-        "Pa", "instead of these, the pressure that pushes it in as fast as it gives way; below zero it holds it back", None
+        "Pa", "alternative: pressure that drives the inflow; a negative pressure holds it back", None
     )
 
     @check
@@ -58,19 +58,19 @@ class Inflow(GivenFlow, Condition):
 
     def why_not_steady(self) -> Reason | None:
         """Return the reason: a flow does not come to rest."""
-        return Reason("points come in through an [[inflow]] and nothing comes to rest", "leave [steady] out, or the inflow")
+        return Reason("an [[inflow]] adds points, so there is no equilibrium", "remove [steady] or the inflow")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report faces that cannot be open, bodies that points cannot enter, and flows that are too fast."""
-        yield from parts.no_grid((*path, "where"), "faces are those of a grid")
+        yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         yield from face_problems(self.where, (*path, "where"), parts)
         seeded = parts.named(BodyModel, self.body)
         comes_in = seeded if seeded is not None and not seeded.why_no_inflow() else None
         yield from self.opening_problems(self.where, path, parts, comes_in)
         for place, other in parts.placed(Inflow):
             if place < path and other.where == self.where and (self.through is None or other.through is None):
-                text = f"inflow number {int(place[1]) + 1} comes through the face {self.where} too"
-                yield Finding((*path, "where"), text, "give both an opening of their own by `through`")
+                text = f"inflow number {int(place[1]) + 1} also uses the face {self.where}"
+                yield Finding((*path, "where"), text, "define a separate opening for each with `through`")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
         if body is not None:
@@ -82,16 +82,16 @@ class Inflow(GivenFlow, Condition):
             yield Finding((*path, "body"), *reason)
             return
         if led := next((motion.name for motion in parts.of(Motion) if motion.body == body.name), None):
-            text = f"body {body.name} follows the motion `{led}`: no point can come into it"
-            yield Finding((*path, "body"), text, "leave out the motion, or the inflow")
+            text = f"body {body.name} follows the motion `{led}`, so no point can enter it"
+            yield Finding((*path, "body"), text, "remove the motion, or the inflow")
         for place, load in parts.placed(Condition):
             chooses = getattr(load, "body", None) == body.name and getattr(load, "where", None) is not None
             if place[0] == "load" and chooses:
-                text = f"its points are chosen at the start, and others come into body {body.name}"
-                yield Finding((*place, "where"), text, "leave it out: the load then acts on all points")
+                text = f"its points are selected at the start, but points enter body {body.name} later"
+                yield Finding((*place, "where"), text, "remove it: the load then acts on all points")
         if "start" in parts.sections and parts.sections["start"].is_written:
-            text = f"body {body.name} cannot go on from an earlier run: points come into it"
-            yield Finding((*path, "body"), text, "use `pellucid resume` to go on with a run, or leave [start] out")
+            text = f"body {body.name} cannot continue from an earlier run, because points enter it"
+            yield Finding((*path, "body"), text, "use `pellucid resume` to continue a run, or remove [start]")
 
     def _speed_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """A fixed step in which what comes in crosses more than a cell."""
@@ -101,7 +101,7 @@ class Inflow(GivenFlow, Condition):
         fastest = self.largest_share() * self.velocity
         if fastest * step > parts.grid.cell:
             text = f"at {fastest:g} m/s points cross {fastest * step / parts.grid.cell:.3g} cells in a step of {step:g} s"
-            remedy = f"use time.step = {0.8 * parts.grid.cell / fastest:.2g} or less, or leave it out"
+            remedy = f"use time.step = {0.8 * parts.grid.cell / fastest:.2g} or less, or remove it"
             yield Finding((*path, "velocity"), text, remedy)
 
 
@@ -109,15 +109,15 @@ def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
     """Report faults of a face that is to be open."""
     yield from parts.seam(path, face)
     if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
-        text = f"the grid is one cell thick along {face[0]}: nothing moves through the face {face}"
+        text = f"the grid is one cell thick along {face[0]}: nothing can move through the face {face}"
         yield Finding(path, text, "leave it out")
         return
     closed = next((place for place, each in parts.placed(Condition) if each.face_velocity(face) is not None), None)
     if closed is not None:
         where = f"{'.'.join(map(str, closed))}.where"
-        text = f"`{where}` constrains the whole face {face} along its normal: nothing flows through it"
+        text = f"`{where}` constrains the whole face {face} along its normal: nothing can flow through it"
         remedy = (
-            f'remove "{face}" from `{where}`; a wall beside an opening is a [[support]] with a region, '
-            "`where = { box = ... }` or `{ pipe = ... }`, a cell deep. Or remove this flow"
+            f'remove "{face}" from `{where}`; for a wall next to an opening, use a [[support]] with a region, '
+            "`where = { box = ... }` or `{ pipe = ... }`, one cell deep. Or remove this flow"
         )
         yield Finding(path, text, remedy)

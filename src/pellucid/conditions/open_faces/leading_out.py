@@ -35,8 +35,8 @@ class LeadingOut(ActiveCondition):
                 self._totals = member.body.totals
                 break
         else:
-            text = f"no body that may leave reaches the face {outflow.where[0]}, and no opening is given"
-            remedy = "let a body reach the face, or give an opening by `through`, a cell deep into the grid"
+            text = f"no body that can leave reaches the face {outflow.where[0]}, and no opening is defined"
+            remedy = "extend a body to the face, or define an opening with `through`, one cell deep into the grid"
             raise CaseError(Problem(text, f"{path}.where", remedy=remedy))
         self._work, self._impulse = 0.0, np.zeros(3)
 

@@ -127,8 +127,10 @@ class OutletPressure(ActiveCondition):
         """Raise an error if no fluid is at the face: a pressure needs something to act on."""
         for face, ends in self._ends:
             if _nearest(ends)[0] > 1.0:
-                text = f"no point of {_names(ends)} lies in the layer of cells at the face {face.name}, where a pressure pushes"
-                remedy = "let a body reach the face, or leave `pressure` out"
+                text = (
+                    f"no point of {_names(ends)} lies in the layer of cells at the face {face.name}, on which the pressure acts"
+                )
+                remedy = "extend a body to the face, or remove `pressure`"
                 raise CaseError(Problem(text, f"{self._path}.pressure", remedy=remedy))
 
     def begin(self, time: float, dt: float) -> None:
@@ -142,7 +144,7 @@ class OutletPressure(ActiveCondition):
         for number, (face, ends) in enumerate(self._ends):
             depth, inward = _nearest(ends)
             if self._filled[number] and depth > 1.0 and inward > 0.0:
-                text = f"the fluid flows back at the outflow through {face.name} and has left the layer of cells there"
+                text = f"backflow at the outflow through {face.name}: no fluid is left in the layer of cells there"
                 remedy = (
                     f"keep the pressure at this face below that at the inlet at all times: reduce `{self._path}.pressure` or "
                     f"the largest share of its `amplitude`, or raise `rise`; {face.when_flow_reverses}"

@@ -45,8 +45,8 @@ def why_no_profile(geometry: Geometry, axis: int) -> Reason | None:
     """Return why the velocity profile across an opening is unknown; None if it is known."""
     if isinstance(geometry, Box) or is_tube(geometry, axis):
         return None
-    text = "only slits, ducts and tubes along the normal have this profile, and the opening is that of another shape"
-    return Reason(text, f'give a box, or a cylinder along {"xyz"[axis]}, by `through`, or use profile = "uniform"')
+    text = "only slits, ducts and tubes along the normal have this profile, but the opening has another shape"
+    return Reason(text, f'define a box, or a cylinder along {"xyz"[axis]}, with `through`, or use profile = "uniform"')
 
 
 def is_tube(geometry: Geometry, axis: int) -> TypeGuard[Cylinder]:

@@ -61,8 +61,8 @@ class Strip:
         at_columns = self._across.at_columns(share, self._columns.n)
         mean = float(self._columns.area @ at_columns) / self.area
         if not mean > 0.0:
-            text = f"nothing flows through the face {self._face.name}: supports hold all its nodes there"
-            raise CaseError(Problem(text, self._path, remedy="take the supports out of the opening, or make it larger"))
+            text = f"nothing can flow through the face {self._face.name}: supports constrain all its nodes"
+            raise CaseError(Problem(text, self._path, remedy="remove the supports from the opening, or enlarge it"))
         self._share, self.at_columns = (share / mean)[self._number], at_columns / mean
 
     def _profile(self) -> np.ndarray:
@@ -103,7 +103,7 @@ class Strip:
         """Limit the step so that the strip moves at most one cell at this mean velocity [m/s]; totals: of the body."""
         fastest, cell = speed * float(self._share.max(initial=0.0)), self._case.cell
         governs = fastest > totals.rate * cell
-        what = f"what passes the face {self._face.name} moves at {fastest:.3g} m/s through cells of {cell:.4g} m"
+        what = f"the flow through the face {self._face.name} moves at {fastest:.3g} m/s through cells of {cell:.4g} m"
         totals.rate = max(totals.rate, fastest / cell)
         self.limit = StepLimit(1.0 / totals.rate, "motion", what) if governs else NO_LIMIT
 

@@ -60,9 +60,9 @@ class RigidBody:
         self._turns = [axis for axis in range(3) if not any(self._thin[other] for other in range(3) if other != axis)]
         points, actions = member.body.on_grid, member.actions
         if not isinstance(member.body, CarriesRotation):
-            raise ValueError(f"body {member.body.name} is rigid, and its points cannot carry a rotation")
+            raise ValueError(f"body {member.body.name} is rigid, but its points cannot store a rotation")
         if points is None or actions is None:
-            raise ValueError(f"body {member.body.name} is rigid, and has no points on the grid")
+            raise ValueError(f"body {member.body.name} is rigid, but has no points on the grid")
         alone = sum(other.actions is actions for other in assembly.bodies.values()) == 1
         if isinstance(member.body, SpreadsPoints):
             member.body.keep_whole()

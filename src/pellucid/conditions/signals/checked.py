@@ -19,7 +19,7 @@ def checked_displacement(signal: SignalModel | TurnModel, where: str) -> Displac
             value = float(function(time))
         if not isfinite(value):
             given = f"{value} {_unit(signal)} at t = {time:g} s"
-            raise RunStopped(f"{what} gives {given}; mend its `function`, see {home_of(signal.function)}")
+            raise RunStopped(f"{what} returns {given}; correct its `function`, see {home_of(signal.function)}")
         return value
 
     return displacement
@@ -37,7 +37,7 @@ def displacement_fault(signal: SignalModel | TurnModel, where: str) -> str:
     if isfinite(speed) and speed >= 0.0:
         return ""
     has = f"{_named(signal, where)} has the top speed {speed} {_unit(signal)}/s"
-    return f"{has}; mend its `top_speed`, see {home_of(signal.top_speed)}"
+    return f"{has}; correct its `top_speed`, see {home_of(signal.top_speed)}"
 
 
 def _named(signal: SignalModel | TurnModel, where: str) -> str:

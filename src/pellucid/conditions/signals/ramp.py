@@ -11,9 +11,9 @@ class Ramp(SignalModel):
     """A smooth ramp, u = d s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
 
     kind: Literal["ramp"] = "ramp"
-    distance: float = parameter("m", "displacement d at the end")
+    distance: float = parameter("m", "final displacement d")
     duration: float = parameter("s", "duration T", gt=0)
-    start: float = parameter("s", "time t₀ at which it starts", 0.0, ge=0)
+    start: float = parameter("s", "start time t₀", 0.0, ge=0)
 
     def function(self) -> Displacement:
         return lambda t: self.distance * smooth_step((t - self.start) / self.duration)

@@ -17,7 +17,7 @@ class Table(OverTime, SignalModel):
     """
 
     kind: Literal["table"] = "table"
-    path: InputFile = parameter("", "CSV file with the columns time [s] and displacement [m]; a row of names may stand first")
+    path: InputFile = parameter("", "CSV file with the columns time [s] and displacement [m]; a header row is allowed")
 
     def rows(self) -> np.ndarray:
         return read_rows(self.path, "displacement [m]")

@@ -21,7 +21,7 @@ def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
     try:
         text = file_bytes(path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ValueError(f"cannot read the table {path}: {reason}") from None
     rows: list[tuple[float, ...]] = []
     widths = (2, 3) if another else (2,)
@@ -33,11 +33,11 @@ def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
             many, more = (
                 (("two or three", f" and perhaps {another}") if not rows else ("as many", "")) if another else ("two", "")
             )
-            raise ValueError(f"{place} has other cells than {many} numbers; every row has time [s], {quantity}{more}")
+            raise ValueError(f"{place} does not have {many} numbers; every row needs time [s], {quantity}{more}")
         row = tuple(map(float, cells))
         if rows and row[0] <= rows[-1][0]:
             text = f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s"
-            raise ValueError(f"{text}; put the rows in the order of time, each time once")
+            raise ValueError(f"{text}; sort the rows by time, each time once")
         rows.append(row)
     if len(rows) < 2:
         raise ValueError(f"the table {path} has {len(rows)} rows of numbers; it needs at least two")
@@ -48,7 +48,7 @@ def check_order(times: Sequence[float]) -> None:
     """Raise ValueError where instants [s] do not come one after the other."""
     for before, after in pairwise(times):
         if not before < after:
-            raise ValueError(f"time {after:g} s does not come after {before:g} s; put them in order, each once")
+            raise ValueError(f"time {after:g} s does not come after {before:g} s; sort them, each once")
 
 
 def between_rows(rows: np.ndarray) -> Callable[[float], float]:

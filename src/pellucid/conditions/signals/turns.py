@@ -52,9 +52,9 @@ class RampTurn(LikeDisplacement):
     """A smooth ramp, θ = α s³(10 - 15 s + 6 s²) with s = (t - t₀)/T."""
 
     kind: Literal["ramp"] = "ramp"
-    angle: float = parameter("", f"angle α at the end {SAID}")
+    angle: float = parameter("", f"final angle α {SAID}")
     duration: float = parameter("s", "duration T", gt=0)
-    start: float = parameter("s", "time t₀ at which it starts", 0.0, ge=0)
+    start: float = parameter("s", "start time t₀", 0.0, ge=0)
 
     def signal(self) -> SignalModel:
         return Ramp(distance=radians(self.angle), duration=self.duration, start=self.start)
@@ -89,7 +89,7 @@ class TableTurn(OverTime, TurnModel):
     """
 
     kind: Literal["table"] = "table"
-    path: InputFile = parameter("", "CSV file with the columns time [s] and angle [deg]; a row of names may stand first")
+    path: InputFile = parameter("", "CSV file with the columns time [s] and angle [deg]; a header row is allowed")
 
     def rows(self) -> np.ndarray:
         rows = read_rows(self.path, "angle [deg]")

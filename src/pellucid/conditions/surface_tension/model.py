@@ -33,8 +33,8 @@ class SurfaceTension(Condition):
     tension: float = parameter("N/m", "surface tension σ", gt=0)
     contact_angle: float = parameter(
         "",
-        "contact angle at walls whose support gives none, measured within the fluid, in degrees, or a text with a unit such as "
-        '"1 rad"; a face that is held along its normal alone may be a plane of symmetry: write the angle in its support',
+        "contact angle at walls whose support sets none, measured within the fluid, in degrees, or a text with a unit such as "
+        '"1 rad"; for a face constrained along its normal only, which may be a plane of symmetry, set the angle in its support',
         NEUTRAL,
         ge=0,
         le=180,
@@ -86,7 +86,10 @@ class SurfaceTension(Condition):
 
     def why_not_steady(self) -> Reason | None:
         """Return the reason: the relaxation does not know the stiffness of capillary waves."""
-        return Reason("[steady] brings no fluid with surface tension to rest", "let it come to rest by its viscosity")
+        return Reason(
+            "[steady] cannot find the equilibrium of a fluid with surface tension",
+            "remove [steady], and let the viscosity damp the motion",
+        )
 
     @classmethod
     def activate(cls, conditions: Sequence["SurfaceTension"], assembly: Assembly) -> Sequence[ActiveCondition]:
@@ -96,7 +99,7 @@ class SurfaceTension(Condition):
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report bodies without such a surface, duplicates, unsuitable grids or schemes, and contact angles without a wall."""
-        yield from parts.no_grid((*path, "body"), "the surface is told by the nodes of a grid")
+        yield from parts.no_grid((*path, "body"), "the surface is found on the nodes of a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._body_problems((*path, "body"), parts)
         if parts.grid is not None:
@@ -104,8 +107,8 @@ class SurfaceTension(Condition):
         for key, section in parts.sections.items():
             for item in section.items if key in ("inflow", "outflow") else ():
                 if item is not None:
-                    text = f"the case has an [[{key}]]: the energy of a surface that passes a face is not known"
-                    yield Finding(path, text, f"leave the {key} or the surface tension out")
+                    text = f"the case has an [[{key}]]: the energy of a surface that crosses a face is unknown"
+                    yield Finding(path, text, f"remove the {key} or the surface tension")
         time = next(iter(parts.sections["time"].items), None)
         if getattr(time, "scheme", None) == "usf":
             text = 'the scheme "usf" changes volumes before the step that moves the points, on which its energy depends'
@@ -120,8 +123,8 @@ class SurfaceTension(Condition):
         walls, thin = parts.of(Wall), (not x, not y, not z)
         angles, unknown = find_face_roles(self.contact_angle, parts.of(Support), parts.of(BodyModel), thin, bool(walls))
         if not (angles or unknown or walls):
-            text = "no support holds a face of the grid along its normal, which the fluid could meet at this angle"
-            yield Finding(path, text, 'add a [[support]] with a face as `where` and fix = "normal", or leave it out')
+            text = "no support constrains a face of the grid along its normal, so there is no wall for this angle"
+            yield Finding(path, text, 'add a [[support]] with a face as `where` and fix = "normal", or remove the angle')
         for place, support in parts.placed(Support):
             faces = [face for face in unknown if support.face_velocity(face) is not None]
             if faces:
@@ -131,18 +134,19 @@ class SurfaceTension(Condition):
         """Report a support with faces that may be walls or planes of symmetry, and the contact angles to add."""
         angle, named = f"{self.contact_angle:g}", [f'"{face}"' for face in faces]
         text = (
-            f"held along the normal alone, {listed(faces)} may be a wall, which the fluid meets at {angle} degrees, or a plane "
-            "of symmetry, which it meets at 90 degrees"
+            f"constrained along the normal only, {listed(faces)} may be a wall with the contact angle {angle} "
+            "degrees, or a plane "
+            "of symmetry with 90 degrees"
         )
         either = f"contact_angle = {angle} if it is a wall, contact_angle = 90 if it is a plane of symmetry"
         if len(support.faces()) == 1:
             remedy = f"add to the support of {named[0]} {either}"
         elif len(faces) == 1:
             held = f'where = {named[0]}, fix = "normal"'
-            remedy = f"take {named[0]} out of this list, and add a [[support]] with {held} and {either}"
+            remedy = f"remove {named[0]} from this list, and add a [[support]] with {held} and {either}"
         else:
             remedy = (
-                f"take {listed(named)} out of this list, and add a [[support]] for each, such as where = {named[-1]}, "
+                f"remove {listed(named)} from this list, and add a [[support]] for each, such as where = {named[-1]}, "
                 f'fix = "normal", contact_angle = {angle} for a wall, and where = {named[0]}, fix = "normal", '
                 "contact_angle = 90 for a plane of symmetry"
             )
@@ -153,23 +157,26 @@ class SurfaceTension(Condition):
         if body is None:
             return
         if body.is_surface or body.owns_nodes(is_alone(body, parts)) or not getattr(body.material, "flows", False):
-            text = f"body {self.body} is no fluid of material points"
-            yield Finding(path, text, "name one; the tension of a membrane is that of its material")
+            text = f"body {self.body} is not a fluid of material points"
+            yield Finding(path, text, "name a fluid of material points; the tension of a membrane is set in its material")
         elif getattr(getattr(body.material, "eos", None), "carries_tension", True) is False:
-            text = f"the fluid of body {self.body} carries no tension: its volume, by which a surface is told, grows at no cost"
+            text = (
+                f"body {self.body} cannot have surface tension: its equation of state allows the volume to grow at "
+                "zero pressure"
+            )
             yield Finding(path, text, f"add `carries_tension = true` to the eos of body {self.body}")
         for place, other in parts.placed(SurfaceTension):
             if place < (*path[:-1],) and other.body == self.body:
-                text = f"surface_tension number {int(place[1]) + 1} is that of body {self.body} already"
-                yield Finding(path, text, "leave one of the two out")
+                text = f"surface_tension number {int(place[1]) + 1} already applies to body {self.body}"
+                yield Finding(path, text, "remove one of the two")
 
     def _grid_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
         if grid.functions != FUNCTIONS:
-            text = f'the grid has the functions "{grid.functions}"; a surface is told by smooth ones of three nodes an axis'
+            text = f'grid.functions is "{grid.functions}", but surface tension needs quadratic B-splines'
             yield Finding(path, text, f'use grid.functions = "{FUNCTIONS}"')
         if grid.periodic:
-            text = f"the grid is periodic along {grid.periodic[0]}; surfaces are not followed across a seam"
-            yield Finding(path, text, "use walls, or leave the surface tension out")
+            text = f"the grid is periodic along {grid.periodic[0]}, but surface tension is not computed across a periodic seam"
+            yield Finding(path, text, "use walls, or remove the surface tension")
         if sum(grid.thin()) > 1:
-            text = "the grid is one cell thick along two axes: a surface that cannot curve only has ends"
-            yield Finding(path, text, "leave it out, or enlarge the grid")
+            text = "the grid is one cell thick along two axes: a surface cannot curve in one dimension"
+            yield Finding(path, text, "remove it, or enlarge the grid")
