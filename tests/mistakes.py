@@ -126,7 +126,7 @@ MISTAKES = {
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.1, 0] }, rotate = { angle = 17 } }",
         "rotate",
-        ["body.block.shape", "before it is turned", "no extent there"],
+        ["body.block.shape", "before rotation", "no extent there"],
     ),
     "a turned box that leaves the grid": (
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
@@ -190,19 +190,19 @@ MISTAKES = {
         "[0.25, 0.25, 0], radius = 0.1 } }",
         '[-0.2, 0.25, 0], radius = 0.1 } }\ncut_at = ["x-lower"]',
         "shape = { cylinder",
-        ["body.drop.shape", "along x", "leaves nothing of it"],
+        ["body.drop.shape", "along x", "removes all of it"],
     ),
     "cut at a face that it does not reach": (
         "radius = 0.1 } }",
         'radius = 0.1 } }\ncut_at = ["y-lower"]',
         "cut_at",
-        ["body.drop.cut_at.0", "ends 0.15 m before the face y-lower", "leave this face out"],
+        ["body.drop.cut_at.0", "ends 0.15 m before the face y-lower", "remove this face"],
     ),
     "box cut at a face": (
         "points_per_cell = 4\n",
         'points_per_cell = 4\ncut_at = ["x-lower"]\n',
         "cut_at",
-        ["body.block.cut_at", "let the box end at the face"],
+        ["body.block.cut_at", "end the box at the face"],
     ),
     "body without extent": (
         "upper = [0.8, 0.4, 0]",
@@ -279,7 +279,7 @@ MISTAKES = {
         'kind = "tait", sound_speed = 20.0',
         'kind = "stiffened-gas", gruneisen = 4, p_infinity = 1e5 }, pressure = -1e6, artificial_viscosity = {',
         "material = ",
-        ["body.drop.material.pressure", "no real sound speed", "raise the pressure"],
+        ["body.drop.material.pressure", "no real sound speed", "increase the pressure"],
     ),
     "no body": (
         None,
@@ -428,13 +428,13 @@ MISTAKES |= {
             "behind the grid",
             "point = [0, -0.5, 0]\nnormal = [0, 2, 0]",
             "point =",
-            ["wall.0.point", "outside of the grid", "is 0.5 m or more before it", "move `point`"],
+            ["wall.0.point", "outside the grid", "is 0.5 m or more before it", "move `point`"],
         ),
         (
             "before the grid",
             "point = [0, 0.75, 0]\nnormal = [0, 2, 0]",
             "point =",
-            ["wall.0.point", "outside of the grid", "is 0.25 m or more behind it"],
+            ["wall.0.point", "outside the grid", "is 0.25 m or more behind it"],
         ),
         (
             "for an unknown body",
@@ -446,7 +446,7 @@ MISTAKES |= {
             "that names a body twice",
             'point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nbodies = ["block", "block"]',
             "bodies =",
-            ["wall.0.bodies.1", "body block is named twice", "leave it out once"],
+            ["wall.0.bodies.1", "body block is named twice", "remove one of them"],
         ),
         (
             "with friction of no kind",

@@ -53,9 +53,9 @@ MISTAKES = {
         '["beg"]',
         ["no body has this name", "did you mean `bag`?"],
     ),
-    "outside itself": ('["bag"]', '["medium"]', '["medium"]', ["cannot lie outside itself"]),
+    "exclude itself": ('["bag"]', '["medium"]', '["medium"]', ["cannot exclude itself"]),
     "outside the same twice": ('["bag"]', '["bag", "bag"]', '["bag", ', ["body.medium.outside.1", "named twice"]),
-    "outside each other": ('name = "filling"', 'name = "filling"\noutside = ["medium"]', '["medium"]', ["would be neither"]),
+    "outside each other": ('name = "filling"', 'name = "filling"\noutside = ["medium"]', '["medium"]', ["would be empty"]),
     "outside an open membrane": (MEMBRANE, with_surface(TUBE), "outside", ["membrane bag is open", "closed = true"]),
     "inside an open surface": (INSIDE, INSIDE.replace(SPHERE, TUBE), "inside =", ["surface is open", "closed = true"]),
     "a membrane too sparse": (
@@ -68,13 +68,13 @@ MISTAKES = {
         MEMBRANE,
         with_surface(SPHERE.replace("= 3 }", "= 2 }")),
         "refinements = 2",
-        ["points for each grid cell"],
+        ["points per grid cell"],
     ),
     "outside, with a lattice of its own": (
         "shape = { box = { lower = [-4, -4, -4], upper = [4, 4, 4] } }",
         "shape = { pipe = { centre = [0, 0, 0], outer_radius = 4, inner_radius = 3, height = 4, points = [2, 40, 8] } }",
         "outside",
-        ["a shape with a lattice of its own is filled wholly", "leave out `points`"],
+        ["a shape with its own lattice is filled completely", "remove `points`"],
     ),
     "a pipe without a wall": (
         "shape = { box = { lower = [-4, -4, -4], upper = [4, 4, 4] } }",

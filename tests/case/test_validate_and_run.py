@@ -103,7 +103,7 @@ REFUSED = {
         FLOW,
         "[[inflow]]",
         "[[support]]\nwhere = { box = { lower = [-1, -1, -1], upper = [0.1, 3, 1] } }\n[[inflow]]",
-        "nothing flows through",
+        "nothing can flow through",
     ),
     "two motions of one node": (
         SOLID,

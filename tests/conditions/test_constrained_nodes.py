@@ -68,7 +68,7 @@ def test_thin_axes_are_held_and_do_not_count_for_boxes():
 def test_normal_needs_a_face():
     with pytest.raises(ValueError, match="needs a face"):
         Support(where="all-nodes", fix="normal")
-    with pytest.raises(ValueError, match="names no direction"):
+    with pytest.raises(ValueError, match="`fix` is empty"):
         Support(where="x-lower", fix=())
 
 

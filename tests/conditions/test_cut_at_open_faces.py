@@ -116,7 +116,7 @@ acceleration = [16, 0, 0]
 
 def test_a_flow_that_reverses_is_driven_by_a_force_in_a_periodic_grid():
     """As the message of the stop says: 32 Pa over 1 kg/m³ and 2 m are 16 m/s²."""
-    with pytest.raises(RunStopped, match=r'flows back.*`grid.periodic = \["x"\]`.*"body-force" with an `amplitude`'):
+    with pytest.raises(RunStopped, match=r'backflow.*`grid.periodic = \["x"\]`.*"body-force" with an `amplitude`'):
         momenta_along(SLIT + ENDS)
     along = momenta_along(SLIT.replace("cell = 0.25 }", 'cell = 0.25, periodic = ["x"] }') + PERIODIC)
     assert max(along) > 0.1

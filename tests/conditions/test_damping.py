@@ -95,7 +95,7 @@ def test_the_drag_on_a_membrane_within_a_gas_is_booked_in_full(scheme):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"damping_until": 1.0}, "ends a drag that is not there"),
+        ({"damping_until": 1.0}, "has no effect without `damping`"),
         ({"damping": -1.0}, "greater than or equal to 0"),
         ({"damping": 1.0, "rigid": True}, "is rigid: a drag on its points does nothing"),
     ],

@@ -67,7 +67,7 @@ MISTAKES = {
     "turning round": (
         "velocity = 1\n",
         "velocity = 1\namplitude = { times = [0, 1], shares = [1, -0.5] }\n",
-        ["inflow.0", "share -0.5", "cannot turn round"],
+        ["inflow.0", "share -0.5", "cannot reverse"],
     ),
     "too fast": (
         "end = 0.1",
@@ -82,7 +82,7 @@ MISTAKES = {
     "in and out": (
         LAST,
         f'{LAST}[[outflow]]\nwhere = "x-lower"\n',
-        ["outflow.0.where", "inflow number 1 comes in", "nothing leaves there"],
+        ["outflow.0.where", "inflow number 1 comes in", "nothing can leave there"],
     ),
     "an opening elsewhere": (
         LAST,
@@ -92,25 +92,25 @@ MISTAKES = {
     "an opening beside the face": (
         LAST,
         f"{LAST}through = {{ box = {{ lower = [-1, 3, 0], upper = [2, 4, 0] }} }}\n",
-        ["inflow.0.through", "between 3 and 4 m along y", "the face x-lower between 0 and 2 m", "let it meet the face"],
+        ["inflow.0.through", "between 3 and 4 m along y", "the face x-lower between 0 and 2 m", "extend or move it to the face"],
     ),
     "an opening between points": (
         LAST,
         f"{LAST}through = {{ box = {{ lower = [-1, 0, 0], upper = [0.01, 1, 0] }} }}\n",
-        ["inflow.0.through", "no point of the lattice of body water lies in the opening", "a cell deep into the grid"],
+        ["inflow.0.through", "no point of the lattice of body water lies in the opening", "one cell deep into the grid"],
     ),
     "a wall in the opening": (
         SUPPORT,
         f"{SUPPORT}[[support]]\nwhere = {{ box = {{ lower = [0, 0, 0], upper = [1, 2, 0] }} }}\n",
-        ["inflow.0", "supports hold all nodes of the opening in the face x-lower", "take the supports out"],
+        ["inflow.0", "supports hold all nodes of the opening in the face x-lower", "remove the supports"],
     ),
     "a load on some": (
         LAST,
         LAST + PUSH,
         ["load.0.where", "others come into body water"],
     ),
-    "an earlier run": ("[[body]]", '[start]\npath = "runs/x"\n[[body]]', ["inflow.0.body", "cannot go on from an earlier run"]),
-    "a steady state": ("[[body]]", "[steady]\n[[body]]", ["steady", "points come in through an [[inflow]]"]),
+    "an earlier run": ("[[body]]", '[start]\npath = "runs/x"\n[[body]]', ["inflow.0.body", "cannot continue from an earlier run"]),
+    "a steady state": ("[[body]]", "[steady]\n[[body]]", ["steady", "an [[inflow]] adds points"]),
     "a probe of a column's name": (
         SUPPORT,
         f'{SUPPORT}[[probe]]\nname = "inflow_mass"\nbody = "water"\nquantity = "mass"\n',
@@ -124,17 +124,17 @@ MISTAKES = {
     "a flow out of two faces": (
         LAST,
         f'{LAST}[[outflow]]\nwhere = ["x-upper", "y-upper"]\nvelocity = 1\n',
-        ["outflow.0", "that of one face"],
+        ["outflow.0", "applies to one face"],
     ),
     "a profile of nothing": (
         LAST,
         f'{OUT}profile = "parabolic"\n',
-        ["outflow.0", "belongs to a given flow"],
+        ["outflow.0", "belongs to a prescribed flow"],
     ),
     "a rise of nothing": (
         LAST,
         f"{OUT}rise = 1\n",
-        ["outflow.0", "nothing here changes in time"],
+        ["outflow.0", "there is nothing to change in time"],
     ),
     "two pressures": (
         LAST,
@@ -159,7 +159,7 @@ def test_mistakes_are_named(old, new, words):
         (
             "lower = [0, 0, 0], upper = [3, 2, 0]",
             "lower = [1, 0, 0], upper = [3, 2, 0]",
-            ["inflow.0.where", "body water lies between 1 and 3 m along x, the face x-lower at 0 m", "or give an opening"],
+            ["inflow.0.where", "body water lies between 1 and 3 m along x, the face x-lower at 0 m", "or define an opening"],
         ),
         (
             LAST,
@@ -169,14 +169,14 @@ def test_mistakes_are_named(old, new, words):
         (
             LAST,
             f'{OUT}body = "water"\nvelocity = 1\n',
-            ["outflow.0.where", "no body that may leave reaches"],
+            ["outflow.0.where", "no body that can leave reaches"],
         ),
         (
             "velocity = 1\n",
             'velocity = 1\nprofile = "parabolic"\nthrough = { sphere = { centre = [0, 1, 0], radius = 0.8 } }\n',
             ["inflow.0.profile", "only slits, ducts and tubes", "give a box"],
         ),
-        (SUPPORT, f'{SUPPORT}[[support]]\nwhere = "all-nodes"\n', ["inflow.0", "supports hold all its nodes"]),
+        (SUPPORT, f'{SUPPORT}[[support]]\nwhere = "all-nodes"\n', ["inflow.0", "supports constrain all its nodes"]),
     ],
 )
 def test_what_only_the_bodies_tell_is_named(old, new, words):

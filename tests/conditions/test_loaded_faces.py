@@ -253,7 +253,7 @@ def test_loads_without_faces_are_refused(more, words):
     ("more", "words"),
     [
         ({"load": [UP | {"body": "lump"}]}, "body lump has no faces with its own nodes"),
-        ({"pressure": [{"body": "lump", "value": 1.0}]}, "is no membrane and has no mesh"),
+        ({"pressure": [{"body": "lump", "value": 1.0}]}, "is not a membrane and has no mesh"),
     ],
 )
 def test_bodies_without_faces_are_told(more, words):

@@ -296,14 +296,14 @@ MISTAKES = {
     "a body that is led": (
         SUPPORT,
         SUPPORT + MOTION,
-        ["outflow.0", "no body can lose points", "follow no motion", "leave this outflow out"],
+        ["outflow.0", "no body can lose points", "follow no motion", "remove this outflow"],
     ),
     "a body with cell_pressure": (
         '["x-upper"]',
         '"x-upper"\nbody = ["gas"]\n[[body]]\nname = "gas"\nshape = { box = { lower = [0, 0, 0], upper = [1, 2, 0] } }\n'
         'cell_pressure = true\nmaterial = { kind = "fluid", density = 1, pressure = 1, '
         'eos = { kind = "ideal-gas", gamma = 1.4 } }',
-        ["outflow.0.body.0", "cell_pressure` of body gas", "faces of the grid for walls"],
+        ["outflow.0.body.0", "cell_pressure` of body gas", "faces of the grid as walls"],
     ),
     "a body that is led, named": (
         f'{SUPPORT}[[outflow]]\nwhere = ["x-upper"]\n',

@@ -380,13 +380,13 @@ RIGID = "rigid = true\npoints_per_cell"
             "friction = 0.3",
             "friction = 0.3\nstick = true",
             "stick",
-            ["support.slope.stick", "no `friction`", "leave one"],
+            ["support.slope.stick", "`friction` has no effect", "leave one"],
         ),
         (
             'fix = "normal"',
             'fix = ["y"]',
             "friction",
-            ["slope.friction", "a clamp", 'add fix = "normal"', "leave friction"],
+            ["slope.friction", "a clamp", 'set fix = "normal"', "leave friction"],
         ),
         ('fix = "normal"\nfriction = 0.3', "opens = true", "opens", ["support.slope.opens", "a clamp", "leave opens out"]),
         ('fix = "normal"\nfriction = 0.3', "stick = true", "stick", ["support.slope.stick", "a clamp", "leave stick out"]),
@@ -402,17 +402,17 @@ RIGID = "rigid = true\npoints_per_cell"
             "friction = 0.3",
             'friction = 0.3\n\n[[support]]\nname = "again"\nwhere = "y-lower"\nfix = "normal"\nstick = true',
             "stick",
-            ["support.again.stick", "says already how y-lower rubs", "say it once"],
+            ["support.again.stick", "says already how y-lower rubs", "set it once"],
         ),
         (
             "friction = 0.3",
             'friction = 0.3\n\n[[support]]\nname = "again"\nwhere = ["x-lower", "y-lower"]\nfix = "normal"\nstick = true',
             "stick",
-            ["support.again.stick", "says already how y-lower rubs", "say it once"],
+            ["support.again.stick", "says already how y-lower rubs", "set it once"],
         ),
         ('"y-lower"', '["y-lower", "y-lower"]', "where", ["support.slope.where.1", "y-lower is named twice", "leave it out"]),
         ('"y-lower"\nfix = "normal"\nfriction = 0.3', '["y-lower", "z-lower"]', "where", ["where.1", "one cell thick along z"]),
-        ('"y-lower"', "[]", "where", ["support.slope.where", "names no face", "leave the support out"]),
+        ('"y-lower"', "[]", "where", ["support.slope.where", "`where` is empty", "remove the support"]),
         ('"y-lower"', '["y-lower", "boundary"]', "where", ["support.slope.where.1", 'one of "x-lower"']),
         (
             "friction = 0.3",
@@ -454,4 +454,4 @@ def test_messages_of_walls_that_cannot_be_beside_own_nodes():
     text = TISSUE.replace("friction = 0.3", "friction = 0.3\nopens = false")
     with pytest.raises(CaseError, match=r"support\.slope\.opens") as caught:
         loads(text, "tissue.toml")
-    assert "a wall that rubs lets go" in str(caught.value)
+    assert "bodies separate from a wall with friction" in str(caught.value)

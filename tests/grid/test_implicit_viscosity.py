@@ -256,7 +256,7 @@ def test_bodies_that_act_after_the_solve_are_warned_of():
         (
             {},
             {"support": [SLIP[2] | {"friction": 0.2}]},
-            "support.0.friction: .* it must be known what a wall holds",
+            "support.0.friction: .* walls with friction or openings",
         ),
     ],
 )

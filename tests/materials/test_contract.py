@@ -74,4 +74,4 @@ def test_a_fluid_pulled_until_it_has_no_sound_is_unfit():
     assert [key for key, _, _ in pulled.problems()] == ["pressure"]
     text, remedy = next(pulled.problems())[1:]
     assert "no real sound speed at density 1.2 kg/m^3" in text
-    assert "raise the pressure" in remedy
+    assert "increase the pressure" in remedy

@@ -72,5 +72,5 @@ def test_its_viscosity_bounds_the_step():
 
 def test_a_film_that_bears_nothing_is_refused():
     nothing = dict.fromkeys(("tension", "stiffness", "viscosity", "dilatational_viscosity"), 0.0)
-    with pytest.raises(ValidationError, match="bears nothing: give one of them"):
+    with pytest.raises(ValidationError, match="needs a tension, a stiffness or a viscosity"):
         material(**nothing)

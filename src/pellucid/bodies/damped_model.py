@@ -14,20 +14,18 @@ from pellucid.parts.part import Parts
 class DampedModel(BodyModel):
     """A body whose motion a drag may slow; what the drag takes is `damping_heat`."""
 
-    damping: float = parameter(
-        "1/s", "rate of a drag in proportion to mass and velocity; steady states choose their own", 0.0, ge=0
-    )
-    damping_until: float | None = parameter("s", "time at which the drag ends; without it never", None, gt=0)
+    damping: float = parameter("1/s", "rate of a mass-proportional drag; steady states choose their own", 0.0, ge=0)
+    damping_until: float | None = parameter("s", "time at which the drag ends; default: never", None, gt=0)
 
     @model_validator(mode="after")
     def _ends_what_acts(self) -> "DampedModel":
         if self.damping_until is not None and self.damping == 0.0:
-            raise ValueError("`damping_until` ends a drag that is not there: give its rate, `damping`")
+            raise ValueError("`damping_until` has no effect without `damping`; set `damping`, the rate of the drag")
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a body whose motion a condition prescribes as a whole."""
         yield from super().problems(path, parts)
         if self.damping > 0.0 and (self.is_rigid or is_driven(self.name, parts)):
-            text = f"body {self.name} is {'rigid' if self.is_rigid else 'led as a whole'}: a drag on its points does nothing"
-            yield Finding((*path, "damping"), text, "leave it out")
+            text = f"body {self.name} is {'rigid' if self.is_rigid else 'fully prescribed'}: a drag on its points has no effect"
+            yield Finding((*path, "damping"), text, "remove it")

@@ -32,9 +32,9 @@ def place_problems(
         if thin:
             continue
         slack = SLACK * (grid_high - grid_low)
-        reach = f"along {axis} the body reaches from {low:g} to {high:g} m"
+        reach = f"along {axis} the body extends from {low:g} to {high:g} m"
         if high <= low and not is_surface:
-            yield Finding(path, f"{reach}: it has no extent there", "let the upper end lie above the lower one")
+            yield Finding(path, f"{reach}: it has no extent there", "set the upper end above the lower one")
             continue
         if axis in grid.periodic:
             yield from _seam_problems(path, axis, (low, high), grid, fills, flows)
@@ -44,7 +44,7 @@ def place_problems(
             text = f"{reach}, outside the grid: {grid_low:g} to {grid_high:g} m"
             yield Finding(path, text, "move or shrink the body, or enlarge grid.lower and grid.upper")
         elif low >= grid_high or high <= grid_low:
-            yield Finding(path, f"{reach}: `cut_at` leaves nothing of it", "move the body, or the grid")
+            yield Finding(path, f"{reach}: `cut_at` removes all of it", "move the body, or the grid")
 
 
 def _seam_problems(
@@ -55,16 +55,17 @@ def _seam_problems(
     lower, upper = grid.lower[d], grid.extent_upper()[d]
     period, slack = upper - lower, SLACK * (upper - lower)
     most = period - BETWEEN * grid.cell
-    reach = f"along {axis} the body reaches from {low:g} to {high:g} m"
+    reach = f"along {axis} the body extends from {low:g} to {high:g} m"
     if low >= upper or high <= lower:
-        text = f"{reach}, outside the grid: {lower:g} to {upper:g} m, which repeats itself there"
-        yield Finding(path, text, "move the body to the image of it that begins within the grid")
+        text = f"{reach}, outside the periodic grid: {lower:g} to {upper:g} m"
+        yield Finding(path, text, "move the body by whole periods so that it starts inside the grid")
     elif high - low > period + slack or (
         high - low > most + slack and not flows and not (fills and high - low >= period - slack)
     ):
-        goes_on = f", or exactly {period:g} m, over which it goes on across the seam" if fills else ""
+        goes_on = f", or exactly {period:g} m, continuing across the seam" if fills else ""
         text = (
-            f"{reach}, {high - low:g} m of a period of {period:g} m: it would meet itself across the seam; at most {most:g} m, "
+            f"{reach}, {high - low:g} m of a period of {period:g} m: it would touch itself across the seam; at "
+            f"most {most:g} m, "
             f"two cells less than the period, is allowed{goes_on}"
         )
         yield Finding(path, text, f"make the grid longer along {axis}, or the body shorter")

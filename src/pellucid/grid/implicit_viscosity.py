@@ -150,7 +150,8 @@ class ImplicitViscosity:
             return
         text = (
             f"step {n_steps}, time {time:.6g} s: implicit viscosity in the velocity field `{self.field.name}` did not "
-            f"converge: after {MOST_ROUNDS} rounds its forces are wrong by {self._wrong:.2g}, and {TOLERANCE:g} is asked"
+            f"converge: after {MOST_ROUNDS} iterations the relative error of its forces is {self._wrong:.2g}, "
+            f"above {TOLERANCE:g}"
         )
         raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
 

@@ -25,17 +25,17 @@ class GridCase(Model):
     cell: float = parameter("m", "edge of the cubic cells", gt=0)
     functions: Annotated[str, OneNameOf(GRID_FUNCTIONS)] = parameter("", "shape functions between points and nodes", "gimp")
     periodic: tuple[Literal["x", "y", "z"], ...] = parameter(
-        "", "axes along which all goes on at the other end: the upper face is the lower one, and neither is a wall", ()
+        "", "periodic axes: the upper and lower faces are identical and not walls", ()
     )
     thickness: float | None = parameter(
-        "m", f"extent of the bodies along axes that are one cell thick; {DEFAULT_THICKNESS:g} m where not given", None, gt=0
+        "m", f"thickness of the slice along axes that are one cell thick; default: {DEFAULT_THICKNESS:g} m", None, gt=0
     )
 
     @model_validator(mode="after")
     def _whole_cells(self) -> "GridCase":
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             if high < low:
-                raise ValueError(f"grid.upper along {axis} is {high:g} m, below grid.lower {low:g} m; exchange them")
+                raise ValueError(f"grid.upper along {axis} is {high:g} m, below grid.lower {low:g} m; swap them")
             cells = (high - low) / self.cell
             if cells > MOST_CELLS:
                 raise ValueError(f"{cells:.3g} cells of {self.cell:g} m along {axis}; use a larger cell")
@@ -50,7 +50,7 @@ class GridCase(Model):
             raise ValueError("the grid is at most one cell thick along every axis; make grid.upper larger or cell smaller")
         if self.thickness is not None and not any(self.thin()):
             raise ValueError(
-                f"thickness = {self.thickness:g} m is for axes that are one cell thick, and this grid has none; leave it out, "
+                f"thickness = {self.thickness:g} m applies to axes that are one cell thick, but this grid has none; remove it, "
                 f"or make grid.upper equal to grid.lower along an axis"
             )
         return self
@@ -60,15 +60,12 @@ class GridCase(Model):
             if axis not in self.periodic:
                 continue
             if self.periodic.count(axis) > 1:
-                raise ValueError(f"periodic names the axis {axis} twice; name it once")
+                raise ValueError(f"periodic lists the axis {axis} twice; remove one")
             if thin:
-                raise ValueError(
-                    f"periodic names {axis}, along which the grid is one cell thick and nothing varies or moves; leave {axis} "
-                    "out of it"
-                )
+                raise ValueError(f"periodic lists {axis}, but the grid is one cell thick along {axis}; remove {axis} from it")
             if cells < FEWEST_CELLS:
                 raise ValueError(
-                    f"the grid is periodic along {axis} and has {cells} cells there; it needs {FEWEST_CELLS} at least: use a "
+                    f"the grid is periodic along {axis} with {cells} cells; at least {FEWEST_CELLS} are needed: use a "
                     "smaller grid.cell, or move grid.upper"
                 )
 
@@ -91,8 +88,8 @@ class GridCase(Model):
         if face[0] not in self.periodic:
             return None
         other = f"{face[0]}-{'upper' if face.endswith('lower') else 'lower'}"
-        text = f"the grid is periodic along {face[0]}: the face {face} is no wall, what crosses it comes in at {other}"
-        return text, f"name another face, or take {face[0]} out of grid.periodic"
+        text = f"the grid is periodic along {face[0]}: the face {face} is not a wall; points that cross it enter at {other}"
+        return text, f"name another face, or remove {face[0]} from grid.periodic"
 
     def slice_thickness(self) -> float:
         """Extent of the bodies along each thin axis [m]."""

@@ -23,7 +23,7 @@ class Fault(NamedTuple):
 FAULTS = {
     NOT_FINITE: Fault(
         "its state is not a finite number",
-        "use a smaller time.step or time.courant, or read its state in forensics/failure.json",
+        "use a smaller time.step or time.courant; its state is in forensics/failure.json",
     ),
     INVERTED: Fault(
         "its volume would become zero or negative in this step",
@@ -31,23 +31,23 @@ FAULTS = {
     ),
     FOLDED: Fault(
         "the surface folded onto itself at this point within one step",
-        "use a smaller time.step, or a surface with more triangles where it bends",
+        "use a smaller time.step, or more triangles where the surface bends",
     ),
     COLLAPSED: Fault(
-        "the element that begins here turned over in this step, or has no area or thickness left",
-        "use a smaller time.step or time.courant, finer elements, or wrinkling where the membrane is pushed together",
+        "the element at this node turned over in this step, or its area or thickness became zero",
+        "use a smaller time.step or time.courant, finer elements, or `wrinkling` if the membrane is compressed",
     ),
-    LOST: Fault("it left the grid", "make the grid larger, or put a support on the face it crossed"),
+    LOST: Fault("it left the grid", "enlarge the grid, or add a support at the face that it crossed"),
 }
 
 
 def fault_at_held_face(face: str, outward: float) -> Fault:
     """Return the fault of a point that passed a face held by a support with this velocity out of the grid [m/s]."""
     if outward > 0.0:
-        text = f"it passed the face {face}, whose support moves out of the grid at {outward:.3g} m/s"
+        text = f"it crossed the face {face}, whose support moves out of the grid at {outward:.3g} m/s"
         remedy = f"set the velocity of this support along {face[0]} to 0"
-        return Fault(text, f"{remedy}, or enlarge the grid and lead a solid with a [[motion]]")
-    text = f"it passed the face {face}, which a support holds along its normal: it moved too far in one step"
+        return Fault(text, f"{remedy}, or enlarge the grid and prescribe a solid by a [[motion]]")
+    text = f"it crossed the face {face}, which a support constrains along its normal: it moved too far in one step"
     return Fault(text, "use a smaller time.step or time.courant, or more points_per_cell")
 
 

@@ -164,8 +164,8 @@ def kept_of(slabs: Slabs) -> dict[str, np.ndarray]:
 def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
     """Restore slabs. Raises UsageError for another division into slabs, as in an earlier version."""
     if not np.array_equal(kept["layers"], slabs.layers):
-        text = "the checkpoint was written by another version of pellucid (its slabs are others)"
-        raise UsageError(f"{text}: go on with that one, or start the run again")
+        text = "the checkpoint was written by another version of pellucid (with other slabs)"
+        raise UsageError(f"{text}: resume with that version, or start the run again")
     _report_nothing(slabs)
     slabs.first[:], slabs.left_slab[:] = kept["first"], kept["left_slab"]
 

@@ -28,8 +28,8 @@ class ArrudaBoyceMembraneMaterial(SurfaceMembraneMaterial):
     G = 1.0851 μ for n = 8, 1.2923 μ for n = 3, and K = 3G."""
 
     kind: Literal["arruda-boyce-membrane"] = "arruda-boyce-membrane"
-    rubber_modulus: float = parameter("N/m", "μ, which the shear modulus at rest exceeds", gt=0)
-    links: float = parameter("", "number n of links in a chain; it stiffens about the stretch √n", ge=1)
+    rubber_modulus: float = parameter("N/m", "rubber modulus μ, smaller than the shear modulus at rest", gt=0)
+    links: float = parameter("", "number n of links in a chain; the material stiffens near the stretch √n", ge=1)
 
     def elastic_law(self) -> ArrudaBoyceSurface:
         return ArrudaBoyceSurface(self.rubber_modulus, self.links)

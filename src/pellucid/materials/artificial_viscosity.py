@@ -19,7 +19,7 @@ class ArtificialViscosityCase(Model):
 
     quadratic: float = parameter("", "coefficient c₀ of the quadratic term", 0.0, ge=0)
     linear: float = parameter("", "coefficient c₁ of the linear term", 0.0, ge=0)
-    work: bool = parameter("", "whether q does work in the energy equation; false loses energy in shocks", True)
+    work: bool = parameter("", "true: q does work in the energy equation; false: energy is lost in shocks", True)
 
     def law(self) -> ArtificialViscosity:
         return ArtificialViscosity(self.quadratic, self.linear, 1.0 if self.work else 0.0)

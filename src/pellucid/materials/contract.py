@@ -71,7 +71,7 @@ class PointMaterial(BodyMaterial):
 
     def stressed(self, stress: Symmetric) -> tuple[float, PointState]:
         """Density [kg/m³] and state of a point under a stress [Pa]. Raises ValueError where there is no such state."""
-        raise ValueError(f'a material of kind "{self.kind}" takes no initial stress')
+        raise ValueError(f'a material of kind "{self.kind}" cannot have an initial stress')
 
     def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
         """Densities [kg/m³], shape (n,), and arrays of the state, of a fluid at rest under gravity.
@@ -79,7 +79,7 @@ class PointMaterial(BodyMaterial):
         gravity: its magnitude [m/s²]; depth: below the level of the initial state [m], shape (n,). Raises ColumnEnds where it
         has no state there.
         """
-        raise NotImplementedError(f'a material of kind "{self.kind}" is not at rest by its pressure alone')
+        raise NotImplementedError(f'a material of kind "{self.kind}" is not a fluid at rest under its pressure')
 
     def signals(self, length: float) -> tuple[float, float]:
         """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""

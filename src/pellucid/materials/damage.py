@@ -42,16 +42,14 @@ class DamageRecord(NamedTuple):
 class DamageCase(Model):
     """Elastodamage of a membrane, driven by its largest principal strain in the plane."""
 
-    elastic_limit: float = parameter("", "strain S_L at which damage begins", gt=0)
-    stiffness_loss: float = parameter(
-        "", "c₀: share of the stiffness that full damage would take; all of it where above 1", gt=0
-    )
-    rate: float = parameter("", "c₁: how fast the stiffness falls with the damage ω = ε_max/S_L - 1", gt=0)
-    failure_strain: float = parameter("", "strain beyond which a point fails and bears no stress again", gt=0)
+    elastic_limit: float = parameter("", "elastic limit S_L: strain at which damage starts", gt=0)
+    stiffness_loss: float = parameter("", "c₀: fraction of the stiffness lost at full damage; all of it if above 1", gt=0)
+    rate: float = parameter("", "c₁: rate of the decrease of stiffness with the damage ω = ε_max/S_L - 1", gt=0)
+    failure_strain: float = parameter("", "strain beyond which a point fails permanently", gt=0)
 
     radius: float | None = parameter(
         "m",
-        "damage follows the mean of the strain over this radius of the initial surface; without it the strain at the point",
+        "radius on the initial surface over which the strain is averaged for damage; default: the strain at the point",
         None,
         gt=0,
     )
@@ -60,7 +58,7 @@ class DamageCase(Model):
     def _fails_after_it_yields(self) -> None:
         if self.failure_strain <= self.elastic_limit:
             text = f"failure_strain = {self.failure_strain:g} is not above elastic_limit = {self.elastic_limit:g}"
-            raise ValueError(f"{text}; damage lies between the two strains")
+            raise ValueError(f"{text}; set failure_strain above elastic_limit")
 
     def law(self) -> Elastodamage:
         """The law as kernels take it."""

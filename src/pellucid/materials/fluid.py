@@ -66,13 +66,13 @@ class FluidMaterial(PointMaterial):
     pressure: float = parameter("Pa", "initial pressure", 0.0)
     eos: EquationOfState = parameter("", "equation of state")
     viscosity: float = parameter("Pa*s", "shear viscosity μ", 0.0, ge=0)
-    second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; Stokes' -2μ/3 where not given", None)
+    second_viscosity: float | None = parameter("Pa*s", "second viscosity λ; default: Stokes' value -2μ/3", None)
     implicit_viscosity: bool = parameter(
-        "", "whether viscosity is solved for on the nodes in each step: then it bounds no step", False
+        "", "true: solve for the viscous stress implicitly on the nodes; it then does not limit the step", False
     )
     artificial_viscosity: ArtificialViscosityCase = parameter("", "artificial viscosity", ArtificialViscosityCase())
     energy_update: Literal["conservative", "closed", "iterated", "explicit", "midpoint"] = parameter(
-        "", "how the energy equation is solved", "conservative"
+        "", "solution of the energy equation", "conservative"
     )
 
     @check
@@ -81,13 +81,13 @@ class FluidMaterial(PointMaterial):
         found = pressure(eos, self.density, energy)
         # rounding of the terms that cancel in a stiff liquid
         if abs(found - self.pressure) > 1e-9 * (abs(self.pressure) + abs(pressure_line(eos, self.density)[0])):
-            text = f"the pressure is {self.pressure:g} Pa, but this equation of state has {found:g} Pa at the initial density"
-            raise ValueError(f"{text} and no energy that changes it; use pressure = {found:g}")
+            text = f"the pressure is {self.pressure:g} Pa, but this equation of state gives {found:g} Pa at the initial density"
+            raise ValueError(f"{text} and its pressure does not depend on the energy; use pressure = {found:g}")
 
     @check
     def _artificial_work_is_kept(self) -> None:
         if self.keeps_heat and not self.artificial_viscosity.work:
-            text = "artificial_viscosity.work = false leaves work out that the conservative energy update keeps"
+            text = "artificial_viscosity.work = false omits work that the conservative energy update includes"
             raise ValueError(f'{text}; add energy_update = "closed"')
 
     @check
@@ -95,7 +95,7 @@ class FluidMaterial(PointMaterial):
         least = -2.0 / 3.0 * self.viscosity
         if self.second_viscosity is not None and self.second_viscosity < least * (1.0 + 1e-12):
             text = f"second_viscosity = {self.second_viscosity:g} Pa*s is below -2/3 viscosity = {least:g} Pa*s"
-            raise ValueError(f"{text}: expansion would give energy; leave it out for Stokes' value")
+            raise ValueError(f"{text}: expansion would gain energy; remove it to use Stokes' value")
 
     @check
     def _implicit_viscosity_is_heat(self) -> None:
@@ -103,10 +103,13 @@ class FluidMaterial(PointMaterial):
             return
         mu, lam = self.viscosities()
         if mu == 0.0 and lam == 0.0:
-            raise ValueError("implicit_viscosity = true, but the fluid has none; give its viscosity, or leave this out")
+            raise ValueError("implicit_viscosity = true, but the fluid has no viscosity; set `viscosity`, or remove this")
         if not self.keeps_heat:
-            text = f'energy_update = "{self.energy_update}" integrates the work of a viscous stress that only the nodes know'
-            raise ValueError(f'{text}; use "conservative" with implicit_viscosity, or leave implicit_viscosity out')
+            text = (
+                f'energy_update = "{self.energy_update}" integrates the work of the viscous stress, which is known '
+                "only on the nodes with implicit viscosity"
+            )
+            raise ValueError(f'{text}; use "conservative" with implicit_viscosity, or remove implicit_viscosity')
 
     @property
     def keeps_heat(self) -> bool:
@@ -125,7 +128,7 @@ class FluidMaterial(PointMaterial):
             return None
         speed = sound_speed(self.law().eos, self.density, 0.0) * sqrt(squeezed / (0.2 * SOFT))
         return (
-            f"it is squeezed by {100 * squeezed:.2g} % of its volume; if so much is not meant, raise eos.sound_speed: "
+            f"it is compressed by {100 * squeezed:.2g} % of its volume; if this is not intended, increase eos.sound_speed: "
             f"with {speed:.2g} m/s it is {20 * SOFT:.2g} %"
         )
 
@@ -198,7 +201,7 @@ class FluidMaterial(PointMaterial):
         """Report a tension at which the equation of state has no real sound speed."""
         if self.pressure < 0.0 and not self.signals(1.0)[0]:
             text = f"the fluid has no real sound speed at density {self.density:g} kg/m^3"
-            yield "pressure", text, "raise the pressure, or p_infinity where there is one"
+            yield "pressure", text, "increase the pressure, or p_infinity if the equation has one"
 
 
 @point_function(update, NewtonianFluid)

@@ -36,17 +36,15 @@ class FluidMembraneMaterial(MembraneMaterial):
     """A membrane that is fluid within its surface: surface tension, stiffness against a change of area, viscosity."""
 
     kind: Literal["fluid-membrane"] = "fluid-membrane"
-    tension: float = parameter("Pa", "surface tension over the membrane's thickness, γ; the same at any area", 0.0, ge=0)
-    stiffness: float = parameter(
-        "Pa", "K: over the thickness, tension for a change of area that tends to 1 where the area is large", 0.0, ge=0
-    )
-    viscosity: float = parameter("Pa*s", "shear viscosity μ of the surface over the thickness", 0.0, ge=0)
-    dilatational_viscosity: float = parameter("Pa*s", "second viscosity λ of the surface over the thickness", 0.0, ge=0)
+    tension: float = parameter("Pa", "surface tension divided by the thickness, γ; independent of the area", 0.0, ge=0)
+    stiffness: float = parameter("Pa", "area modulus divided by the thickness, K; tension K (1 - 1/A)", 0.0, ge=0)
+    viscosity: float = parameter("Pa*s", "surface shear viscosity divided by the thickness, μ", 0.0, ge=0)
+    dilatational_viscosity: float = parameter("Pa*s", "surface second viscosity divided by the thickness, λ", 0.0, ge=0)
 
     @check
     def _bears_something(self) -> None:
         if max(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity) == 0.0:
-            raise ValueError("a fluid membrane without tension, stiffness and viscosity bears nothing: give one of them")
+            raise ValueError("a fluid membrane needs a tension, a stiffness or a viscosity; set one of them")
 
     def law(self, thickness: float) -> FluidMembrane:
         return FluidMembrane(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity)

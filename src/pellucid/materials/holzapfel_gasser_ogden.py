@@ -46,16 +46,16 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
 
     kind: Literal["holzapfel-gasser-ogden"] = "holzapfel-gasser-ogden"
     shear_modulus: float = parameter("Pa", "shear modulus μ of the matrix", gt=0)
-    k1: float = parameter("Pa", "k₁, stiffness of a family of fibres", ge=0)
-    k2: float = parameter("", "k₂, how fast fibres stiffen", gt=0)
+    k1: float = parameter("Pa", "stiffness k₁ of a family of fibres", ge=0)
+    k2: float = parameter("", "exponent k₂ of the fibre stiffening", gt=0)
     dispersion: float = parameter(
         "",
-        "spread of the fibres about their mean direction: 0 where all are parallel, 1/3 where they point anywhere",
+        "dispersion of the fibres: 0 for parallel fibres, 1/3 for an isotropic distribution",
         ge=0,
         le=1 / 3,
     )
     fibres: tuple[Vector, ...] = parameter(
-        "", "mean directions of the families in the reference configuration, of any length", min_length=1, max_length=2
+        "", "mean directions of the fibre families in the reference configuration, of any length", min_length=1, max_length=2
     )
 
     @field_validator("fibres")
@@ -63,7 +63,7 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
     def _have_directions(cls, fibres: tuple[Vector, ...]) -> tuple[Vector, ...]:
         for number, direction in enumerate(fibres):
             if not any(direction):
-                raise ValueError(f"fibres[{number}] = [0, 0, 0] is no direction; give a vector along the fibres")
+                raise ValueError(f"fibres[{number}] = [0, 0, 0] has no direction; give a vector along the fibres")
         return fibres
 
     def moduli(self) -> tuple[float, float]:

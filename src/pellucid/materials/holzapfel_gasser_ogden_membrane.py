@@ -41,19 +41,19 @@ class HolzapfelGasserOgdenMembraneMaterial(SurfaceMembraneMaterial):
 
     kind: Literal["holzapfel-gasser-ogden-membrane"] = "holzapfel-gasser-ogden-membrane"
     shear_modulus: float = parameter("N/m", "surface shear modulus G of the matrix", gt=0)
-    k1: float = parameter("N/m", "k₁, stiffness of a family of fibres", ge=0)
-    k2: float = parameter("", "k₂, how fast fibres stiffen", gt=0)
+    k1: float = parameter("N/m", "stiffness k₁ of a family of fibres", ge=0)
+    k2: float = parameter("", "exponent k₂ of the fibre stiffening", gt=0)
     dispersion: float = parameter(
         "",
-        "spread of the fibres about their mean direction: 0 where all are parallel, 1/3 where they point anywhere",
+        "dispersion of the fibres: 0 for parallel fibres, 1/3 for an isotropic distribution",
         ge=0,
         le=1 / 3,
     )
     fibre_direction: Vector = parameter(
-        "", "axis from which the fibres' angle counts at the start, of any length; what of it lies along the surface counts"
+        "", "reference direction of the fibre angle at the start, of any length; it is projected onto the surface"
     )
     fibre_angle: float = parameter(
-        "", 'θ of the two families, on either side, in degrees, or a text with a unit such as "0.3 rad"', ge=0, le=90
+        "", 'angle ±θ of the two families, in degrees, or a text with a unit such as "0.3 rad"', ge=0, le=90
     )
 
     _in_degrees = field_validator("fibre_angle", mode="before")(in_degrees)
@@ -62,15 +62,15 @@ class HolzapfelGasserOgdenMembraneMaterial(SurfaceMembraneMaterial):
     @classmethod
     def _is_a_direction(cls, direction: Vector) -> Vector:
         if not any(direction):
-            raise ValueError("fibre_direction = [0, 0, 0] is no direction; give a vector along the surface")
+            raise ValueError("fibre_direction = [0, 0, 0] has no direction; give a vector along the surface")
         return direction
 
     @check
     def _bears_compression(self) -> None:
         if self.wrinkling:
             raise Refusal(
-                "wrinkling = true and fibres do not go together: wrinkles would not lie along the longest stretch",
-                "leave out `wrinkling`, or take a law without directions",
+                "wrinkling = true cannot be combined with fibres: wrinkles would not be along the largest stretch",
+                "remove `wrinkling`, or use a law without directions",
             )
 
     @property

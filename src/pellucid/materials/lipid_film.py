@@ -18,15 +18,15 @@ POINTS, WEIGHTS = np.polynomial.legendre.leggauss(24)
 class LipidFilm(BodyMaterial):
     """p = a sgn(ρ - ρ₀) |ρ - ρ₀|^c.   Source: Benet 2015, eq. 3.45, which is for ρ > ρ₀ or odd c alone."""
 
-    density: float = parameter("kg/m^2", "density in the surface at which it has no pressure, ρ₀", gt=0)
+    density: float = parameter("kg/m^2", "surface density ρ₀ at zero surface pressure", gt=0)
     viscosity: float = parameter("N*s/m", "shear viscosity μ of the surface", gt=0)
     dilatational_viscosity: float = parameter("N*s/m", "second viscosity λ of the surface", 0.0, ge=0)
-    bending_rigidity: float = parameter("J", "κ_c of the bending energy (κ_c/2)(2H - c₀)² of unit area", 0.0, ge=0)
+    bending_rigidity: float = parameter("J", "bending rigidity κ_c, with the energy (κ_c/2)(2H - c₀)² per unit area", 0.0, ge=0)
     spontaneous_curvature: float = parameter(
-        "1/m", "c₀, the sum of the principal curvatures at rest; positive as of a sphere", 0.0
+        "1/m", "spontaneous curvature c₀, the sum of the principal curvatures at rest; positive for a sphere", 0.0
     )
     kind: Literal["lipid-film"] = "lipid-film"
-    stiffness: float = parameter("", "a, the pressure [N/m] where the density exceeds ρ₀ by 1 kg/m²", gt=0)
+    stiffness: float = parameter("", "stiffness a: surface pressure [N/m] per excess of the density over ρ₀ [kg/m²]", gt=0)
     exponent: float = parameter("", "c", 1.0, ge=1, le=9)
 
     def wave_speeds(self) -> tuple[float, float]:

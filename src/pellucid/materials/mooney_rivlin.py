@@ -37,8 +37,8 @@ class MooneyRivlinMaterial(BulkMaterial):
     """Mooney-Rivlin solid, W = c₁ (Ī₁ - 3) + c₂ (Ī₂ - 3) + κ/2 (J-1)²: any strain; at rest μ = 2 (c₁ + c₂)."""
 
     kind: Literal["mooney-rivlin"] = "mooney-rivlin"
-    c1: float = parameter("Pa", "c₁, of the first invariant", ge=0)
-    c2: float = parameter("Pa", "c₂, of the second invariant", ge=0)
+    c1: float = parameter("Pa", "coefficient c₁ of the first invariant", ge=0)
+    c2: float = parameter("Pa", "coefficient c₂ of the second invariant", ge=0)
 
     @field_validator("c2")
     @classmethod

@@ -26,7 +26,7 @@ class MooneyRivlinMembraneMaterial(SurfaceMembraneMaterial):
 
     kind: Literal["mooney-rivlin-membrane"] = "mooney-rivlin-membrane"
     shear_modulus: float = parameter("N/m", "surface shear modulus G at rest", gt=0)
-    invariant_ratio: float = parameter("", "c = C₂/C₁, of the second to the first invariant", ge=0)
+    invariant_ratio: float = parameter("", "ratio c = C₂/C₁ of the coefficients of the second and first invariants", ge=0)
 
     def elastic_law(self) -> MooneyRivlinSurface:
         return MooneyRivlinSurface(self.shear_modulus, self.invariant_ratio)

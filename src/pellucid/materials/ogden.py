@@ -38,19 +38,21 @@ class Ogden(NamedTuple):
 def check_terms(moduli: tuple[float, ...], exponents: tuple[float, ...]) -> None:
     """Raises ValueError where terms lack a modulus or an exponent, or one does not resist."""
     if moduli and len(moduli) != len(exponents):
-        raise ValueError(f"shear_moduli has {len(moduli)} numbers and exponents {len(exponents)}: each term has one of both")
+        raise ValueError(f"shear_moduli has {len(moduli)} numbers but exponents {len(exponents)}: give one of each per term")
     for number, (mu, alpha) in enumerate(zip(moduli, exponents, strict=False)):
         if not mu * alpha > 0.0:
             terms = f"shear_moduli[{number}] = {mu:g} and exponents[{number}] = {alpha:g}"
-            raise ValueError(f"{terms}: a term resists where their product is above 0; give both the same sign")
+            raise ValueError(f"{terms}: their product must be positive; give both the same sign")
 
 
 class OgdenMaterial(BulkMaterial):
     """Ogden solid, W = Σ μ_p/α_p (λ̄₁^α_p + λ̄₂^α_p + λ̄₃^α_p - 3) + κ/2 (J-1)²: any strain; at rest 2μ = Σ μ_p α_p."""
 
     kind: Literal["ogden"] = "ogden"
-    shear_moduli: tuple[float, ...] = parameter("Pa", "μ_p of each term, of the sign of its exponent", min_length=1)
-    exponents: tuple[float, ...] = parameter("", "α_p of each term", min_length=1)
+    shear_moduli: tuple[float, ...] = parameter(
+        "Pa", "moduli μ_p of the terms, each with the sign of its exponent", min_length=1
+    )
+    exponents: tuple[float, ...] = parameter("", "exponents α_p of the terms", min_length=1)
 
     @field_validator("exponents")
     @classmethod

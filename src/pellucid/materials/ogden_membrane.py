@@ -29,8 +29,10 @@ class OgdenMembraneMaterial(SurfaceMembraneMaterial):
     """Ogden surface, W = Σ m_p/α_p (λ₁^α_p + λ₂^α_p + (λ₁λ₂)^(-α_p) - 3); at rest G = ½ Σ m_p α_p and K = 3G."""
 
     kind: Literal["ogden-membrane"] = "ogden-membrane"
-    shear_moduli: tuple[float, ...] = parameter("N/m", "m_p of each term, of the sign of its exponent", min_length=1)
-    exponents: tuple[float, ...] = parameter("", "α_p of each term", min_length=1)
+    shear_moduli: tuple[float, ...] = parameter(
+        "N/m", "moduli m_p of the terms, each with the sign of its exponent", min_length=1
+    )
+    exponents: tuple[float, ...] = parameter("", "exponents α_p of the terms", min_length=1)
 
     @field_validator("exponents")
     @classmethod

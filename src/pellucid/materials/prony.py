@@ -58,8 +58,10 @@ class Prony(NamedTuple):
 class PronyBranch(Model):
     """A term of a Prony series."""
 
-    share: float = parameter("", "β: its stress in a sudden strain, by the isochoric stress at rest", gt=0)
-    relaxation_time: float = parameter("s", "τ: the time in which its stress falls to 1/e", gt=0)
+    share: float = parameter(
+        "", "β: initial overstress after a sudden strain, relative to the isochoric equilibrium stress", gt=0
+    )
+    relaxation_time: float = parameter("s", "relaxation time τ, in which the stress falls to 1/e", gt=0)
 
 
 class PronyMaterial(ViscoelasticMaterial):
@@ -68,9 +70,9 @@ class PronyMaterial(ViscoelasticMaterial):
 
     kind: Literal["prony"] = "prony"
     elastic: Annotated[DecoupledMaterial, OneOf(MATERIALS, DecoupledMaterial)] = parameter(
-        "", f"{ELASTIC}; a kind whose energy has an isochoric and a volumetric part"
+        "", f"{ELASTIC}; its energy must have separate isochoric and volumetric parts"
     )
-    branches: tuple[PronyBranch, ...] = parameter("", "the terms of the series", min_length=1, max_length=MOST)
+    branches: tuple[PronyBranch, ...] = parameter("", "terms of the series", min_length=1, max_length=MOST)
 
     def hyperelastic(self) -> HyperelasticMaterial:
         return self.elastic

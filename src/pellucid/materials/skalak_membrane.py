@@ -27,15 +27,15 @@ class SkalakMembraneMaterial(SurfaceMembraneMaterial):
 
     kind: Literal["skalak-membrane"] = "skalak-membrane"
     shear_modulus: float = parameter("N/m", "surface shear modulus G", gt=0)
-    area_coefficient: float = parameter("", "C, of the change of area, a pure number: the area modulus is (1 + 2C) G", gt=-0.5)
+    area_coefficient: float = parameter("", "dimensionless area coefficient C: the area modulus is (1 + 2C) G", gt=-0.5)
 
     @check
     def _has_a_natural_width(self) -> None:
         if self.wrinkling and self.area_coefficient < 0.0:
             raise Refusal(
-                f"area_coefficient = {self.area_coefficient:g} is below 0, with which a strip widens without end as it is "
-                f"pulled: it has no width to wrinkle to",
-                "leave out `wrinkling`, or make area_coefficient 0 or more",
+                f"area_coefficient = {self.area_coefficient:g} is below 0: a strip then widens without limit when "
+                f"pulled, so wrinkling is undefined",
+                "remove `wrinkling`, or set area_coefficient to 0 or more",
             )
 
     def elastic_law(self) -> SkalakSurface:

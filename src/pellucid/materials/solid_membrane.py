@@ -15,22 +15,17 @@ from pellucid.model import check, parameter
 class SolidMembraneMaterial(MembraneMaterial):
     """Base of elastic membranes."""
 
-    damage: DamageCase | None = parameter("", "how strain damages the membrane; without it never", None)
-    wrinkling: bool = parameter("", "whether it wrinkles rather than bear compression (tension field)", False)
-    viscosity: float = parameter("N*s/m", "shear viscosity μ of the surface, beside its elasticity", 0.0, ge=0)
+    damage: DamageCase | None = parameter("", "law of damage; default: no damage", None)
+    wrinkling: bool = parameter("", "true: the membrane wrinkles instead of carrying compression (tension field)", False)
+    viscosity: float = parameter("N*s/m", "surface shear viscosity μ, in addition to elasticity", 0.0, ge=0)
     dilatational_viscosity: float = parameter("N*s/m", "second viscosity λ of the surface", 0.0, ge=0)
 
     @check
     def _wrinkles_alone(self) -> None:
         if self.wrinkling and self.damage:
-            raise ValueError(
-                "wrinkling = true and damage do not go together: there is no law of damage for wrinkles; leave out one of them"
-            )
+            raise ValueError("wrinkling = true cannot be combined with damage; remove one of them")
         if self.wrinkling and self.is_viscous:
-            raise ValueError(
-                "wrinkling = true and viscosity do not go together: there is no law of viscosity for wrinkles; leave out one "
-                "of them"
-            )
+            raise ValueError("wrinkling = true cannot be combined with viscosity; remove one of them")
 
     @property
     def is_viscous(self) -> bool:

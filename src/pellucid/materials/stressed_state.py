@@ -29,7 +29,7 @@ def stretch_under(law: Law, stress: Symmetric) -> Tensor:
     except (ValueError, OverflowError, ZeroDivisionError):
         close = False
     if not close:
-        raise ValueError(f"no stretch was found that bears the stress {', '.join(f'{value:g}' for value in stress)} Pa")
+        raise ValueError(f"no deformation was found with the stress {', '.join(f'{value:g}' for value in stress)} Pa")
     return _symmetric(found.x)
 
 

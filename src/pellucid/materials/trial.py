@@ -128,7 +128,7 @@ def try_material(material: "PointMaterial") -> None:
         state = material.initial_state()
     if type(state) not in implementations(load):
         raise ValueError(
-            f"{name}.initial_state returns {_named(state)}, which is no state of a point: decorate it with `@point_state()`"
+            f"{name}.initial_state returns {_named(state)}, which is not a state of a point: decorate it with `@point_state()`"
         )
     _check_state(state, state, f"{name}.initial_state")
     calls = calls_of(material, law, state)
@@ -201,7 +201,7 @@ def _check_parameters(law: Any, name: str) -> None:
             isinstance(item, (bool, int, float, np.number)) for item in (value if isinstance(value, tuple) else (value,))
         ):
             raise ValueError(
-                f"{_named(law)}.{field} = {value!r} is no number; kernels take numbers, tuples of numbers and laws"
+                f"{_named(law)}.{field} = {value!r} is not a number; kernels accept numbers, tuples of numbers and laws"
             )
 
 

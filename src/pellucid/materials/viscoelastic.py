@@ -12,7 +12,9 @@ from pellucid.materials.law import Law
 from pellucid.materials.trial import Operation
 from pellucid.model import check
 
-ELASTIC = "the hyperelastic solid that bears the load at rest; it takes the density of the whole, which may be left out here"
+ELASTIC = (
+    "hyperelastic solid that carries the load at rest; it has the density of the whole material, which may be omitted here"
+)
 
 
 class ViscoelasticMaterial(PointMaterial):
@@ -37,8 +39,8 @@ class ViscoelasticMaterial(PointMaterial):
     def _densities_agree(self) -> None:
         inside = self.hyperelastic().density
         if inside != self.density:
-            text = f"elastic.density = {inside:g} kg/m^3 is not density = {self.density:g} kg/m^3"
-            raise ValueError(f"{text}: leave it out in `elastic`")
+            text = f"elastic.density = {inside:g} kg/m^3 differs from density = {self.density:g} kg/m^3"
+            raise ValueError(f"{text}: remove it from `elastic`")
 
 
 def lost_so_far(law, state, density):

@@ -25,7 +25,7 @@ class YeohMembraneMaterial(SurfaceMembraneMaterial):
 
     kind: Literal["yeoh-membrane"] = "yeoh-membrane"
     shear_modulus: float = parameter("N/m", "surface shear modulus G at rest", gt=0)
-    cubic_coefficient: float = parameter("N/m", "C₃, of the cube of I - 3", ge=0)
+    cubic_coefficient: float = parameter("N/m", "coefficient C₃ of (I - 3)³", ge=0)
 
     def elastic_law(self) -> YeohSurface:
         return YeohSurface(self.shear_modulus, self.cubic_coefficient)

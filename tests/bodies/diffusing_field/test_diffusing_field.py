@@ -224,7 +224,7 @@ OPEN = {"rectangle": {"corner": (0, 0, 0), "first_edge": (1, 0, 0), "second_edge
         (line(radial={"kind": "spline"}), {}, r"'polyharmonic', 'thin-plate', 'multiquadric', 'gaussian'"),
         (line(alpha=0.4), {}, r"alpha[\s\S]*greater than or equal to 0.5"),
         (line(material={"diffusivity": 0.0}), {}, r"diffusivity[\s\S]*greater than 0"),
-        (line() | {"domain": {"line": {"lower": 1, "upper": 0, "nodes": 9}}}, {}, r"let `upper` lie above `lower`"),
+        (line() | {"domain": {"line": {"lower": 1, "upper": 0, "nodes": 9}}}, {}, r"set `upper` above `lower`"),
         (sphere() | {"domain": {"surface": OPEN}}, {}, r"domain.surface: the surface is open"),
         (
             line(initial=[{"kind": "sine-wave", "amplitude": (1, 0, 0), "wave_vector": (1, 0, 0)}]),

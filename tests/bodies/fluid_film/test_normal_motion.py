@@ -123,7 +123,7 @@ def test_a_led_film_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         ("volume = {}", led(), r"leads all nodes of film film, which says what its volume is already.*leave `volume`"),
         ('area = "kept"', led(), r"which says what its area is already"),
         ("", led() + "hold = ['x']", r"x cannot stand beside `normal`"),
-        ("", led().replace("normal =", "x ="), r"do not go with its material.*displacement along the `normal`"),
+        ("", led().replace("normal =", "x ="), r"do not follow its material.*displacement along the `normal`"),
         ("", led(signal='kind = "steady"'), r"velocity"),
     ],
 )

@@ -124,10 +124,10 @@ def test_a_film_in_space_resumes_too():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"volume": {}}, "the fluid inside holds the volume"),
-        ({"area": "kept"}, "a `stiffness` of the material holds the area"),
-        ({"drag": {"normal": 1.0, "tangential": 1.0}}, "the fluid about it is there itself"),
-        ({"shape": {"spheroid": {"radius": 1.0, "nodes": 21}}}, "a surface of revolution does not share"),
+        ({"volume": {}}, "the fluid inside determines the volume"),
+        ({"area": "kept"}, "set the `stiffness` of the material instead, which resists changes of the area"),
+        ({"drag": {"normal": 1.0, "tangential": 1.0}}, "the surrounding fluid is computed"),
+        ({"shape": {"spheroid": {"radius": 1.0, "nodes": 21}}}, "a surface of revolution cannot share"),
         ({"shape": {"ellipse": {"radius": 1.0, "nodes": 20}}}, "outside the grid"),
         ({"shape": {"ellipse": {"radius": 1.0, "centre": (2.5, 2.5, 0.0), "nodes": 8}}}, "fluid would pass between them"),
         (

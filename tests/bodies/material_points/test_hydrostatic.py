@@ -87,7 +87,7 @@ def test_oblique_gravity():
     ("changes", "place", "words"),
     [
         ({"gravity": (0, 0, 0)}, (), "no gravity"),
-        ({"material": SOLID}, (), "not at rest by its pressure alone"),
+        ({"material": SOLID}, (), "not a fluid at rest under its pressure"),
         ({"gravity": (0.0, -1.0, -9.0)}, ("level",), "along no axis"),
         ({"hydrostatic": {"level": 0.2}}, (), "no such fluid above a height of 0.2 m"),
         ({"material": GAS, "hydrostatic": {"level": -1.0}}, (), "above a height of"),
@@ -111,8 +111,8 @@ def test_a_level_so_far_away_that_the_fluid_there_is_another(level, gravity, sou
     data["body"][0]["material"]["eos"]["sound_speed"] = sound_speed
     (found,) = checked(Case, data)[1]
     assert found.path == ("body", 0, "hydrostatic", "level")
-    assert "far outside the grid, whose heights are" in found.text
-    assert "leave the level out" in found.remedy
+    assert "far outside the grid, which covers the heights" in found.text
+    assert "remove the level" in found.remedy
 
 
 def test_a_level_some_way_above_the_grid_is_no_fault():

@@ -223,7 +223,7 @@ def test_a_shape_between_the_points_is_an_error():
         "material": SOLID,
         "points_per_cell": (2, 2, 2),
     }
-    with pytest.raises(CaseError, match="no material point lies inside the shape"):
+    with pytest.raises(CaseError, match="no material point is inside the shape"):
         simulation(ball)
 
 

@@ -151,7 +151,7 @@ material = {{ kind = "{kind}", density = 100, shear_modulus = 3.0{more} }}
 
 
 BAD = {
-    "both": ("area_stiffness = 40", "tension = 1.0\ninflation = 0.05", "`tension` says how far"),
+    "both": ("area_stiffness = 40", "tension = 1.0\ninflation = 0.05", "`tension` already defines"),
     "negative": ("area_stiffness = 40", "area_stiffness = -1", "area_stiffness"),
     "open": (
         "ellipsoid = { centre = [0, 0, 0], radii = [1.2, 1, 0.8], refinements = 2 }",

@@ -252,7 +252,7 @@ def test_an_element_that_turns_over_stops_the_run_by_the_name_of_its_first_node(
     body = body_of(element_sheet())
     target = places(body)
     target[8] += (0.6, 0.0, 0.0)
-    with pytest.raises(RunStopped, match="element that begins here turned over"):
+    with pytest.raises(RunStopped, match="element at this node turned over"):
         bring(body, target)
 
 

@@ -67,7 +67,7 @@ def test_a_slack_sheet_is_turned_over_at_no_cost_and_is_what_it_was(law):
 @every_law
 def test_what_bears_compression_must_not_turn_over(law):
     body = body_of(element_sheet(law, elements="triangles"))
-    with pytest.raises(RunStopped, match="element that begins here turned over"):
+    with pytest.raises(RunStopped, match="element at this node turned over"):
         bring(body, pinched(places(body), 1.0, -0.5))
 
 

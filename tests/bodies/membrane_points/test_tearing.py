@@ -22,7 +22,7 @@ def test_edges_beyond_one_and_a_half_cells_are_torn(stretch, is_torn):
     if text is not None:
         assert "membrane sheet is torn: its triangle at" in text
         assert "1.6 cells of 0.25 m" in text
-        assert 'a finer surface, or use kind = "membrane-elements"' in text
+        assert 'a finer surface, or kind = "membrane-elements"' in text
         assert "grid.cell" not in text
 
 

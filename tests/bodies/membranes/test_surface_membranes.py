@@ -141,7 +141,7 @@ def test_the_energy_of_a_viscous_sheet_is_balanced(kind):
 
 def test_a_direction_across_the_surface_is_told():
     across = FIBRES | {"fibre_direction": (0.0, 0.0, 1.0)}
-    with pytest.raises((CaseError, ValidationError, ValueError), match="fibre_direction stands across the surface at"):
+    with pytest.raises((CaseError, ValidationError, ValueError), match="fibre_direction is normal to the surface at"):
         simulation(square("triangles", across), **SETTINGS)
-    with pytest.raises((CaseError, ValidationError, ValueError), match="a membrane with fibres has no equal stretch"):
+    with pytest.raises((CaseError, ValidationError, ValueError), match="a membrane with fibres has no isotropic stretch"):
         case(square("triangles", FIBRES, tension=1.0), **SETTINGS)

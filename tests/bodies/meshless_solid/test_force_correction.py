@@ -112,7 +112,7 @@ def test_what_cannot_be_is_refused():
 def test_on_a_grid_they_are_refused():
     grid = {"lower": (-1, -1, -1), "upper": (1, 1, 1), "cell": 0.1}
     table = pulled_block(essential="sebciem") | {"grid": grid}
-    with pytest.raises((CaseError, ValueError), match="know nothing of walls and contact on the grid"):
+    with pytest.raises((CaseError, ValueError), match="cannot be combined with walls and contact on a grid"):
         Case.model_validate(table)
 
 
@@ -137,4 +137,4 @@ def test_conditions_that_say_the_same_twice_are_an_error_of_the_case():
         solid(irregular(4, 3), held(lambda x: x[:, 0] >= 0.0), essential="sebciem")
     (problem,) = caught.value.problems
     assert problem.key == "body.tissue.essential"
-    assert "prescribe nodes of the surface alone" in problem.remedy
+    assert "prescribe only nodes of the surface" in problem.remedy

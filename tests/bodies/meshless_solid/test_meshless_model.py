@@ -30,7 +30,7 @@ BOX = block_of()["mesh"]["box"]
     [
         (
             {"material": {"kind": "linear-elastic", **{k: TISSUE[k] for k in TISSUE if k != "kind"}}},
-            "no energy of the deformation",
+            "no energy as a function of the deformation",
         ),
         ({"mesh": {"box": BOX | {"cells": (3, 0, 3)}}}, r"box\.cells\.1\n.*greater than or equal to 1"),
         ({"mesh": {"box": BOX | {"upper": (0.1, 0.1, -0.1)}}}, "upper must lie above lower along z"),
@@ -95,7 +95,7 @@ def test_validate_finds_no_functions_only_where_that_is_quick(monkeypatch):
 
 
 def test_in_a_plane_grid_it_is_refused():
-    with pytest.raises((CaseError, ValueError), match="fills space, and this grid is one cell thick"):
+    with pytest.raises((CaseError, ValueError), match="is three-dimensional, but this grid is one cell thick"):
         block(grid={"lower": (-1, -1, 0), "upper": (1, 1, 0), "cell": 0.1, "thickness": 0.1})
 
 

@@ -130,7 +130,7 @@ def test_a_given_volume_tells_of_holes():
     tear(sim, [3])
     sim.step()
     (text,) = told(sim)
-    assert "held as if it had no holes" in text
+    assert "maintained as if it had no holes" in text
     assert "use an [[enclosed]] gas or liquid" in text
 
 

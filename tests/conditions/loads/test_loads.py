@@ -100,7 +100,7 @@ def test_loads_push_their_own_body_and_book_in_their_own_column():
         ([[1.0], [1.0, 2.0]], r"`forces` returns a list of unequal rows; it must return an array"),
         (
             np.full((5, 3), np.nan),
-            r'"strange" on body block gives the force \[nan nan nan\] N at t = 0.2 s .* mend its `forces`',
+            r'"strange" on body block gives the force \[nan nan nan\] N at t = 0.2 s .* correct its `forces`',
         ),
     ],
 )
@@ -131,7 +131,7 @@ def test_a_load_of_a_user_rises_and_has_an_amplitude_without_a_word_in_it():
     assert np.array_equal(pushed(Spring(body="block", rise=0.5), 0.25), -0.125 * body.arrays["position"])
     falling = {"times": (0.0, 1.0), "shares": (1.0, 0.0)}
     assert np.array_equal(pushed(Spring(body="block", amplitude=falling), 0.25), -0.75 * 0.25 * body.arrays["position"])
-    with pytest.raises(ValueError, match="`rise` and `amplitude` both say"):
+    with pytest.raises(ValueError, match="`rise` and `amplitude` cannot be combined"):
         Spring(body="block", rise=0.5, amplitude=falling)
 
 

@@ -307,7 +307,7 @@ TURN = {"name": "turn", "rotation": {"z": {"kind": "ramp", "angle": 90, "duratio
         ({"hold_rotation": ["x"]}, "one cell thick along z, where bodies turn about z alone, not about x"),
         ({"hold_rotation": ["z"]}, "z stands in both `hold_rotation` and `rotation`"),
         ({"rotation": {}}, "prescribes no direction"),
-        ({"part": {"box": {"lower": (3, 3, 0), "upper": (4, 4, 1)}}}, "is rigid: it follows a motion as a whole"),
+        ({"part": {"box": {"lower": (3, 3, 0), "upper": (4, 4, 1)}}}, "is rigid: a motion moves it as a whole"),
         ({"displacement": {"z": {"kind": "steady", "velocity": 1.0}}}, "one cell thick along z, where nothing moves"),
         ({"rotation": {"z": {"kind": "ramp", "angle": "3 m", "duration": 1.0}}}, "wanted is"),
         ({"rotation": {"z": {"kind": "steady", "velocity": 3.0}}}, "angular_velocity"),
@@ -348,7 +348,7 @@ def test_a_torque_of_another_condition_names_the_motions_that_have_one():
 
 
 def test_a_fluid_cannot_be_rigid():
-    words = "body.0.rigid: a material of kind .fluid. flows, and a rigid body keeps its shape"
+    words = "body.0.rigid: a material of kind .fluid. flows, but a rigid body keeps its shape"
     with pytest.raises((CaseError, ValueError), match=words):
         case(square() | {"material": GAS}, counts=PLANE)
 

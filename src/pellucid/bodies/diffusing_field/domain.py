@@ -16,13 +16,13 @@ class Line(Model):
     lower: float = parameter("m", "lower end")
     upper: float = parameter("m", "upper end")
     nodes: int = parameter("", "number of nodes", ge=3, le=1_000_000)
-    at_lower: float | None = parameter("", "concentration that is held at the lower end; without it nothing passes there", None)
-    at_upper: float | None = parameter("", "concentration that is held at the upper end; without it nothing passes there", None)
+    at_lower: float | None = parameter("", "fixed concentration at the lower end; default: no flux", None)
+    at_upper: float | None = parameter("", "fixed concentration at the upper end; default: no flux", None)
 
     @model_validator(mode="after")
     def _has_a_length(self) -> Self:
         if self.upper <= self.lower:
-            raise ValueError(f"the line reaches from {self.lower:g} to {self.upper:g} m: let `upper` lie above `lower`")
+            raise ValueError(f"the line extends from {self.lower:g} to {self.upper:g} m: set `upper` above `lower`")
         return self
 
     def places(self) -> np.ndarray:

@@ -37,20 +37,20 @@ class DiffusingFieldCase(BodyModel):
     start_only: ClassVar[tuple[str, ...]] = (*BodyModel.start_only, "concentration")
     moves: ClassVar[bool] = False
     fields: ClassVar[Mapping[str, Field]] = {
-        "concentration": Field(1, "1", "concentration of a diffusing field, amount by volume"),
-        "amount": Field(1, "m^3", "concentration times volume of the node; summed, that of the body"),
+        "concentration": Field(1, "1", "concentration of a diffusing field, amount per volume"),
+        "amount": Field(1, "m^3", "concentration times nodal volume; the sum is the amount in the body"),
     }
     pictured: ClassVar[tuple[str, str]] = "concentration", "concentration"
 
     kind: Literal["diffusing-field"] = "diffusing-field"
-    domain: Domain = parameter("", "where it diffuses")
-    material: DiffusiveMaterial = parameter("", "what it diffuses in")
+    domain: Domain = parameter("", "domain of the diffusion")
+    material: DiffusiveMaterial = parameter("", "material in which it diffuses")
     radial: AnyRadial = parameter("", "radial functions that interpolate it", PolyharmonicModel())
     window: float = parameter(
-        "", "on a line, half-width of the windows of the balance over the spacing; 0.5 conserves", 0.5, gt=0
+        "", "on a line, half-width of the balance windows divided by the spacing; 0.5 is conservative", 0.5, gt=0
     )
-    alpha: float = parameter("", "share of the new state in the rate of a step: 0.5 is of second order", 0.5, ge=0.5, le=1)
-    concentration: float = parameter("", "uniform concentration at the start", 0.0)
+    alpha: float = parameter("", "weight of the new state in the rate of a step: 0.5 is second order", 0.5, ge=0.5, le=1)
+    concentration: float = parameter("", "uniform initial concentration", 0.0)
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
     def build(self, placement: Placement) -> Body:
@@ -66,7 +66,7 @@ class DiffusingFieldCase(BodyModel):
 
     def why_no_motion(self) -> Reason:
         """Return the reason: its nodes are fixed."""
-        return Reason(f"the nodes of body {self.name} are fixed", "leave this motion out")
+        return Reason(f"the nodes of body {self.name} are fixed", "remove this motion")
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
         return np.zeros_like(position)
@@ -99,17 +99,19 @@ class DiffusingFieldCase(BodyModel):
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("concentration",), path)
         if parts.grid is not None:
-            text = f"{self.name} stays where it is and meets nothing: it cannot stand beside bodies on a grid"
-            yield Finding((*path, "kind"), text, "leave the table [grid] out, and give the field a case of its own")
+            text = f"{self.name} is fixed and has no contact: it cannot be combined with bodies on a grid"
+            yield Finding((*path, "kind"), text, "remove the table [grid], and put the field in its own case")
         if self.window >= WIDEST:
-            text = f"not below {WIDEST:g}: to some wave of the nodes such a window answers with nothing, and waves like it grow"
-            yield Finding((*path, "window"), text, "use 0.5, with which windows meet and the amount is kept")
+            text = f"not below {WIDEST:g}: such a window does not see some waves of the nodes, and these grow"
+            yield Finding((*path, "window"), text, "use 0.5: then windows are contiguous and the amount is conserved")
         if self.window != type(self).model_fields["window"].default and self.domain.line is None:
-            yield Finding((*path, "window"), "windows are for lines; on a surface there are none", "leave it out")
+            yield Finding((*path, "window"), "windows are for lines, not for surfaces", "remove it")
         if (surface := self.domain.surface) is not None:
             place = (*path, self.place, "surface")
             if not surface.closed:
-                yield Finding(place, "the surface is open, and a field needs a closed one", "use one that encloses a volume")
+                yield Finding(
+                    place, "the surface is open, but a field needs a closed surface", "use a surface that encloses a volume"
+                )
                 return
             yield from (Finding(place, text, remedy) for text, remedy in faults(*surface.triangulate(), closed=True))
         yield from self._stencil_problems(path)
@@ -117,8 +119,8 @@ class DiffusingFieldCase(BodyModel):
     def _stencil_problems(self, path: Path) -> Iterator[Finding]:
         size, least = self.radial.stencil_size(self.domain.dimension), self.radial.n_polynomials(self.domain.dimension)
         if size < least:
-            text = f"below {least}, the number of polynomials of degree {self.radial.degree} that its nodes must determine"
+            text = f"below {least}, the number of polynomials of degree {self.radial.degree} to be determined"
             yield Finding((*path, "radial", "neighbours"), text, f"use {least} or more, or a lower `degree`")
         elif size > self.n_points(None):
-            text = f"a stencil has {size} nodes, and the domain {self.n_points(None):g}"
+            text = f"a stencil has {size} nodes, but the domain only {self.n_points(None):g}"
             yield Finding((*path, self.place), text, "use more nodes, or a lower `radial.degree`")

@@ -25,15 +25,15 @@ def own_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
         yield from film.volume.problems((*path, "volume"), film.shape.span == "plane", film.area == "kept")
     interpolation, surface, rest = (*path, "interpolation"), film.shape.surface, film.material.density
     if film.initial_density < THINNEST * rest:
-        text = f"{film.initial_density:g} kg/m^2 is below {THINNEST:g} of that of rest, {rest:g} kg/m^2: no film is so thin"
-        yield Finding((*path, "density"), text, "raise it, or lower the density of the material")
+        text = f"{film.initial_density:g} kg/m^2 is below {THINNEST:g} of the rest density {rest:g} kg/m^2: too thin for a film"
+        yield Finding((*path, "density"), text, "increase it, or reduce the density of the material")
     if surface is None and film.interpolation == "loop":
-        text = "is for surfaces in space, and this film is described by a curve"
-        yield Finding(interpolation, text, "leave it out")
+        text = "applies to surfaces in space, but this film is described by a curve"
+        yield Finding(interpolation, text, "remove it")
     yield from _place_problems(film, (*path, "shape"))
     if surface is not None and film.interpolation == "radial" and film.material.bending_rigidity > 0.0:
-        text = "a surface of radial functions that bends does not come to rest: their curvature is too noisy"
-        yield Finding(interpolation, text, 'use "loop", or leave `bending_rigidity` out')
+        text = "a surface of radial functions with bending does not reach equilibrium: its curvature is too noisy"
+        yield Finding(interpolation, text, 'use "loop", or remove `bending_rigidity`')
 
 
 def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
@@ -53,7 +53,7 @@ def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     least = 0.5 * area * spacing / full  # of a disc or a band of thickness 2 V/A, or a tube of that radius
     if reduced >= least:
         return
-    text = f"{reduced:g} would leave {2.0 * reduced * full / area:.2g} m between the sides of the film, and its nodes are "
+    text = f"{reduced:g} would leave {2.0 * reduced * full / area:.2g} m between the sides of the film, but its nodes are "
     text += f"{spacing:.2g} m apart"
     more = (least / reduced) ** (2 if in_space else 1)
     remedy = f"use at least {np.ceil(1000.0 * least) / 1000.0:g}, or {np.ceil(11.0 * more) / 10.0:g} times as many nodes"
@@ -66,7 +66,7 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     if surface is not None:
         place = (*path, "surface")
         if not surface.closed:
-            yield Finding(place, "is open", "a film is closed: use a surface that encloses a volume")
+            yield Finding(place, "is open, but a film must be closed", "use a surface that encloses a volume")
             return
         found = [Finding(place, text, remedy) for text, remedy in faults(*surface.triangulate(), closed=True)]
         yield from found
@@ -75,8 +75,8 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     places = film.positions()
     if pair := coincident(places, film.sides()):
         at = ", ".join(f"{value:g}" for value in places[pair[0]])
-        text = f"has two nodes at one place, ({at}) m: a film does not touch itself"
-        yield Finding(path, text, "move them apart, or join them where they are one")
+        text = f"has two nodes at one position, ({at}) m: a film cannot touch itself"
+        yield Finding(path, text, "move them apart, or merge them")
         return
     yield from _thickness_problems(film, path[:-1])
 
@@ -84,15 +84,15 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
 def problems_alone(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
     """Findings of a film that has its velocity field to itself, or no grid."""
     if film.velocity != (0.0, 0.0, 0.0) or film.initial:
-        text = "is for films that share their velocity field: the velocity of others follows from their loads"
-        yield Finding((*path, "initial" if film.initial else "velocity"), text, "leave it out")
+        text = "applies to films that share their velocity field: the velocity of other films follows from their loads"
+        yield Finding((*path, "initial" if film.initial else "velocity"), text, "remove it")
     if other := next((body for body in parts.of(BodyModel) if body.kind != film.kind), None):
-        text = f"has its velocity field to itself and would not feel body {other.name}: a film has no inertia for contact"
-        yield Finding((*path, "field"), text, f'use field = "{other.field}", so that it moves with that body')
+        text = f"has its own velocity field and cannot touch body {other.name}: a film has no inertia for contact"
+        yield Finding((*path, "field"), text, f'use field = "{other.field}", to move it with that body')
     bends, some = film.material.bending_rigidity > 0.0, min(film.drag.normal, film.drag.tangential) > 0.0
     if film.shape.span == "plane" and bends and not some:
-        text = "a curve that bends needs drag: without it nothing resists the motions that bend it and do not stretch it"
-        yield Finding((*path, "drag"), text, "give it a `drag`, of the fluid about it")
+        text = "a curve with bending needs drag: otherwise nothing resists motions that bend it without stretching"
+        yield Finding((*path, "drag"), text, "add `drag`, the drag of the surrounding fluid")
 
 
 def problems_in_fluid(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
@@ -102,23 +102,23 @@ def problems_in_fluid(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterat
         return
     plane = film.shape.span == "plane"
     if film.is_around:
-        text = "a surface of revolution does not share the velocity field of other bodies, which are in space"
+        text = "a surface of revolution cannot share the velocity field of other bodies, which are three-dimensional"
         yield Finding(shape, text, "use a `surface`, or an `ellipse` or a `curve` in a plane grid")
         return
     if grid.thin() != (False, False, plane):
-        needed = "one cell thick along z, and along z alone" if plane else "more than one cell thick along every axis"
+        needed = "one cell thick along z only" if plane else "more than one cell thick along every axis"
         text = f"shares the velocity field of other bodies: the grid must be {needed}"
         yield Finding(shape, text, "change grid.lower or grid.upper, or the shape")
     else:
         yield from place_problems(shape, film.bounds(), grid, is_surface=True)
     for key, given, why in (
-        ("volume", film.volume is not None, "the fluid inside holds the volume"),
-        ("area", film.area == "kept", "a `stiffness` of the material holds the area"),
-        ("drag", film.has_drag, "the fluid about it is there itself"),
+        ("volume", film.volume is not None, "the fluid inside determines the volume"),
+        ("area", film.area == "kept", "set the `stiffness` of the material instead, which resists changes of the area"),
+        ("drag", film.has_drag, "the surrounding fluid is computed"),
     ):
         if given:
-            text = f"is for films that share their velocity field with no other body; with others {why}"
-            yield Finding((*path, key), text, "leave it out")
+            text = f"applies to films with their own velocity field; in a shared field {why}"
+            yield Finding((*path, key), text, "remove it")
     spacing = longest_edge(film.positions()[film.sides()])
     if spacing > grid.cell:
         more = np.ceil(11.0 * spacing / grid.cell) / 10.0

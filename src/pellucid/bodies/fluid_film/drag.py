@@ -6,5 +6,5 @@ from pellucid.model import Model, parameter
 class DragCase(Model):
     """Drag coefficients of the fluid around a film."""
 
-    normal: float = parameter("N*s/m^3", "ζ_n, against its velocity along the normal", ge=0)
-    tangential: float = parameter("N*s/m^3", "ζ_t, against its velocity in the surface", ge=0)
+    normal: float = parameter("N*s/m^3", "normal drag coefficient ζ_n", ge=0)
+    tangential: float = parameter("N*s/m^3", "tangential drag coefficient ζ_t", ge=0)

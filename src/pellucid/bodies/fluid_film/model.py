@@ -51,41 +51,35 @@ class FluidFilmCase(BodyModel):
     is_surface: ClassVar[bool] = True
     evaluates_loads: ClassVar[bool] = True
     fields: ClassVar[Mapping[str, Field]] = {
-        "areal_density": Field(1, "kg/m^2", "density of a fluid film in its surface"),
-        "tension": Field(
-            1, "N/m", "tension in the surface of a film, minus its pressure, or of a membrane, the mean of its directions"
-        ),
-        "curvature": Field(1, "1/m", "sum of the principal curvatures of a film or membrane, positive as of a sphere"),
-        "bending_energy": Field(1, "J", "bending energy of a film or membrane about the node; summed, that of all of it"),
+        "areal_density": Field(1, "kg/m^2", "surface density of a fluid film"),
+        "tension": Field(1, "N/m", "tension of a film (minus its surface pressure) or of a membrane (mean of both directions)"),
+        "curvature": Field(1, "1/m", "sum of the principal curvatures of a film or membrane, positive for a sphere"),
+        "bending_energy": Field(1, "J", "bending energy of a film or membrane around the node; the sum is the total"),
         "distance": Field(1, "m", "distance of a node of a fluid film from the film's centre of mass"),
     }
-    pictured: ClassVar[tuple[str, str]] = "areal_density", "density in the surface"
+    pictured: ClassVar[tuple[str, str]] = "areal_density", "surface density"
 
     kind: Literal["fluid-film"] = "fluid-film"
-    shape: FilmShape = parameter("", "where the film is at the start")
-    material: LipidFilm = parameter("", "what the film is made of")
-    density: float | None = parameter("kg/m^2", "density in the surface at the start; without it that of rest", None, gt=0)
-    drag: DragCase = parameter("", "drag of the fluid about it", DragCase(normal=0.0, tangential=0.0))
-    velocity: Vector = parameter("m/s", "initial velocity, where it shares its velocity field with others", (0.0, 0.0, 0.0))
+    shape: FilmShape = parameter("", "initial shape of the film")
+    material: LipidFilm = parameter("", "material of the film")
+    density: float | None = parameter("kg/m^2", "initial surface density; default: the rest density", None, gt=0)
+    drag: DragCase = parameter("", "drag of the surrounding fluid", DragCase(normal=0.0, tangential=0.0))
+    velocity: Vector = parameter("m/s", "initial velocity, if it shares its velocity field with others", (0.0, 0.0, 0.0))
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
-    volume: VolumeCase | None = parameter("", "the volume inside; without it free", None)
-    area: Literal["free", "kept"] = parameter("", "whether its area in all is kept, whatever its density", "free")
+    volume: VolumeCase | None = parameter("", "constraint of the enclosed volume; default: free", None)
+    area: Literal["free", "kept"] = parameter("", "free, or kept: the total area is constant", "free")
     interpolation: Literal["radial", "loop"] | None = parameter(
         "",
-        "how nodes span the film: by radial functions, which curves have, or on a surface in space by Loop subdivision, which "
-        "surfaces have where nothing is said and must have where they bend",
+        "interpolation between nodes: radial functions (curves), or Loop subdivision (surfaces in space: default, and "
+        "required with bending)",
         None,
     )
-    radial: AnyRadial = parameter("", "radial functions between its nodes, where it has such", PolyharmonicModel())
+    radial: AnyRadial = parameter("", "radial functions, if they interpolate the film", PolyharmonicModel())
     nodes: Literal["even", "material"] = parameter(
-        "", "whether nodes are kept at equal distances, and the film flows through between them, or go with the film", "even"
+        "", "even: nodes stay at equal distances and the film flows past them; otherwise nodes move with the film", "even"
     )
-    scheme: Literal["implicit"] = parameter(
-        "", "how it steps: as the film is at the middle of a step, with what is stiff taken ahead", "implicit"
-    )
-    accuracy: float = parameter(
-        "", "error of a step of its own that is allowed, of the least distance of nodes", 1e-3, gt=0, le=0.1
-    )
+    scheme: Literal["implicit"] = parameter("", "time integration: implicit midpoint, or explicit", "implicit")
+    accuracy: float = parameter("", "allowed error of a substep, relative to the smallest node distance", 1e-3, gt=0, le=0.1)
     time_weight: float = parameter(
         "", "α of the generalised trapezoidal rule: 1/2 is the midpoint rule, of second order", 0.5, gt=0, le=1
     )
@@ -248,23 +242,23 @@ class FluidFilmCase(BodyModel):
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        return Reason(f"{self.name} is a fluid film", "name bodies of material points and closed membranes")
+        return Reason(f"{self.name} is a fluid film", "name bodies of material points or closed membranes")
 
     def why_no_motion(self) -> Reason | None:
         """Return the reason: its nodes do not stay at the same material points."""
-        text = f"the nodes of film {self.name} do not go with its material"
+        text = f"the nodes of film {self.name} do not follow its material"
         return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
 
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
         """Return the reason for motions of all nodes, which leave no freedom to volume and area, and for films moved by the
         grid."""
         if self._is_shared:
-            return Reason(f"the fluid about film {self.name} moves its nodes", "leave this motion out")
+            return Reason(f"the fluid around film {self.name} moves its nodes", "remove this motion")
         if not whole or (self.volume is None and self.area == "free"):
             return None
         held = "area" if self.volume is None else "volume"
-        text = f"leads all nodes of film {self.name}, which says what its {held} is already"
-        return Reason(text, f"leave `{held}` of the film out, or lead only a `part` of it")
+        text = f"prescribes all nodes of film {self.name}, whose {held} is already prescribed"
+        return Reason(text, f"remove `{held}` of the film, or prescribe only a `part` of it")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report settings that are incompatible."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 GROWTH, SHRINKAGE, SAFETY = 2.0, 0.2, 0.9  # of the length of its steps
 SHORTEST = 1e-9  # of the step of the clock
-GENTLER = "let loads rise and volumes change more slowly (`rise`, `volume.over`), or use more nodes where it is thin or sharp"
+GENTLER = "apply loads and volume changes more slowly (`rise`, `volume.over`), or use more nodes where it is thin or sharp"
 STILL = 1e-14  # of its largest coordinate: what moves less in a step is at rest, and its work is rounding
 FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
 
@@ -63,7 +63,7 @@ class OwnSteps:
                 if not error <= accuracy:  # nor is it a number
                     own = own if np.isfinite(error) else SHRINKAGE * span
                     if own < SHORTEST * dt:
-                        self.fault = f"moves or stretches without bound: its own step collapsed; {GENTLER}"
+                        self.fault = f"moves or stretches without bound: its substep became too small; {GENTLER}"
                     continue
                 left -= span
                 if is_still(done, span):
@@ -93,7 +93,7 @@ class OwnSteps:
         except Unbalanced as found:
             self.fault = str(found)
         except np.linalg.LinAlgError:
-            self.fault = "has no balance of forces: its system of equations is singular"
+            self.fault = "has no equilibrium of forces: its system of equations is singular"
         return None
 
     def _take(self, o: Operators, done: StepDone, span: float) -> Operators:
@@ -128,6 +128,6 @@ def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) 
     node = min(int(density.argmin()), len(places) - 1)
     place = ", ".join(f"{value:.6g}" for value in in_space(places, geometry.axes)[node])
     return (
-        f"is stretched to {density.min() / rest:.2g} of its density of rest near ({place}) m: no tension holds the loads; "
-        "lower them, or raise `stiffness`"
+        f"is stretched to {density.min() / rest:.2g} of its rest density near ({place}) m: its tension cannot carry the loads; "
+        "reduce the loads, or increase `stiffness`"
     )

@@ -14,7 +14,7 @@ from pellucid.registry import Family, OneOf
 
 INITIAL_FIELDS = Family("initial field", InitialField)
 Initial = Annotated[InitialField, OneOf(INITIAL_FIELDS)]
-INITIAL_MEANING = "fields that are added to the state at the start"
+INITIAL_MEANING = "fields added to the initial state"
 
 INITIAL_FIELDS.add(SineWave)
 INITIAL_FIELDS.add(Polynomial)

@@ -15,7 +15,7 @@ class Polynomial(InitialField):
 
     kind: Literal["polynomial"] = "polynomial"
     factor: float = parameter("", "factor a", 1.0)
-    zeros: tuple[float, ...] = parameter("m", "where it vanishes: x₁, x₂, ...", ())
+    zeros: tuple[float, ...] = parameter("m", "zeros x₁, x₂, ...", ())
     axis: Literal["x", "y", "z"] = parameter("", "axis along which it varies", "x")
 
     def at(self, position: np.ndarray) -> np.ndarray:

@@ -19,13 +19,13 @@ class SphericalHarmonic(InitialField):
     kind: Literal["spherical-harmonic"] = "spherical-harmonic"
     amplitude: float = parameter("", "factor a", 1.0)
     degree: int = parameter("", "degree l", ge=0, le=20)
-    order: int = parameter("", "order m: cos(mφ) where it is positive, sin(|m|φ) where it is negative, φ about z from x", 0)
+    order: int = parameter("", "order m: cos(mφ) for positive m, sin(|m|φ) for negative m; φ is the angle about z from x", 0)
     centre: Vector = parameter("m", "centre", (0.0, 0.0, 0.0))
 
     @model_validator(mode="after")
     def _has_an_order(self) -> Self:
         if abs(self.order) > self.degree:
-            raise ValueError(f"`order` = {self.order} must lie between -`degree` and `degree`, here {self.degree}")
+            raise ValueError(f"`order` = {self.order} must be between -`degree` and `degree`, here {self.degree}")
         return self
 
     def at(self, position: np.ndarray) -> np.ndarray:

@@ -62,12 +62,12 @@ def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], ke
     try:
         added = as_array(found, shape, field.at)
     except WrongArray as error:
-        raise CaseError(Problem(f"{what} adds nothing to the {field.quantity}: `at` {error}", key)) from None
+        raise CaseError(Problem(f"{what} is invalid for the {field.quantity}: `at` {error}", key)) from None
     if not np.isfinite(added).all():
         point = int(np.flatnonzero(~np.isfinite(added).reshape(len(added), -1).all(axis=1))[0])
         place = ", ".join(f"{value:.6g}" for value in position[point])
         text = f"{what} adds {added[point]} to the {field.quantity} of the point at ({place}) m"
-        raise CaseError(Problem(text, key, remedy=f"mend its `at`, see {home_of(field.at)}"))
+        raise CaseError(Problem(text, key, remedy=f"correct its `at`, see {home_of(field.at)}"))
     return added
 
 
@@ -75,8 +75,8 @@ def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], 
     """Initial fields of a state that the points of a body at `path` do not have."""
     for index, field in enumerate(fields):
         if field.quantity not in quantities:
-            text = f'kind "{field.kind}" sets `{field.quantity}`, which the points of this body do not have'
-            yield Finding((*path, "initial", index), text, f"they have {listed(quantities)}")
+            text = f'kind "{field.kind}" sets `{field.quantity}`, but the points of this body do not have it'
+            yield Finding((*path, "initial", index), text, f"use one of {listed(quantities)}")
 
 
 def plane_velocity_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -84,18 +84,18 @@ def plane_velocity_problems(body: BodyModel, path: Path, parts: Parts) -> Iterat
     thin = [axis for axis, counts in enumerate(parts.active_axes) if not counts]
     along = listed([AXES[axis] for axis in thin])
     why = f"the grid is one cell thick along {along}"
-    turns = f"bodies turn about {along} alone" if len(thin) == 1 else "nothing turns"
+    turns = f"bodies rotate about {along} only" if len(thin) == 1 else "nothing rotates"
     for axis in thin:
         enlarge = f"or enlarge the grid along {AXES[axis]}"
         if body.velocity[axis]:
-            text = f"has the component {body.velocity[axis]:g} m/s along {AXES[axis]}: {why}, where nothing moves"
+            text = f"has the component {body.velocity[axis]:g} m/s along {AXES[axis]}, but {why} and nothing moves there"
             yield Finding((*path, "velocity"), text, f"set its {AXES[axis]} to 0, {enlarge}")
         for key in _moving_along(body, axis):
-            text = f"gives the body a velocity along {AXES[axis]}: {why}, where nothing moves"
+            text = f"gives the body a velocity along {AXES[axis]}, but {why} and nothing moves there"
             yield Finding((*path, *key), text, f"set its {AXES[axis]} to 0, {enlarge}")
     for axis, rate in enumerate(getattr(body, "angular_velocity", ())):
         if rate and any(other != axis for other in thin):
-            text = f"has the component {rate:g} rad/s about {AXES[axis]}: {why}, where {turns}"
+            text = f"has the component {rate:g} rad/s about {AXES[axis]}, but {why}: {turns}"
             enlarge = f"enlarge the grid along {listed([AXES[other] for other in thin if other != axis])}"
             yield Finding((*path, "angular_velocity"), text, f"set its {AXES[axis]} to 0, or {enlarge}")
 

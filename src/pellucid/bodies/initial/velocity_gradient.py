@@ -14,10 +14,10 @@ class VelocityGradient(InitialField):
     """An initial velocity L (x - x₀)."""
 
     kind: Literal["velocity-gradient"] = "velocity-gradient"
-    x: Vector = parameter("1/s", "gradient of the x component of the velocity, the first row of L", NONE)
-    y: Vector = parameter("1/s", "that of the y component", NONE)
-    z: Vector = parameter("1/s", "that of the z component", NONE)
-    origin: Vector = parameter("m", "where it vanishes, x₀", NONE)
+    x: Vector = parameter("1/s", "gradient of the x velocity component, the first row of L", NONE)
+    y: Vector = parameter("1/s", "gradient of the y velocity component", NONE)
+    z: Vector = parameter("1/s", "gradient of the z velocity component", NONE)
+    origin: Vector = parameter("m", "position x₀ of zero velocity", NONE)
 
     def at(self, position: np.ndarray) -> np.ndarray:
         return np.asarray((position - np.array(self.origin)) @ np.array((self.x, self.y, self.z)).T)

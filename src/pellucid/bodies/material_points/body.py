@@ -174,7 +174,7 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         told = self.material.too_soft(float(self.stored_field("mass").sum()) / volume) if volume > 0.0 else None
         if told is None:
             return None
-        passage = "; and let as much out by an [[outflow]] as an [[inflow]] brings in" if self._takes_in else ""
+        passage = "; and balance the [[inflow]] with an [[outflow]] of the same flow rate" if self._takes_in else ""
         return f"body `{self.name}`: {told}{passage}"
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
@@ -332,9 +332,10 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         end = there + len(mass)
         if end > self.n_points:
             text = (
-                f"step {n_steps}, time {time:.6g} s: no more points of body `{self.name}` fit into the grid, where {there} are"
+                f"step {n_steps}, time {time:.6g} s: the grid is full: no points can be added to the {there} points "
+                f"of body `{self.name}`"
             )
-            remedy = "let some leave through an [[outflow]], or make the grid larger"
+            remedy = "add an [[outflow]], or enlarge the grid"
             raise RunStopped(f"{text}; {remedy}", step=n_steps, time=time, body=self.name)
         self.complete_arrays()
         for name, array in self.arrays.items():

@@ -32,8 +32,8 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
     ends = zip("xyz", *geometry.bounds(), grid.thin(), strict=True)
     for axis, low, high, thin in ends if body.shape.rotate is not None else ():
         if not thin and high <= low:
-            text = f"along {axis} the shape reaches from {low:g} to {high:g} m before it is turned: it has no extent there"
-            yield Finding(shape, text, "let the upper end lie above the lower one")
+            text = f"along {axis} the shape extends from {low:g} to {high:g} m before rotation: it has no extent there"
+            yield Finding(shape, text, "set the upper end above the lower one")
     if any(grid.thin()) and (geometry.n_own_points() is not None or isinstance(geometry, Inside)):
         what = "a lattice of its own" if geometry.n_own_points() is not None else "the inside of a surface"
         yield Finding(shape, f"{what} {NEEDS_SPACE}", "enlarge the grid")
@@ -43,14 +43,14 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
         for text, remedy in faults(*geometry.surface.triangulate(), geometry.surface.closed):
             yield Finding(shape, text, remedy)
     if geometry.n_own_points() is not None and body.outside:
-        text = "a shape with a lattice of its own is filled wholly: no other body's place can be left out of it"
-        yield Finding((*path, "outside"), text, "leave out `points` of the shape, or `outside`")
+        text = "a shape with its own lattice is filled completely: other bodies cannot be excluded from it"
+        yield Finding((*path, "outside"), text, "remove `points` of the shape, or `outside`")
     if body.cut_at and isinstance(body.shape.geometry(), Box):
-        text = "a box fills its own lattice, which no face cuts"
-        yield Finding((*path, "cut_at"), text, "let the box end at the face")
+        text = "a box has its own lattice, which a face does not cut"
+        yield Finding((*path, "cut_at"), text, "end the box at the face")
     elif body.cut_at and geometry.n_own_points() is not None:
-        text = "a shape with a lattice of its own is filled wholly"
-        yield Finding((*path, "cut_at"), text, "leave out `points` of the shape, or `cut_at`")
+        text = "a shape with its own lattice is filled completely"
+        yield Finding((*path, "cut_at"), text, "remove `points` of the shape, or `cut_at`")
 
 
 def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
@@ -65,8 +65,8 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
         axis, end = "xyz".index(face[0]), int(face.endswith("upper"))
         short = (bounds[end][axis] - walls[end][axis]) * (1.0 if end else -1.0)
         if short < -SHORT * grid.cell:
-            text = f"the shape ends {-short:.4g} m before the face {face}, which does not cut it"
-            yield Finding((*path, "cut_at", item), text, "leave this face out, or move the shape or the grid")
+            text = f"the shape ends {-short:.4g} m before the face {face}, so the face does not cut it"
+            yield Finding((*path, "cut_at", item), text, "remove this face, or move the shape or the grid")
             continue
         if body.material.flows and any(condition.opens_face(face) for condition in parts.of(Condition)):
             continue  # the fluid continues beyond an open face
@@ -74,7 +74,7 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
         here = (*path, "cut_at", item)
         if held and any(held[-1][1]):
             where = ".".join(map(str, held[-1][0]))
-            text = f"`{where}` moves the face {face}: a plane of symmetry is at rest"
+            text = f"`{where}` moves the face {face}, but a plane of symmetry must be at rest"
             yield Finding(here, text, f'remove `velocity` from `{where}`, or remove "{face}" from `cut_at`')
         elif not held:
             text = f"no support at rest constrains the face {face} along its normal, so it is not a plane of symmetry"
@@ -88,7 +88,7 @@ def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> 
 def rigid_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
     """Report a rigid body of a material that flows."""
     if body.is_rigid and body.material.flows:
-        text = f'a material of kind "{body.material.kind}" flows, and a rigid body keeps its shape'
+        text = f'a material of kind "{body.material.kind}" flows, but a rigid body keeps its shape'
         remedy = 'use a solid material of the same density, such as kind = "neo-hookean", or remove `rigid = true`'
         yield Finding((*path, "rigid"), text, remedy)
 
@@ -100,20 +100,20 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
         return
     here, n_axes = (*path, "hydrostatic"), np.count_nonzero(gravity)
     if not body.material.flows:
-        text = f'a material of kind "{body.material.kind}" is not at rest by its pressure alone, as fluids are'
-        yield Finding(here, text, "leave it out")
+        text = f'a material of kind "{body.material.kind}" is not a fluid at rest under its pressure'
+        yield Finding(here, text, "remove it")
     elif body.is_rigid:
-        yield Finding(here, "a rigid body has no pressure that holds its weight", "leave it out")
+        yield Finding(here, "a rigid body has no pressure", "remove it")
     elif parts.grid is not None and any(
         g != 0.0 and axis in parts.grid.periodic for axis, g in zip("xyz", gravity, strict=True)
     ):
-        text = "the grid is periodic along gravity: nothing holds the fluid up there, and its pressure would jump at the seam"
-        yield Finding(here, text, "leave it out, or let the grid have walls along that axis")
+        text = "the grid is periodic along gravity: nothing supports the fluid, and its pressure would jump at the seam"
+        yield Finding(here, text, "remove it, or use walls along that axis")
     elif n_axes == 0:
-        yield Finding(here, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or leave this out")
+        yield Finding(here, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or remove this")
     elif n_axes > 1 and rest.level is None:
-        text = "gravity lies along no axis, so the top of the shape's bounds is no free surface"
-        yield Finding((*here, "level"), text, "give the level, as a height from the origin against gravity")
+        text = "gravity is not along an axis, so the top of the shape's bounds is not a free surface"
+        yield Finding((*here, "level"), text, "set the level, a height from the origin against gravity")
     elif rest.level is not None and parts.grid is not None and (found := _far_level(body, path, parts.grid, gravity)):
         yield found
     elif n_axes == 1 and not body.cut_at:  # the points of others may lie well within the bounds: told when these are filled
@@ -131,14 +131,14 @@ def _far_level(body: SeededBody, path: Path, grid: GridCase, gravity: Vector) ->
     if rest is None or rest.level is None:
         return None
     walls = np.array(grid.lower), np.array(grid.extent_upper())
-    remedy = "give the density and the pressure that the fluid has at the top of the body, and leave the level out"
+    remedy = "set density and pressure to the values at the top of the body, and remove the level"
     found = far_level(rest.level, body.material, body.bounds(), walls, gravity)
     if found is None:
         return None
     bottom, top, ratio = found
     text = (
-        f"lies far outside the grid, whose heights are {bottom:.6g} to {top:.6g} m: in the body the fluid would have "
-        f"{ratio:.3g} times its `density`, at most {FAR:g} times and at least 1/{FAR:g} of it may be"
+        f"lies far outside the grid, which covers the heights {bottom:.6g} to {top:.6g} m: in the body the fluid would have "
+        f"{ratio:.3g} times its `density`; between 1/{FAR:g} and {FAR:g} times is allowed"
     )
     return Finding((*path, "hydrostatic", "level"), text, remedy)
 
@@ -147,15 +147,15 @@ def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterat
     """Pressures integrated over cells, of what bears shear or does not follow its pressure."""
     if not body.cell_pressure:
         return
-    here, remedy = (*path, "cell_pressure"), "leave cell_pressure out; it is for fluids that move freely"
+    here, remedy = (*path, "cell_pressure"), "remove cell_pressure; it is for fluids that move freely"
     if not body.material.flows:
-        text = f"a material of kind {body.material.kind!r} bears shear: its pressure is not all of its stress"
+        text = f"a material of kind {body.material.kind!r} has shear stresses, not only a pressure"
         yield Finding(here, text, remedy)
     elif (found := body.material.implicit_viscosities()) is not None and 3.0 * found[1] + 2.0 * found[0] > 1e-12 * found[0]:
-        text = "the second viscosity, which is implicit, resists a change of volume that the pressure of cells does not know"
-        yield Finding(here, text, "leave cell_pressure out, or material.second_viscosity")
+        text = "the implicit second viscosity is not compatible with cell pressures"
+        yield Finding(here, text, "remove cell_pressure, or material.second_viscosity")
     elif body.is_rigid or is_driven(body.name, parts):
-        yield Finding(here, "the body is rigid or follows a prescribed motion: its pressure moves nothing", remedy)
+        yield Finding(here, "the body is rigid or follows a prescribed motion: its pressure has no effect", remedy)
 
 
 def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
@@ -164,12 +164,12 @@ def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
     if body.initial_stress is None:
         return
     if body.is_rigid:
-        yield Finding(here, "a rigid body has no stress", "leave it out")
+        yield Finding(here, "a rigid body has no stress", "remove it")
         return
     try:
         body.material.stressed(body.initial_stress)
     except ValueError as error:
-        remedy = "give fluids a pressure or `hydrostatic`; let others be stretched by loads, and [settle]"
+        remedy = "for a fluid, set a pressure or `hydrostatic`; stress other bodies by loads, with [settle]"
         yield Finding(here, str(error), remedy)
 
 
@@ -180,9 +180,9 @@ def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Fin
         here = (*path, "outside", item)
         other = parts.named(BodyModel, name)
         if name == body.name:
-            yield Finding(here, "a body cannot lie outside itself", "leave this name out")
+            yield Finding(here, "a body cannot exclude itself", "remove this name")
         elif name in body.outside[:item]:
-            yield Finding(here, "is named twice", "leave this name out")
+            yield Finding(here, "is named twice", "remove one")
         elif name not in names:
             if parts.are_named(BodyModel):
                 others = [known for known in names if known != body.name]
@@ -190,5 +190,5 @@ def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Fin
         elif other is not None and (reason := other.why_not_excluded(parts.grid)):
             yield Finding(here, *reason)
         elif other is not None and body.name in other.excluded_bodies() and bodies.index(other) < bodies.index(body):
-            text = f"{name} lies outside {body.name} too: where they overlap there would be neither"
-            yield Finding(here, text, "leave one of the two out")
+            text = f"{name} also excludes {body.name}: their overlap would be empty"
+            yield Finding(here, text, "remove one of the two")

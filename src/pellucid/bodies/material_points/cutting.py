@@ -82,8 +82,8 @@ class FilledRegion:
             exact = total * self._cell
         if self._left_out and abs(exact - total * self._cell) > LARGEST_SCALE * exact:
             raise ValueError(
-                f"the points represent {total * self._cell:.4g} of the {exact:.4g} that is left of the shape: what lies "
-                f"between the bodies left out is in part thinner than the distance between points"
+                f"the points represent {total * self._cell:.4g} of the remaining {exact:.4g} of the shape: the space "
+                f"between the excluded bodies is partly thinner than the distance between points"
             )
         return exact
 

@@ -12,7 +12,9 @@ from pellucid.model import Model, Vector, parameter
 FAR = 1.5
 """Where the fluid has so many times the density at its level, or so small a part of it, it is not the fluid described."""
 Bounds = tuple[np.ndarray, np.ndarray]
-REMEDY = "lower the top of the body or the level, or raise the pressure at the level; a liquid may have `carries_tension`"
+REMEDY = (
+    "lower the top of the body or the level, or increase the pressure at the level; for a liquid, `carries_tension` is possible"
+)
 
 
 class Hydrostatic(Model):
@@ -20,7 +22,7 @@ class Hydrostatic(Model):
 
     level: float | None = parameter(
         "m",
-        "where the material has its `density` and `pressure`: height from the origin, against gravity; without it the top of "
+        "height, from the origin against gravity, at which the material has its `density` and `pressure`; default: the top of "
         "the body's shape",
         None,
     )
@@ -53,7 +55,7 @@ def states_by_height(
     except ColumnEnds as error:
         side = "above" if error.depth < 0.0 else "below"
         reason = f"{side} a height of {level - error.depth:.6g} m: {error}"
-        raise NoRest(f"at rest under this gravity there is no such fluid {reason}") from None
+        raise NoRest(f"this fluid has no state at rest under this gravity {reason}") from None
 
 
 def far_level(

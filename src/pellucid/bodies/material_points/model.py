@@ -30,7 +30,7 @@ class MaterialPointsCase(SeededBody):
     """A fluid or solid body of material points."""
 
     kind: Literal["material-points"] = "material-points"
-    rigid: bool = parameter("", "whether a solid moves as a rigid body; its elasticity then does not count", False)
+    rigid: bool = parameter("", "true: a solid moves as a rigid body; its elasticity then has no effect", False)
 
     def build(self, placement: Placement) -> Body:
         from pellucid.bodies.material_points.body import MaterialPoints
@@ -57,15 +57,15 @@ class MaterialPointsCase(SeededBody):
     def why_no_outflow(self) -> Reason | None:
         """Return a reason for rigid bodies, and for cell pressures, which treat faces of the grid as walls."""
         if self.rigid:
-            return Reason(f"body {self.name} is rigid: it cannot lose points", "leave `rigid = true` out, or this body")
+            return Reason(f"body {self.name} is rigid: it cannot lose points", "remove `rigid = true`, or this body")
         if self.cell_pressure:
-            text = f"the `cell_pressure` of body {self.name} takes faces of the grid for walls"
-            return Reason(text, "leave `cell_pressure` out, or this body")
+            text = f"the `cell_pressure` of body {self.name} treats faces of the grid as walls"
+            return Reason(text, "remove `cell_pressure`, or this body")
         return None
 
     def why_no_inflow(self) -> Reason | None:
         if not self.material.flows:
-            return Reason(f"body {self.name} is a solid: what comes in would not hold together with it", "name a fluid")
+            return Reason(f"body {self.name} is a solid: entering points would not be connected to it", "name a fluid")
         return self.why_no_outflow()
 
     @property
@@ -75,14 +75,14 @@ class MaterialPointsCase(SeededBody):
     def why_not_strained_first(self) -> Reason | None:
         if not self.solves_viscosity:
             return None
-        text = f"the implicit viscosity of body {self.name} gives its stress in the momentum equation, and not before"
-        return Reason(text, 'use "musl" or "usl", or leave `implicit_viscosity` out')
+        text = f"the implicit viscosity of body {self.name} determines its stress in the momentum equation, not before"
+        return Reason(text, 'use "musl" or "usl", or remove `implicit_viscosity`')
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
         if not self.solves_viscosity:
             return super().why_no_yielding_wall(alone)
-        text = f"the viscosity of body {self.name} is implicit, for which it must be known what a wall holds and where it rubs"
-        return Reason(text, "leave it out, or `implicit_viscosity` of the body")
+        text = f"the viscosity of body {self.name} is implicit, so walls with friction or openings are not possible"
+        return Reason(text, "remove it, or `implicit_viscosity` of the body")
 
     def why_no_wall(self) -> Reason | None:
         """Return None: solids touch walls by their surface, fluids by their points."""
@@ -103,7 +103,7 @@ class MaterialPointsCase(SeededBody):
             return motion_in_cells(cell, self.fastest_at_start(self.places_between_bounds()))
         (wave, spread), compressed = self.material.signals(cell), self.material.signals_compressed(cell)
         found = signals_in_cells(cell, compressed, spread, self.fastest_at_start(self.places_between_bounds()))
-        return found._replace(reason=f"{found.reason} where artificial viscosity acts") if compressed > wave else found
+        return found._replace(reason=f"{found.reason} with artificial viscosity") if compressed > wave else found
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report settings that do not fit the grid, other bodies or supports."""

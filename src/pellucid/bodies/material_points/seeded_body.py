@@ -45,39 +45,40 @@ class SeededBody(DampedModel):
     )
     strained_from_place: ClassVar[bool] = False
 
-    shape: Shape = parameter("", "where the body is at the start")
+    shape: Shape = parameter("", "initial shape of the body")
     outside: tuple[str, ...] = parameter(
-        "", "bodies whose place is left out of the shape: the shape of material points, the inside of a closed membrane", ()
+        "",
+        "bodies whose regions are excluded from the shape: the shape of material points, or the inside of a closed membrane",
+        (),
     )
     cut_at: tuple[Face, ...] = parameter(
         "",
-        "faces of the grid at which the shape ends: planes of symmetry, beyond which lies its mirror image, or for a fluid "
-        "faces that an [[inflow]] or [[outflow]] opens",
+        "faces of the grid that cut the shape: planes of symmetry, or for a fluid faces opened by an [[inflow]] or [[outflow]]",
         (),
     )
     points_per_cell: int | tuple[int, int, int] | None = parameter(
-        "", "points in a cell: along each axis, or their number; without it two along each axis that is not thin", None
+        "", "points per cell: along each axis, or in total; default: two along each axis that is not thin", None
     )
-    material: Material = parameter("", "what the body is made of")
+    material: Material = parameter("", "material of the body")
     hydrostatic: Hydrostatic | None = parameter(
         "",
-        "a fluid at rest under gravity at the start, its pressure growing with the depth; without it all is in one state",
+        "a fluid initially in hydrostatic equilibrium; default: a uniform state",
         None,
     )
     initial_stress: Stress | None = parameter(
         "Pa",
-        "stress of a solid at the start, components xx, yy, zz, yz, xz, xy; a hyperelastic one is stretched so that it bears "
-        "it, and its `density` is that without stress",
+        "initial stress of a solid, components xx, yy, zz, yz, xz, xy; a hyperelastic solid is stretched to have this stress, "
+        "and its `density` is the density without stress",
         None,
     )
     cell_pressure: bool = parameter(
         "",
-        "whether the mean pressure of cells full of this fluid is integrated over the cells instead of summed over the points",
+        "true: integrate the mean pressure over full cells instead of summing over points",
         False,
     )
     velocity: Vector = parameter("m/s", "initial velocity", ZERO)
     angular_velocity: Vector = parameter("rad/s", "initial angular velocity about the shape's centre", ZERO)
-    velocity_wave: SineWave | None = parameter("", "initial sinusoidal velocity, added to the others", None)
+    velocity_wave: SineWave | None = parameter("", "initial sinusoidal velocity, added to the other initial velocities", None)
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
     _excluded: tuple[Geometry, ...] = PrivateAttr(())
@@ -102,7 +103,7 @@ class SeededBody(DampedModel):
         """The regions that are left out of the shape; the model that `with_others` returns has them."""
         if len(self._excluded) < len(self.outside):
             raise RuntimeError(
-                f"body {self.name} leaves out other bodies, which it has not been given; use body.with_others(bodies)"
+                f"body {self.name} excludes other bodies, which it has not received; call body.with_others(bodies)"
             )
         return self._excluded
 
@@ -136,7 +137,7 @@ class SeededBody(DampedModel):
         except ValueError as error:
             raise CaseError(Problem(str(error), f"body.{self.name}.outside", remedy=remedy)) from None
         if not seeds.n:
-            text = "no material point lies inside the shape: it is thinner than the distance between points"
+            text = "no material point is inside the shape: it is thinner than the distance between points"
             raise CaseError(Problem(text, f"body.{self.name}.shape", remedy=remedy))
         return seeds
 
@@ -200,7 +201,7 @@ class SeededBody(DampedModel):
         """Return the number of points from the volume of the shape, accurate to one layer of points. Excluded regions are
         subtracted after `with_others`."""
         if grid is None:
-            raise RuntimeError(f"body {self.name} is seeded by the cells of a grid, and there is none")
+            raise RuntimeError(f"body {self.name} needs a grid for its points, but there is none")
         x, y, z = (not thin for thin in grid.thin())
         geometry = self.shape.geometry()
         own = geometry.n_own_points()

@@ -27,7 +27,7 @@ def points_along_axes(
     if points_per_cell is not None and each**active != points_per_cell:
         listed = ", ".join(str(n**active) for n in range(1, 6))
         raise ValueError(
-            f"points_per_cell = {points_per_cell} cannot be shared equally by {active} axes; "
+            f"points_per_cell = {points_per_cell} cannot be distributed equally among {active} axes; "
             f"use one of {listed}, or list the points along x, y, z"
         )
     x, y, z = (1 if flat else each for flat in thin)

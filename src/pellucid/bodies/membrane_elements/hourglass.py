@@ -34,8 +34,10 @@ class ViscousControl(NamedTuple):
 class HourglassCase(Model):
     """Hourglass control of quadrilaterals."""
 
-    kind: Literal["stiffness", "viscous"] = parameter("", "springs or dashpots against hourglass modes", "stiffness")
-    coefficient: float = parameter("", "their strength κ; 0 for none", 0.05, ge=0, le=0.5)
+    kind: Literal["stiffness", "viscous"] = parameter(
+        "", "stiffness (springs) or viscous (dashpots) hourglass control", "stiffness"
+    )
+    coefficient: float = parameter("", "coefficient κ; 0 switches it off", 0.05, ge=0, le=0.5)
 
     def control(self) -> StiffnessControl | ViscousControl:
         """The control as kernels take it."""

@@ -39,10 +39,10 @@ from pellucid.parts.step_limit import (
 )
 
 SLACK = 1e-9  # of a length, for rounding
-PASS_THROUGH = "between its nodes other bodies would pass through the membrane"
+PASS_THROUGH = "other bodies would pass through the membrane between its nodes"
 
 REST_OF_SURFACE = (
-    "use the whole closed surface (of a file: `closed = true`); for a part between planes of symmetry, without [steady], "
+    "use the whole closed surface (for a file: `closed = true`); for a part between planes of symmetry, without [steady], "
     "replace `volume_stiffness` by an [[enclosed]] `liquid` with `lids = true`"
 )
 
@@ -51,17 +51,17 @@ class MembraneElementsCase(MembraneCase):
     """A membrane of finite elements, which moves on its own nodes and touches other bodies on the grid."""
 
     kind: Literal["membrane-elements"] = "membrane-elements"
-    material: AnySolidMembraneMaterial = parameter("", "what the membrane is made of")
+    material: AnySolidMembraneMaterial = parameter("", "material of the membrane")
     elements: Elements = parameter(
-        "", "quadrilaterals where the surface has them, or triangles alone: each quadrilateral cut in two", "quads"
+        "", "quads: quadrilaterals if the surface has them; triangles: each quadrilateral is cut in two", "quads"
     )
     area_stiffness: float = parameter(
-        "N/m", "k_A of the energy k_A (A - A₀)²/2A₀ that keeps the area of the whole membrane as it is at the start", 0.0, ge=0
+        "N/m", "penalty k_A on changes of the total area, with the energy k_A (A - A₀)²/2A₀", 0.0, ge=0
     )
     volume_stiffness: float = parameter(
-        "Pa", "k_V of the energy k_V (V - V₀)²/2V₀ that keeps the volume which it encloses as it is at the start", 0.0, ge=0
+        "Pa", "penalty k_V on changes of the enclosed volume, with the energy k_V (V - V₀)²/2V₀", 0.0, ge=0
     )
-    bending: BendingCase | None = parameter("", "resistance against bending; without it the membrane has none", None)
+    bending: BendingCase | None = parameter("", "bending stiffness; default: none", None)
     hourglass: HourglassCase = parameter("", "hourglass control of its quadrilaterals", HourglassCase())
 
     _is_shared: bool = PrivateAttr(False)  # its velocity field, with other bodies
@@ -83,13 +83,13 @@ class MembraneElementsCase(MembraneCase):
 
     def why_no_self_contact(self, alone: bool) -> Reason | None:
         if not alone:
-            return Reason(f"other bodies share the velocity field of body {self.name}", "give it a `field` of its own")
+            return Reason(f"other bodies share the velocity field of body {self.name}", "set a separate `field` for it")
         if self.material.wrinkling and self.bending is None:
             text = (
                 f"body {self.name} resists neither compression (wrinkling = true) nor bending: it crumples within the length "
-                f"of an element, where no contact can keep its sides apart"
+                f"of an element, where contact cannot keep its sides apart"
             )
-            return Reason(text, "add [body.bending], or leave out `wrinkling`")
+            return Reason(text, "add [body.bending], or remove `wrinkling`")
         return None
 
     @property
@@ -105,7 +105,7 @@ class MembraneElementsCase(MembraneCase):
     def why_not_relaxed(self, alone: bool) -> Finding | None:
         """Return the reason if other bodies share its velocity field: its nodes are then nodes of the grid."""
         text = f"other bodies share the velocity field of {self.name}"
-        return None if alone else Finding(("field",), text, "give it a `field` of its own")
+        return None if alone else Finding(("field",), text, "set a separate `field` for it")
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
         aware = self.model_copy()
@@ -172,8 +172,8 @@ class MembraneElementsCase(MembraneCase):
         """Report faults of the mesh and settings that do not fit the grid."""
         yield from super().problems(path, parts)
         if self.material.damage:
-            text = "elements have no law of damage: an element that failed would leave a hole that nothing stops at"
-            yield Finding((*path, "material"), text, "leave out `damage`, or use kind membrane-points")
+            text = "elements have no law of damage: a failed element would leave a hole"
+            yield Finding((*path, "material"), text, "remove `damage`, or use kind membrane-points")
         place = (*path, self.place)
         wrong = [Finding(place, text, remedy) for text, remedy in mesh_faults(self.mesh(), self.surface.closed)]
         yield from wrong
@@ -195,9 +195,9 @@ class MembraneElementsCase(MembraneCase):
         """Quadrilaterals and thin grids, which have no springs, and a volume that nothing encloses."""
         key = (*path, "volume_stiffness" if self.volume_stiffness else "area_stiffness")
         if len(self.mesh().quads):
-            yield Finding(key, "is for triangles, and the membrane has quadrilaterals", 'use `elements = "triangles"`')
+            yield Finding(key, "applies to triangles, but the membrane has quadrilaterals", 'use `elements = "triangles"`')
         elif not all(parts.active_axes):
-            yield Finding(key, "is for surfaces in space, and the grid is one cell thick along an axis", "leave it out")
+            yield Finding(key, "applies to surfaces in space, but the grid is one cell thick along an axis", "remove it")
         elif self.volume_stiffness > 0.0 and not self.surface.closed:
             yield Finding(key, "the surface is open and encloses no volume", REST_OF_SURFACE)
 
@@ -214,12 +214,14 @@ class MembraneElementsCase(MembraneCase):
             text = f"has an element with an edge of {longest:.3g} m, longer than a cell of {grid.cell:g} m: {PASS_THROUGH}"
             yield Finding(place, text, _finer(longest / grid.cell))
         elif remote > reach * (1.0 + SLACK):
-            text = f"has a triangle that reaches {remote:.3g} m from its corners, with cells of {grid.cell:g} m more than"
+            text = (
+                f"has a triangle that extends {remote:.3g} m from its corners; with cells of {grid.cell:g} m this is more than"
+            )
             yield Finding(place, f"{text} {reach:.3g} m: {PASS_THROUGH}", _finer(remote / reach))
 
 
 def _finer(times: float) -> str:
-    return f"make its elements {ceil(times)} times as fine along each edge, or use a larger grid.cell"
+    return f"refine its elements {ceil(times)} times along each edge, or use a larger grid.cell"
 
 
 def _remoteness(places: np.ndarray) -> np.ndarray:

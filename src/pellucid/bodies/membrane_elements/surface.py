@@ -39,7 +39,9 @@ if TYPE_CHECKING:
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "tension", "strain_energy", "density", "pressure")
 """The fields that results show."""
-OVERLONG = "between nodes more than two cells apart others pass through; make the elements finer, or grid.cell larger"
+OVERLONG = (
+    "other bodies can pass between nodes that are more than two cells apart; refine the elements, or use a larger grid.cell"
+)
 
 
 class ElementSurface:

@@ -164,7 +164,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
     def fault(self, code: int, p: int) -> Fault:
         """Describe a fault and its remedy; for a lost point also report that it had failed."""
         if code == LOST and len(self._record.failed) and self._record.failed[p] > 0.0:
-            return Fault("it had failed, and left the grid", "make the grid larger, or let the run end before")
+            return Fault("it had failed, and left the grid", "enlarge the grid, or end the run before")
         return super().fault(code, p)
 
     def half_width(self) -> tuple[float, float, float]:

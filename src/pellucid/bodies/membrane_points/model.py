@@ -34,9 +34,9 @@ class MembranePointsCase(MembraneCase):
     strained_from_place: ClassVar[bool] = False
 
     kind: Literal["membrane-points"] = "membrane-points"
-    material: AnyMembraneMaterial = parameter("", "what the membrane is made of")
+    material: AnyMembraneMaterial = parameter("", "material of the membrane")
 
-    bending: BendingCase | None = parameter("", "resistance against bending; without it the membrane has none", None)
+    bending: BendingCase | None = parameter("", "bending stiffness; default: none", None)
 
     def build(self, placement: Placement) -> Body:
         from pellucid.bodies.membrane_points.body import MembranePoints
@@ -97,14 +97,14 @@ class MembranePointsCase(MembraneCase):
             path, Mesh(vertices, triangles=triangles), self.material, any(grid.thin()), grid.functions
         )
         if isinstance(self.material.damage_law(), Elastodamage):
-            text = "points that failed would still resist bending"
-            yield Finding(path, text, "leave out `bending`, or `damage` of the material")
+            text = "failed points would still resist bending"
+            yield Finding(path, text, "remove `bending`, or `damage` of the material")
 
     def _damage_problems(self, path: Path, grid: GridCase) -> Iterator[Finding]:
         radius = self.material.damage_radius
         if radius is not None and radius < grid.cell:
-            text = f"damage.radius = {radius:g} m is less than grid.cell = {grid.cell:g} m: the mean tells no more than a point"
-            remedy = "make it three cells or more, use a finer grid, or leave it out for local damage"
+            text = f"damage.radius = {radius:g} m is less than grid.cell = {grid.cell:g} m: the average contains only one point"
+            remedy = "use three cells or more, a finer grid, or remove it for local damage"
             yield Finding((*path, "material"), text, remedy)
 
     def _density_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
@@ -122,13 +122,11 @@ class MembranePointsCase(MembraneCase):
                 f"has a triangle with an edge of {longest:.3g} m, longer than a cell of {grid.cell:g} m: the grid tears the "
                 f"membrane between its points"
             )
-            yield Finding(place, text, f"make its triangles {finer} times as fine along each edge, or use a larger grid.cell")
+            yield Finding(place, text, f"refine its triangles {finer} times along each edge, or use a larger grid.cell")
         elif per_cell < FEWEST_PER_CELL:
             more = FEWEST_PER_CELL / per_cell
             text = (
-                f"has {per_cell:.2g} points for each grid cell that it crosses; with fewer than {FEWEST_PER_CELL:g} the grid "
+                f"has {per_cell:.2g} points per grid cell that it crosses; with fewer than {FEWEST_PER_CELL:g} the grid "
                 f"tears the membrane"
             )
-            yield Finding(
-                place, text, f"give it {ceil(100.0 * more) / 100.0:g} times as many points, or use a larger grid.cell"
-            )
+            yield Finding(place, text, f"use {ceil(100.0 * more) / 100.0:g} times as many points, or a larger grid.cell")

@@ -24,6 +24,6 @@ def torn(name: str, place: np.ndarray, triangles: np.ndarray, failed: np.ndarray
     centre = ", ".join(f"{value:.4g}" for value in place[triangles[worst]].mean(axis=0))
     return (
         f"membrane {name} is torn: its triangle at ({centre}) m is {length[worst]:.3g} m long, {length[worst] / cell:.2g} "
-        f"cells of {cell:g} m, and beyond {LONGEST:g} the velocities of the grid have holes between its points, which bear no "
-        f'tension and let others through; give it a finer surface, or use kind = "membrane-elements"'
+        f"cells of {cell:g} m; beyond {LONGEST:g} the grid velocities have gaps between its points, which carry no "
+        f'tension and let other bodies through; use a finer surface, or kind = "membrane-elements"'
     )

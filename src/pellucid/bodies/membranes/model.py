@@ -24,7 +24,7 @@ from pellucid.parts.part import Parts
 NEEDS_SPACE = "needs a grid that is more than one cell thick along every axis"
 TINY = 1e-300
 ACROSS = 1e-4  # of 1, the cosine of a direction with the normal that it lies along but for an angle of 0.8°
-CLOSE_IT = "use a surface that encloses a volume; a file that does says `closed = true`"
+CLOSE_IT = "use a surface that encloses a volume; for a file of a closed surface set `closed = true`"
 
 
 class MembraneCase(DampedModel):
@@ -34,7 +34,7 @@ class MembraneCase(DampedModel):
     start_only: ClassVar[tuple[str, ...]] = (*DampedModel.start_only, "thickness", "tension", "inflation")
     is_surface: ClassVar[bool] = True
 
-    surface: Surface = parameter("", "where the membrane is at the start")
+    surface: Surface = parameter("", "initial surface of the membrane")
     thickness: float = parameter("m", "initial thickness, half of it on each side of `surface`", gt=0)
     contact_offset: float | None = parameter(
         "m",
@@ -46,11 +46,11 @@ class MembraneCase(DampedModel):
     if TYPE_CHECKING:  # each kind declares its own
         material: MembraneMaterial
     tension: float = parameter(
-        "N/m", "initial tension along all directions; thickness and density are those of the tense membrane", 0.0, ge=0
+        "N/m", "initial isotropic tension; thickness and density are those of the membrane under tension", 0.0, ge=0
     )
     inflation: float = parameter(
         "",
-        "instead of the tension α: at the start the membrane is 1 + α times as long along all directions as at rest",
+        "alternative to `tension`: initial isotropic stretch 1 + α relative to the rest state",
         0.0,
         ge=0,
     )
@@ -75,9 +75,9 @@ class MembraneCase(DampedModel):
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
         """Return a reason if the surface is open or flat: it has no inside."""
         if grid is not None and any(grid.thin()):
-            return Reason(f"the inside of a surface {NEEDS_SPACE}", "leave this name out, or enlarge the grid")
+            return Reason(f"the inside of a surface {NEEDS_SPACE}", "remove this name, or enlarge the grid")
         if not self.surface.closed:
-            text = f"the surface of membrane {self.name} is open: it has no inside that could be left out"
+            text = f"the surface of membrane {self.name} is open: it has no inside that could be excluded"
             return Reason(text, f"name bodies of material points and closed membranes; {CLOSE_IT}")
         return None
 
@@ -107,13 +107,13 @@ class MembraneCase(DampedModel):
             yield from self._direction_problems((*path, "material"), material.direction)
         key = "inflation" if self.inflation else "tension"
         if self.inflation > 0.0 and self.tension > 0.0:
-            yield Finding((*path, key), "`tension` says how far the membrane is stretched already", "leave one of them out")
+            yield Finding((*path, key), "`tension` already defines the stretch of the membrane", "remove one of them")
         elif self.tension > 0.0 and material.direction is not None:
-            text = "a membrane with fibres has no equal stretch that bears the same tension along all directions"
-            yield Finding((*path, "tension"), text, "leave it out, and stretch the membrane by prescribed motions of its rim")
+            text = "a membrane with fibres has no isotropic stretch with isotropic tension"
+            yield Finding((*path, "tension"), text, "remove it, and stretch the membrane by prescribed motions of its rim")
         elif self.tension + self.inflation > 0.0 and not isinstance(material, SolidMembraneMaterial):
             text = f'a membrane of kind "{material.kind}" has no elastic tension'
-            yield Finding((*path, key), text, "leave it out, or use an elastic material")
+            yield Finding((*path, key), text, "remove it, or use an elastic material")
         elif self.tension + self.inflation > 0.0:
             try:
                 prestretch(material.law, self.tension, self.thickness, self.inflation)
@@ -130,5 +130,5 @@ class MembraneCase(DampedModel):
         worst = int(np.argmax(across))
         if across[worst] > 1.0 - ACROSS:
             place = ", ".join(f"{x:.4g}" for x in corners[worst].mean(axis=0))
-            text = f"fibre_direction stands across the surface at ({place}) m, so that fibres have no direction there"
-            yield Finding(path, text, "give a direction that lies along the surface everywhere, such as the axis of a tube")
+            text = f"fibre_direction is normal to the surface at ({place}) m, so fibres have no direction there"
+            yield Finding(path, text, "choose a direction that is nowhere normal to the surface, such as the axis of a tube")

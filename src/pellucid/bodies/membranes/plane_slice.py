@@ -31,9 +31,9 @@ def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterat
         name, low, high = "xyz"[axis], vertices[:, axis].min(), vertices[:, axis].max()
         first, last = grid.lower[axis], grid.extent_upper()[axis]
         if low < first or high > last:
-            reach = f"reaches from {low:g} to {high:g} m" if high > low else f"lies at {low:g} m"
+            reach = f"extends from {low:g} to {high:g} m" if high > low else f"is at {low:g} m"
             text = f"{reach} along {name}, beyond the grid's one cell there: {first:g} to {last:g} m"
-            yield Finding(path, text, "let it end within the cell: a band may be shallower, its depth does not count")
+            yield Finding(path, text, "end it within the cell: a band may be thinner, its depth has no effect")
     a, b, c = vertices[triangles.T]
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -44,8 +44,8 @@ def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterat
         at_ends = np.any(np.abs(rim[:, :, axis, None] - (low, high)).max(axis=1) <= slack, axis=1)
         along = np.linalg.norm(np.delete(rim[:, 1] - rim[:, 0], axis, axis=1), axis=1) <= slack
         if np.abs(normal[:, axis]).max() > LEANING or not np.all(at_ends | along):
-            text = f"is neither flat across {name} nor a band along it, while the grid is one cell thick along {name}, where"
-            remedy = f"let it reach from {low:g} to {high:g} m along {name} everywhere, as a rectangle or the faces of a box do"
+            text = f"is neither flat across {name} nor a band along it, but the grid is one cell thick along {name}, where"
+            remedy = f"extend it from {low:g} to {high:g} m along {name} everywhere, like a rectangle or the faces of a box"
             yield Finding(path, f"{text} nothing varies", f"{remedy}; or enlarge the grid")
 
 

@@ -193,10 +193,10 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
     def check(self, n_steps: int, time: float) -> None:
         found = inversion(self.mesh, self.solid)
         if found is not None:
-            slower = SLOWER_LOADS if self.relaxes else "load it more slowly, or use a smaller time.courant or time.step"
+            slower = SLOWER_LOADS if self.relaxes else "apply loads more slowly, or use a smaller time.courant or time.step"
             words, node = found
             text = f"step {n_steps}, time {time:.6g} s: body `{self.name}` is inverted {words}; {slower}, and if this does not "
-            text += "help, the load itself crushes it there"
+            text += "help, the load itself crushes the body there"
             position = self.arrays["position"][node].tolist()
             raise RunStopped(text, step=n_steps, time=time, body=self.name, point=node, position=position)
         super().check(n_steps, time)
@@ -286,8 +286,11 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         held = (self.arrays["prescribed"] > 0) & (abs(displacement) > HELD * np.ptp(self.mesh.nodes, axis=0).max())
         if held.any():
             node = int(np.flatnonzero(held.any(axis=1))[0])
-            text = f"node {node} of body {self.name}, {self.whereabouts(node)}, is held or led and begins displaced"
-            remedy = "the earlier run must have held it where it was at rest"
+            text = (
+                f"node {node} of body {self.name}, {self.whereabouts(node)}, is constrained or prescribed but starts "
+                "with a displacement"
+            )
+            remedy = "constrain it at its rest position in the earlier run too"
             raise CaseError(Problem(text, "start", remedy=remedy))
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:

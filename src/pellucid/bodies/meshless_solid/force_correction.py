@@ -121,8 +121,8 @@ def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
 
 
 def _dependent(condition: float) -> Refusal:
-    text = "forces on the prescribed nodes cannot be found: what they change is nearly dependent, with a condition number of"
-    remedy = 'prescribe nodes of the surface alone, or use maximum entropy or linear functions with "direct"'
+    text = "forces on the prescribed nodes cannot be computed: their effects are nearly dependent, with a condition number of"
+    remedy = 'prescribe only nodes of the surface, or use maximum entropy or linear functions with "direct"'
     return Refusal(f"{text} {condition:.2g}, above {LARGEST_CONDITION:.0g}", remedy)
 
 

@@ -77,9 +77,10 @@ class SolidFunctions:
             return
         count, node = int((missed >= MISSED).sum()), int(nodes[missed.argmax()])
         text = (
-            f"body {self._case.name}: supports or motions take {count} of its nodes that make no whole face, such as {node} at "
-            f"{in_metres(self._mesh.nodes[node])}; others have up to {missed.max():.2g} of what the material does there: "
-            'let their regions take whole faces, or, in a case without a grid, set `essential = "sebciem"`'
+            f"body {self._case.name}: supports or motions select {count} of its nodes that do not form a whole "
+            f"face, such as {node} at "
+            f"{in_metres(self._mesh.nodes[node])}; other nodes have a weight of up to {missed.max():.2g} there: "
+            'extend the regions to whole faces, or, in a case without a grid, set `essential = "sebciem"`'
         )
         warnings.warn(text, stacklevel=2)
 

@@ -49,25 +49,25 @@ class MeshlessSolidCase(DampedModel):
     scales_inertia: ClassVar[bool] = True
 
     kind: Literal["meshless-solid"] = "meshless-solid"
-    mesh: SolidMesh = parameter("", "its nodes, and the tetrahedra between them")
-    material: Material = parameter("", "what it is made of: a hyperelastic solid, or a viscous one around it")
-    approximant: AnyNodalApproximant = parameter("", "its shape functions", CellLeastSquaresModel())
+    mesh: SolidMesh = parameter("", "mesh of nodes and tetrahedra")
+    material: Material = parameter("", "material: hyperelastic, or viscoelastic with a hyperelastic part")
+    approximant: AnyNodalApproximant = parameter("", "shape functions", CellLeastSquaresModel())
     essential: Literal["direct", "ebciem", "sebciem"] = parameter(
         "",
-        "how supports and motions prescribe the field: as values of the nodes, or by forces, at the nodes (sebciem) or spread "
+        "how supports and motions prescribe the field: direct (nodal values), or by forces at nodes (sebciem) or distributed "
         "over faces (ebciem)",
         "direct",
     )
     points_per_cell: Literal[1, 4, 8, 16, 32] = parameter("", "quadrature points of a tetrahedron", 4)
-    consistent: bool = parameter("", "whether gradients are corrected so that their quadrature is consistent", True)
+    consistent: bool = parameter("", "true: correct gradients for consistent quadrature", True)
     volume_averaging: bool | None = parameter(
         "",
-        "whether the volume ratio is averaged about the nodes, against locking; without it, from a Poisson's ratio of 0.4",
+        "true: average the volume ratio around nodes, against locking; default: true from a Poisson's ratio of 0.4",
         None,
     )
     initial_stress: Stress | None = parameter(
         "Pa",
-        "stress at the start, components xx, yy, zz, yz, xz, xy, which goes with the material beside that of its law",
+        "initial stress, components xx, yy, zz, yz, xz, xy; it moves with the material and adds to the stress of the law",
         None,
     )
     velocity: Vector = parameter("m/s", "initial velocity", (0.0, 0.0, 0.0))
@@ -126,7 +126,7 @@ class MeshlessSolidCase(DampedModel):
     def why_no_self_contact(self, alone: bool) -> Reason | None:
         if alone:
             return None
-        return Reason(f"other bodies share the velocity field of body {self.name}", "give it a `field` of its own")
+        return Reason(f"other bodies share the velocity field of body {self.name}", "set a separate `field` for it")
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
         return None
@@ -135,8 +135,8 @@ class MeshlessSolidCase(DampedModel):
         """Return the reason for a viscous material: its creep time is not the time of the relaxation."""
         if not isinstance(self.material, ViscoelasticMaterial):
             return None
-        text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not follow'
-        return Finding(("material", "kind"), text, "give the body its `elastic` material, which bears the load at rest")
+        text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not include'
+        return Finding(("material", "kind"), text, "use its `elastic` material, which carries the load at rest")
 
     def check_set_up(self) -> None:
         """Raise CaseError for positions without shape functions, on meshes of up to 10 000 cells, for approximants that do
@@ -231,20 +231,23 @@ class MeshlessSolidCase(DampedModel):
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("velocity", "stress"), path)
         if not isinstance(self.material, HyperelasticMaterial | ViscoelasticMaterial):
-            text = f'kind "{self.material.kind}" has no energy of the deformation gradient, which a meshless solid needs'
-            yield Finding((*path, "material"), text, 'use a hyperelastic one such as "neo-hookean"')
+            text = (
+                f'kind "{self.material.kind}" has no energy as a function of the deformation gradient, which a '
+                "meshless solid needs"
+            )
+            yield Finding((*path, "material"), text, 'use a hyperelastic material such as "neo-hookean"')
         yield from (Finding((*path, self.place), text, remedy) for text, remedy in self.mesh.faults())
         if parts.grid is not None:
             if not is_alone(self, parts):
-                text = f'other bodies are in the velocity field "{self.field}" too, and a meshless solid has nodes of its own'
-                yield Finding((*path, "field"), text, f'give it a field of its own, as field = "{self.name}"')
+                text = f'other bodies share the velocity field "{self.field}", but a meshless solid needs its own'
+                yield Finding((*path, "field"), text, f'set a separate field, such as field = "{self.name}"')
             if self.essential != "direct":
-                text = "forces that prescribe the field know nothing of walls and contact on the grid, and this case has one"
-                remedy = 'use "direct", or leave the grid out'
+                text = "forces that prescribe the field cannot be combined with walls and contact on a grid"
+                remedy = 'use "direct", or remove the grid'
                 yield Finding((*path, "essential"), text, remedy)
             if any(parts.grid.thin()):
-                text = "a meshless solid fills space, and this grid is one cell thick"
-                yield Finding((*path, self.place), text, "let the grid be more than one cell along every axis")
+                text = "a meshless solid is three-dimensional, but this grid is one cell thick"
+                yield Finding((*path, self.place), text, "make the grid more than one cell thick along every axis")
             yield from place_problems((*path, self.place), self.bounds(), parts.grid, self.is_surface)
 
 

@@ -83,7 +83,7 @@ class ExplicitNodes(
         self.coupling: GridCoupling | None = None
         if grid_case is not None and field is not None:
             if not isinstance(field, OwnNodesField):
-                raise ValueError(f"the velocity field {field.name} moves its bodies, which have no nodes of their own")
+                raise ValueError(f"the velocity field {field.name} moves its bodies, which have no own nodes")
             self.functions = grid_functions(
                 grid_case.functions, (2, 2, 2), thin, grid_case.is_periodic()
             )  # nodes have no extent: GIMP takes half a cell
@@ -222,7 +222,7 @@ class ExplicitNodes(
 
     def _coupled(self) -> GridCoupling:
         if self.coupling is None:
-            raise ValueError(f"body {self.name} was given no grid")
+            raise ValueError(f"body {self.name} has no grid")
         return self.coupling
 
     def gather(self) -> np.ndarray:

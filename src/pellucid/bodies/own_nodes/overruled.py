@@ -46,5 +46,5 @@ def warning(pair: Overruled, motion: str, body: str, velocity: np.ndarray) -> st
     nodes = "1 node" if pair.nodes == 1 else f"{pair.nodes} nodes"
     return (
         f"{pair.support.label} and motion `{motion}` prescribe different velocities along {listed(axes)} at {nodes} of body "
-        f"{body}: the motion counts there; let their regions not overlap, or let the support fix other directions"
+        f"{body}: the motion is used there; choose regions that do not overlap, or constrain other directions"
     )

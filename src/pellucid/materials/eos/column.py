@@ -81,7 +81,7 @@ def _one_way(eos: Law, density: float, energy: float, gravity: float, depth: np.
     )
     if found.status == 1:
         which = 0 if len(found.t_events[0]) else 1
-        reason = ("its pressure falls to the least that it bears", "its density falls to nothing")[which]
+        reason = ("its pressure falls to its smallest possible value", "its density falls to zero")[which]
         raise ColumnEnds(float(found.t_events[which][0]), reason)
     if found.status != 0:
         raise ColumnEnds(float(found.t[-1]), "its equation of state has no state at rest")

@@ -25,10 +25,10 @@ class MieGruneisenCase(EquationOfStateModel):
     """Mie–Grüneisen with a linear shock Hugoniot about the initial density."""
 
     kind: Literal["mie-gruneisen"] = "mie-gruneisen"
-    sound_speed: float = parameter("m/s", "c₀, the shock speed at no particle speed", gt=0)
-    slope: float = parameter("", "s, slope of shock speed over particle speed", ge=0)
+    sound_speed: float = parameter("m/s", "c₀, the shock speed at zero particle speed", gt=0)
+    slope: float = parameter("", "slope s of shock speed versus particle speed", ge=0)
     gruneisen: float = parameter("", "Grüneisen coefficient γ₀", ge=0)
-    carries_tension: bool = parameter("", "whether pressure may fall below zero", False)
+    carries_tension: bool = parameter("", "true: the pressure may become negative", False)
 
     def law(self, density: float, pressure: float) -> MieGruneisen:
         limit = -inf if self.carries_tension else 0.0

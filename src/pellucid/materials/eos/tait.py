@@ -25,7 +25,7 @@ class TaitCase(EquationOfStateModel):
     kind: Literal["tait"] = "tait"
     sound_speed: float = parameter("m/s", "sound speed c₀ at the initial state", gt=0)
     exponent: float = parameter("", "exponent n", 7.0, ge=1)
-    carries_tension: bool = parameter("", "whether pressure may fall below zero; a free surface should not pull", False)
+    carries_tension: bool = parameter("", "true: the pressure may become negative; with a free surface use false", False)
 
     def law(self, density: float, pressure: float) -> Tait:
         return Tait(density, pressure, self.sound_speed, self.exponent, -inf if self.carries_tension else 0.0)

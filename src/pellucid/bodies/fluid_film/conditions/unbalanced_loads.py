@@ -23,10 +23,10 @@ def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads
     parts += [f"a torque of {torque:.3g} N m"] if torque > ROUNDING * size * reach else []
     has = f", with {' and '.join(parts)}" if parts else ""
     plane = tuple(axes) == PLANE
-    balance = "its tension must balance the loads on a curve" if plane else "nothing balances resultants and torques"
+    balance = "its tension must balance the loads on a curve" if plane else "resultant forces and torques cannot be balanced"
     return (
-        f"is driven along motions that nothing resists, most by {most}: forces of {size:.3g} N, {100.0 * size / whole:.2g} % "
-        f"of the loads{has}; without drag {balance}; give it a `drag`, or other loads"
+        f"is driven along motions without resistance, mainly by {most}: forces of {size:.3g} N, {100.0 * size / whole:.2g} % "
+        f"of the loads{has}; without drag {balance}; add `drag`, or change the loads"
     )
 
 

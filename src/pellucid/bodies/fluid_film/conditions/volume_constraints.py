@@ -18,31 +18,31 @@ class VolumeCase(Model):
     """The volume inside a film, which it keeps, or brings to another."""
 
     reduced: float | None = parameter(
-        "", "reduced volume to reach, that of a sphere of the same area being 1; without it the volume is kept", None, gt=0
+        "", "target reduced volume; 1 for a sphere of the same area; default: the volume is constant", None, gt=0
     )
     over: float | None = parameter(
-        "s", "time over which it changes smoothly from that at the start; needed with `reduced`", None, gt=0
+        "s", "duration of the smooth change from the initial volume; required with `reduced`", None, gt=0
     )
 
     def problems(self, path: Path, plane: bool, keeps_area: bool) -> Iterator[Finding]:
         """Findings: a volume above that of a sphere or circle, a change without a time, or at an area that is free."""
         if self.reduced is None:
             if self.over is not None:
-                yield Finding((*path, "over"), "is for a volume that changes", "give `reduced` too, or leave this out")
+                yield Finding((*path, "over"), "applies to a changing volume", "add `reduced`, or remove this")
             return
         if self.reduced > FULLEST:
             curve, full, of = ("curve", "circle", "length") if plane else ("surface", "sphere", "area")
             if self.reduced > 1.0:
-                text = f"{self.reduced:g} is impossible: no {curve} holds more than a {full} of its {of}, which is 1"
+                text = f"{self.reduced:g} is impossible: no {curve} encloses more than a {full} of the same {of}, which has 1"
             else:
-                text = f"{self.reduced:g} is above {FULLEST:g}: a {full}, which is 1, has no motion that keeps volume and {of}"
-            remedy = f"use at most {FULLEST:g}; a film that is to be a {full} begins as one, without `volume` and `area`"
+                text = f"{self.reduced:g} is above {FULLEST:g}: a {full}, which has 1, cannot move at constant volume and {of}"
+            remedy = f"use at most {FULLEST:g}; for a {full}, start with one, without `volume` and `area`"
             yield Finding((*path, "reduced"), text, remedy)
         if self.over is None:
-            text = "a volume that changed at once would need an infinite velocity"
-            yield Finding(path, text, "add `over = ...`, the time that it takes, such as that in which the film relaxes")
+            text = "an instantaneous change of volume would need an infinite velocity"
+            yield Finding(path, text, "add `over = ...`, the duration of the change, such as the relaxation time of the film")
         if not keeps_area:
-            text = "is that of a given area, and this film's is free: it would change until another volume is the reduced one"
+            text = "refers to a fixed area, but the area of this film is free and would change"
             yield Finding((*path, "reduced"), text, 'add area = "kept"')
 
 

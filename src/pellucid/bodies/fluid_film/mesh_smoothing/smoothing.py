@@ -26,7 +26,7 @@ def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
         node, place = int(triangles[worst, 0]), places[triangles[worst]].mean(axis=0)
         text = f"the triangle at node {node} has a quality of {quality[worst]:.2g}, below {WORST:g} (1 is equilateral)"
         where = ", ".join(f"{value:.6g}" for value in place)
-        advice = 'spread the nodes with nodes = "even", use more of them, or end the run earlier'
+        advice = 'set nodes = "even", use more nodes, or end the run earlier'
         raise RunStopped(f"{text}, near ({where}) m: {advice}", node=node, position=tuple(place.tolist()))
 
 

@@ -15,7 +15,7 @@ class IncompatibleLoad(Exception):
     """
 
     def __init__(self, driven: np.ndarray) -> None:
-        super().__init__("a load drives motions that nothing resists")
+        super().__init__("a load drives motions without resistance")
         self.driven = driven
 
 

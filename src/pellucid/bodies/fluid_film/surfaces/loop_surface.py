@@ -26,7 +26,7 @@ class LoopSurface(TriangleSurface):
         super().__init__(triangles, n, rule)
         valences = self.rings.valence[triangles]
         if ((valences == 3) & (np.roll(valences, 1, axis=1) == 3)).any():
-            raise ValueError("two nodes with three neighbours each lie side by side: the surface is a tetrahedron; refine it")
+            raise ValueError("two neighbouring nodes have three neighbours each: the surface is a tetrahedron; refine it")
         kinds, kind = np.unique(valences, axis=0, return_inverse=True)
         kind = kind.reshape(-1)
         m = int(kinds.sum(axis=1).max()) - 6

@@ -98,7 +98,7 @@ def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> 
     worst = int(alike.argmin())
     if alike[worst] <= 0.0:
         place = ", ".join(f"{value:.6g}" for value in x[worst])
-        text = f"the surface about node {worst} has come to bend so much that the stencil there folds over itself"
+        text = f"the surface bends so much at node {worst} that its stencil folds over itself"
         advice = 'use more nodes, or interpolation = "loop"'
         raise RunStopped(f"{text}, near ({place}) m: {advice}", node=worst, position=tuple(x[worst].tolist()))
 

@@ -159,7 +159,7 @@ class Skin(WarnsOfContact):
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Warn of faces that are larger than the cells."""
-        what, effect = f"body {self.name} touches another, its outer face", "others sink into it; make its mesh finer there"
+        what, effect = f"body {self.name} touches another, its outer face", "other bodies penetrate it; refine its mesh there"
         return overlong(what, self._faces, self._x, self._field.grid, nodes, effect)
 
     # step and checkpoint
