@@ -92,7 +92,12 @@ MISTAKES = {
     "an opening beside the face": (
         LAST,
         f"{LAST}through = {{ box = {{ lower = [-1, 3, 0], upper = [2, 4, 0] }} }}\n",
-        ["inflow.0.through", "between 3 and 4 m along y", "the face x-lower between 0 and 2 m", "extend or move it to the face"],
+        [
+            "inflow.0.through",
+            "between 3 and 4 m along y",
+            "the face x-lower between 0 and 2 m",
+            "extend or move it to the face",
+        ],
     ),
     "an opening between points": (
         LAST,
@@ -109,7 +114,11 @@ MISTAKES = {
         LAST + PUSH,
         ["load.0.where", "others come into body water"],
     ),
-    "an earlier run": ("[[body]]", '[start]\npath = "runs/x"\n[[body]]', ["inflow.0.body", "cannot continue from an earlier run"]),
+    "an earlier run": (
+        "[[body]]",
+        '[start]\npath = "runs/x"\n[[body]]',
+        ["inflow.0.body", "cannot continue from an earlier run"],
+    ),
     "a steady state": ("[[body]]", "[steady]\n[[body]]", ["steady", "an [[inflow]] adds points"]),
     "a probe of a column's name": (
         SUPPORT,

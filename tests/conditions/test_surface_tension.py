@@ -363,7 +363,10 @@ TORN = LIQUID | {"pressure": 0.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
         ({"grid": {"periodic": ["x"]}}, "periodic"),
         ({"time": {"scheme": "usf"}}, "usf"),
         ({"outflow": [{"where": "x-upper"}]}, "passes a face"),
-        ({"support": [{"where": "y-lower", "fix": ["x"], "contact_angle": 60.0}]}, "constrained along its normal for all bodies"),
+        (
+            {"support": [{"where": "y-lower", "fix": ["x"], "contact_angle": 60.0}]},
+            "constrained along its normal for all bodies",
+        ),
         ({"support": [FLOOR[0] | {"contact_angle": a} for a in (60.0, 70.0)]}, "gives the face y-lower the angle 60"),
         ({"surface_tension": [], "wall": [FLAT | {"contact_angle": 60.0}]}, "no fluid in this case has surface tension"),
         ({"wall": [FLAT | {"contact_angle": 60.0, "velocity": [0, 0.1, 0]}]}, "moves along its normal"),

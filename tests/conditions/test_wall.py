@@ -348,7 +348,10 @@ def test_a_wall_that_no_body_can_touch_is_refused():
         "thickness": 0.01,
         "material": skin,
     }
-    for names, words in (((), "no body of this case can touch it"), (("sheet",), 'body sheet, of kind "membrane-points", cannot touch')):
+    for names, words in (
+        ((), "no body of this case can touch it"),
+        (("sheet",), 'body sheet, of kind "membrane-points", cannot touch'),
+    ):
         with pytest.raises(ValueError, match=words):
             simulation(
                 sheet, counts=(10, 10, 10), cell=0.1, wall=[{"normal": (0, 1, 0), "point": (0, 0.1, 0), "bodies": names}]

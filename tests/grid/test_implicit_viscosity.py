@@ -250,7 +250,7 @@ def test_bodies_that_act_after_the_solve_are_warned_of():
 @pytest.mark.parametrize(
     ("change", "more", "text"),
     [
-        ({"viscosity": 0.0}, {}, "implicit_viscosity = true, but the fluid has none; give its viscosity"),
+        ({"viscosity": 0.0}, {}, "implicit_viscosity = true, but the fluid has no viscosity; set `viscosity`"),
         ({"energy_update": "closed"}, {}, 'use "conservative" with implicit_viscosity'),
         ({}, {"scheme": "usf"}, "time.scheme: the implicit viscosity of body block gives its stress"),
         (

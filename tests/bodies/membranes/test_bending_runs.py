@@ -209,7 +209,7 @@ def test_the_ratio_is_that_of_the_material_if_none_is_given():
     skalak = 'skalak-membrane", density = 1000, shear_modulus = 10, area_coefficient = 1 '
     assert ratio(STRIP.replace(linear, skalak)) == pytest.approx(0.5)  # K = 3 G
     sheet = 'evans-skalak-membrane", density = 1000, area_modulus = 10, shear_modulus = 0 '
-    with pytest.raises(CaseError, match=r"does not resist shear(?s:.*)give `poisson_ratio`, for example 0\.5"):
+    with pytest.raises(CaseError, match=r"has no shear stiffness(?s:.*)set `poisson_ratio`, for example to 0\.5"):
         loads(STRIP.replace(linear, sheet))
     ball = "surface = { icosphere = { centre = [0, 0, 0], radius = 1, refinements = 1 } }\nthickness"
     closed = STRIP.partition("surface =")[0] + ball + STRIP.partition("thickness")[2]
