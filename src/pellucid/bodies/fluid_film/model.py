@@ -76,9 +76,9 @@ class FluidFilmCase(BodyModel):
     )
     radial: AnyRadial = parameter("", "radial functions, if they interpolate the film", PolyharmonicModel())
     nodes: Literal["even", "material"] = parameter(
-        "", "even: nodes stay at equal distances and the film flows past them; otherwise nodes move with the film", "even"
+        "", "even: nodes stay at equal distances and the film flows past them; material: nodes move with the film", "even"
     )
-    scheme: Literal["implicit"] = parameter("", "time integration: implicit midpoint, or explicit", "implicit")
+    scheme: Literal["implicit"] = parameter("", "time integration: implicit in the stiff terms", "implicit")
     accuracy: float = parameter("", "allowed error of a substep, relative to the smallest node distance", 1e-3, gt=0, le=0.1)
     time_weight: float = parameter(
         "", "α of the generalised trapezoidal rule: 1/2 is the midpoint rule, of second order", 0.5, gt=0, le=1

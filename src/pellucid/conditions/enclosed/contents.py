@@ -78,7 +78,7 @@ class Gas(Contents):
 
     @property
     def temperature(self) -> float:
-        """Return the temperature of the energy; the initial temperature for an isothermal gas."""
+        """Return the temperature [K]; the initial temperature if no gas is left."""
         return self.energy / (self.mass * self._heat_capacity) if self.mass > 0.0 else self._start
 
     def stiffness(self, volume: float) -> float:
