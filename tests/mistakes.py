@@ -90,7 +90,7 @@ MISTAKES = {
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] }, rotate = { angle = 17, axis = [0, 0, 0] } }",
         "rotate",
-        ["body.block.shape.rotate", "`axis` has no length", "give a direction"],
+        ["body.block.shape.rotate", "`axis` has zero length", "set a direction"],
     ),
     "a rotation beside the shape": (
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
@@ -120,7 +120,7 @@ MISTAKES = {
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] }, rotate = { angle = 17, axis = [0, 1, 0] } }",
         "rotate",
-        ["body.block.shape.rotate.axis", "one cell thick along z", "about z alone", "let the axis be [0, 0, 1]"],
+        ["body.block.shape.rotate.axis", "one cell thick along z", "rotated about z, not about", "set `axis` to [0, 0, 1]"],
     ),
     "a turned box without an extent": (
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
@@ -138,7 +138,7 @@ MISTAKES = {
         "where = { box = { lower = [0.9, 0, 0], upper = [1, 0.5, 0] } }",
         "where = { box = { lower = [0.9, 0, 0], upper = [1, 0.5, 0] }, rotate = { axis = [1, 0, 0], angle = 5 } }",
         "rotate",
-        ["support.1.where.rotate.axis", "one cell thick along z", "about z alone"],
+        ["support.1.where.rotate.axis", "one cell thick along z", "rotated about z, not about"],
     ),
     "a turned region beyond the grid": (
         "where = { box = { lower = [0.9, 0, 0], upper = [1, 0.5, 0] } }",

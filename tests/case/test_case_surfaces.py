@@ -80,7 +80,7 @@ MISTAKES = {
         "shape = { box = { lower = [-4, -4, -4], upper = [4, 4, 4] } }",
         "shape = { pipe = { centre = [0, 0, 0], outer_radius = 2, inner_radius = 3, height = 4 } }",
         "pipe",
-        ["inner_radius = 3 m leaves no wall"],
+        ["inner_radius = 3 m must be smaller than"],
     ),
     "a file that is not there": (
         MEMBRANE,
@@ -92,9 +92,9 @@ MISTAKES = {
 FLIPPED = BALL.triangles.copy()
 FLIPPED[5] = FLIPPED[5, ::-1]
 FAULTS = {
-    "flipped": (FLIPPED, "opposite sides at 3 edges"),
-    "twice": (np.concatenate([BALL.triangles, BALL.triangles[:2]]), "2 triangles are there twice"),
-    "holes": (np.delete(BALL.triangles, [3, 700], axis=0), "declared closed and has 2 holes with 6 edges in all"),
+    "flipped": (FLIPPED, "opposite normals at 3 edges"),
+    "twice": (np.concatenate([BALL.triangles, BALL.triangles[:2]]), "2 triangles occur twice"),
+    "holes": (np.delete(BALL.triangles, [3, 700], axis=0), "declared closed but has 2 holes with 6 edges in total"),
     "inward": (BALL.triangles[:, ::-1], "the normals point inward"),
 }
 

@@ -58,7 +58,7 @@ def test_validate_warns_of_what_run_would_warn_of_for_the_same_reason(tmp_path: 
     result = CliRunner().invoke(app, ["validate", str(file)])
     assert result.exit_code == 0, result.output
     assert "is valid" in result.stdout
-    assert "warning: the stable step of body sheet is" in result.stderr
+    assert "warning: the stable time step of body sheet is" in result.stderr
     assert f"(counted from 0, of {2 * n - 2})" in result.stderr
 
 

@@ -30,10 +30,10 @@ def invoke(*words: object):
 def test_faults_are_printed_with_status_2_and_the_repair_ends_well(turned: Path) -> None:
     result = invoke(turned)
     assert result.exit_code == 2
-    assert "fault: neighbouring quadrilaterals face opposite sides at 4 edges" in result.output
+    assert "fault: neighbouring quadrilaterals have opposite normals at 4 edges" in result.output
     result = invoke(turned, "--repair")
     assert result.exit_code == 0
-    assert "note: 1 element was turned to face as its neighbours" in result.output
+    assert "note: 1 element was reversed to match its neighbours" in result.output
     assert result.output.rstrip().endswith("no faults are left")
 
 
@@ -61,7 +61,7 @@ def test_the_file_itself_is_never_written_over(turned: Path, tmp_path: Path) -> 
     [
         (["--close-holes", "3"], "--close-holes is a part of the repair\n    add --repair"),
         (["--unit", "kg"], "--unit kg: "),
-        (["--out", "new.step"], "a surface cannot be written to a file with the ending .step\n    take one of .stl"),
+        (["--out", "new.step"], "a surface cannot be written to a file with the ending .step\n    use one of .stl"),
         (["--out", "nowhere/new.stl"], "cannot be written: there is no folder"),
         (["--picture", "cube.jpg"], "a picture is a PNG file"),
     ],

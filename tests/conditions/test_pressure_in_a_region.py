@@ -131,5 +131,5 @@ def test_a_set_of_a_surface_file_is_pressed_as_its_faces(tmp_path):
     sheet = TRIANGLES | {"surface": {"file": {"path": str(file)}}}
     sim = Simulation(made(sheet, {"value": 10.0, "where": {"set": "left"}}), threads=1)
     assert force(sim) == pytest.approx([0.0, 0.0, 5.0], abs=1e-12)
-    with pytest.raises(ValueError, match="has no set of this name; there are left"):
+    with pytest.raises(ValueError, match="has no set of this name; its sets are left"):
         made(sheet, {"value": 10.0, "where": {"set": "lef"}})

@@ -169,7 +169,7 @@ def test_a_named_set_of_a_file_holds_its_nodes(tmp_path):
     body = BLOCK | {"mesh": {"file": {"path": str(path)}}}
     simulation = run(5, body, support=[{"body": "block", "where": {"set": "bottom"}}], motion=[pull(UP)])
     assert np.array_equal(np.flatnonzero((simulation.bodies[0].arrays["prescribed"] == 1).all(axis=1)), bottom)
-    with pytest.raises(ValueError, match="no set of this name; there are bottom"):
+    with pytest.raises(ValueError, match="no set of this name; its sets are bottom"):
         made(body, motion=[pull({"set": "botom"})])
 
 
@@ -236,7 +236,7 @@ def test_without_a_grid_a_support_that_meets_no_body_is_refused():
         ({"support": [{"body": "lump", "where": "all-nodes"}]}, "body lump has no nodes of its own"),
         ({"support": [{"where": UP}]}, "of a body with nodes of its own, and lump moves with those of the grid"),
         ({"support": [{"where": "boundary"}]}, "of a body with nodes of its own, and lump moves with those of the grid"),
-        ({"motion": [pull(UP, body="lump")]}, "body lump has no mesh of its own whose sets"),
+        ({"motion": [pull(UP, body="lump")]}, "body lump has no mesh of its own, so it has no sets"),
     ],
 )
 def test_bodies_on_the_grid_are_told_apart(more, words):
@@ -249,7 +249,7 @@ def test_bodies_on_the_grid_are_told_apart(more, words):
     ("where", "words"),
     [
         ("{ }", "a region is a table with a shape"),
-        ("{ box = { lower = [0, 0, 0], upper = [1, 1, 1] }, sphere = { centre = [0, 0, 0], radius = 1 } }", "has one shape"),
+        ("{ box = { lower = [0, 0, 0], upper = [1, 1, 1] }, sphere = { centre = [0, 0, 0], radius = 1 } }", "only one shape"),
         ("{ spere = { centre = [0, 0, 0], radius = 1 } }", "did you mean `sphere`"),
         ('"boundry"', "did you mean `boundary`"),
     ],

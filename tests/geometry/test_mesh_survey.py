@@ -25,19 +25,19 @@ def test_a_closed_surface(tmp_path):
     assert told["volume"] == "8e-06 m^3"
     assert told["area"] == "0.0028 m^2"
     assert told["closed"] == "yes"
-    assert told["quality"].startswith("1 at the least, near (")
-    assert told["edges"].startswith("0.01 m at the shortest")
-    assert told["turned"] == "all elements alike, normals outward"
+    assert told["quality"].startswith("lowest 1, near (")
+    assert told["edges"].startswith("shortest 0.01 m")
+    assert told["orientation"] == "consistent, normals outward"
 
 
 @pytest.mark.parametrize(
     ("factor", "guess"),
-    [(0.001, "mostly is in metres"), (1.0, "a size of 40 mostly is in mm or um"), (50.0, "2e+03 mostly is in um")],
+    [(0.001, "usually in metres"), (1.0, "an extent of 40 is probably in mm or um"), (50.0, "2e+03 is probably in um")],
 )
 def test_the_unit_is_guessed_and_said_to_be_a_guess(tmp_path, factor, guess):
     write_surface(tmp_path / "a.obj", ".obj", factor * CUBE.vertices, *CUBE[1:])
     unit = rows(tmp_path / "a.obj")["unit"]
-    assert unit.startswith("the file does not define the unit; ")
+    assert unit.startswith("the file does not define its unit; ")
     assert guess in unit
 
 
@@ -50,13 +50,13 @@ def test_a_unit_that_the_file_says_is_told(tmp_path):
 def test_holes_pieces_and_crossings(tmp_path):
     one, n = CUBE, len(CUBE.vertices)
     write_surface(tmp_path / "a.ply", ".ply", one.vertices, one.quads[1:], one.triangles)
-    assert rows(tmp_path / "a.ply")["closed"].startswith("no: 1 rim or hole, of 4 edges; the smallest near (")
+    assert rows(tmp_path / "a.ply")["closed"].startswith("no: 1 rim or hole with 4 edges; the smallest is near (")
     two = np.concatenate([one.vertices, one.vertices + np.array([3.3, 4.4, 5.5])])
     write_surface(tmp_path / "b.ply", ".ply", two, np.concatenate([one.quads, one.quads + n]), one.triangles)
     found = survey(str(tmp_path / "b.ply"), False, 0, 1.0)
     assert dict(found.rows)["pieces"] == "2"
     [(text, _)] = found.faults
-    assert text.startswith("the surface crosses itself near (")
+    assert text.startswith("the surface intersects itself near (")
 
 
 def test_a_solid_with_its_sets(tmp_path):

@@ -100,9 +100,9 @@ def test_the_angle_may_have_a_unit():
     [
         ({}, "a table with a shape .*, a named `set` or a `normal`"),
         ({"within": 30}, "a table with a shape"),
-        (LOWER_HALF | AROUND_CORNER, "has one shape, and here are box, sphere"),
-        (LOWER_HALF | {"within": 30}, "`within` belongs to `normal`"),
-        ({"normal": (0, 0, 0)}, "has no length"),
+        (LOWER_HALF | AROUND_CORNER, "can have only one shape, but box, sphere are given"),
+        (LOWER_HALF | {"within": 30}, "`within` is given without `normal`"),
+        ({"normal": (0, 0, 0)}, "has zero length"),
         ({"normal": (0, 0, 1), "within": 181}, "less than or equal to 180"),
         ({"normal": (0, 0, 1), "within": 0}, "greater than 0"),
         ({"side": "top"}, "Extra inputs"),
@@ -116,7 +116,7 @@ def test_regions_that_make_no_sense(data, words):
 @pytest.mark.parametrize(
     ("data", "of", "faces", "path", "words"),
     [
-        ({"set": "topp"}, SOLID, False, ("where", "set"), "no set of this name; there are top, one"),
+        ({"set": "topp"}, SOLID, False, ("where", "set"), "no set of this name; its sets are top, one"),
         ({"set": "top"}, Selectable.of_solid(BOX), False, ("where", "set"), "has no named sets"),
         ({"set": "one"}, SOLID, True, ("where",), "no face of body block lies in it at the start"),
         ({"sphere": {"centre": (9, 9, 9), "radius": 1}}, SOLID, False, ("where",), "no node of body block lies in it"),
@@ -139,10 +139,10 @@ TILTED = {"normal": (1, 1, 0), "within": 40}
 @pytest.mark.parametrize(
     ("data", "of", "faces", "words", "remedy"),
     [
-        (TILTED, SOLID, False, "normals differ by 45 degrees or more", "let `within` be 45 or more, or give another direction"),
-        (LOWER_HALF | {"normal": (0, 0, 1)}, SOLID, False, "", "let its shape or set reach where faces have this normal"),
-        (LOWER_HALF | {"set": "top"}, SOLID, False, "", "let its shape and its set overlap"),
-        ({"set": "one"}, SOLID, True, "though nodes do", "name a set that has whole faces"),
+        (TILTED, SOLID, False, "normals differ by 45 degrees or more", "set `within` to at least 45, or change `normal`"),
+        (LOWER_HALF | {"normal": (0, 0, 1)}, SOLID, False, "", "extend the shape or set to faces with this normal"),
+        (LOWER_HALF | {"set": "top"}, SOLID, False, "", "change the shape or the set so that they overlap"),
+        ({"set": "one"}, SOLID, True, "though nodes do", "use a set that contains whole faces"),
         (
             {"box": {"lower": (0.03, 0.03, 0), "upper": (0.04, 0.04, 1)}},
             SOLID,

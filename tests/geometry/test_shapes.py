@@ -100,7 +100,7 @@ def test_a_pipe_is_filled_ring_by_ring(axis):
 
 @pytest.mark.parametrize("shape", [Shell, Pipe])
 def test_a_hollow_shape_has_a_wall(shape):
-    with pytest.raises(ValueError, match="leaves no wall"):
+    with pytest.raises(ValueError, match="must be smaller than"):
         shape(centre=(0, 0, 0), outer_radius=0.5, inner_radius=0.5)
 
 

@@ -1,4 +1,4 @@
-"""A table with exactly one key, which names what it is: the form of shapes and surfaces in a case."""
+"""Base class of tables with exactly one key that selects an alternative, such as shapes and surfaces in a case."""
 
 from typing import Any, ClassVar
 
@@ -8,17 +8,16 @@ from pellucid.model import Model
 
 
 class Choice(Model):
-    """A table with one key that names the alternative; its field is None where it is not
-    chosen."""
+    """A table with exactly one key, which selects an alternative. The fields of all other alternatives are None."""
 
     what: ClassVar[str]
-    """How a message calls it, with its article."""
+    """Name of this kind of table in messages, with its article."""
     beside: ClassVar[tuple[str, ...]] = ()
-    """Keys that are no alternatives and may stand beside one."""
+    """Keys that are not alternatives and may be given in addition to the selected one."""
 
     @classmethod
     def alternatives(cls) -> list[str]:
-        """The keys of which there is one."""
+        """Return the keys of which exactly one must be given."""
         return [name for name in cls.model_fields if name not in cls.beside]
 
     @model_validator(mode="before")
@@ -31,5 +30,5 @@ class Choice(Model):
         return data
 
     def chosen(self) -> Any:
-        """The alternative that is there."""
+        """Return the value of the selected alternative."""
         return next(value for name in self.alternatives() if (value := getattr(self, name)) is not None)

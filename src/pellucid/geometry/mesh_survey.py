@@ -1,4 +1,4 @@
-"""What a file of a mesh holds: counts, size, shape of the elements, whether it is closed, and what is wrong with it."""
+"""Report on a mesh file: element counts, size, element quality, closedness, and faults."""
 
 import re
 from dataclasses import dataclass
@@ -24,17 +24,17 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 from pellucid.geometry.solid_meshes.file import SOLID, solid_of
 from pellucid.geometry.surfaces.file import mended, surface_of
 
-MOST_CROSSED = 300_000  # triangles: of a larger surface crossings are not looked for, which takes half a minute then
+MOST_CROSSED = 300_000  # triangles: self-intersections of larger surfaces are not searched for, which would take over 30 s
 METRES, MILLIMETRES = 3.0, 1000.0
-"""Sizes up to which numbers mostly are metres and millimetres: people measure organs, cells, airbags."""
+"""Largest extents that are probably in metres and in millimetres: typical models are organs, cells and airbags."""
 HEAD = 2000
-"""Bytes in which a file may define its unit."""
+"""Number of bytes at the start of a file that are searched for a unit."""
 SAID = re.compile(rb"unit[s]?\s*[=:]?\s*\(?(mm|cm|dm|um|nm|m|inch|in)\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Survey:
-    """The mesh of a file in its own unit, rows of a table about it, what was done to it, and what is wrong."""
+    """The mesh in the unit of its file, rows of a table that describe it, notes on changes made to it, and its faults."""
 
     mesh: Mesh | SimplexMesh
     rows: list[tuple[str, str]]
@@ -43,7 +43,11 @@ class Survey:
 
 
 def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
-    """Look at a file, whose unit has so many metres, as a solid where it has solid elements. Raises Refusal."""
+    """Examine a mesh file; it is treated as a solid if it has solid elements, otherwise as a surface.
+
+    metres: unit of the file [m]; close_holes: largest number of edges of a hole that is closed if `repair` is set. Raises
+    Refusal.
+    """
     contents = read_file(path, "a mesh", ANY)
     raw, contents = contents, first_order(contents)
     rows = [("format", contents.format), ("elements", _elements(raw)), *_sets(contents)]
@@ -92,7 +96,7 @@ def _size(path: str, nodes: np.ndarray, metres: float) -> list[tuple[str, str]]:
     text = f"{extent} m, from {_at(low)} to {_at(high)} m"
     said = SAID.search(Path(path).read_bytes()[:HEAD])
     if metres != 1.0:
-        return [("extent", text), ("unit", f"as you say: {metres:g} m")]
+        return [("extent", text), ("unit", f"{metres:g} m (as given)")]
     if said:
         name = said[1].decode().lower()
         return [("extent", text), ("unit", f'the file defines {name}: set `unit = "{name}"` with its `path` in a case')]
@@ -100,16 +104,16 @@ def _size(path: str, nodes: np.ndarray, metres: float) -> list[tuple[str, str]]:
 
 
 def _guess(largest: float) -> str:
-    """The unit that a mesh of such an extent mostly has, for people who know what the mesh shows."""
+    """Return a text on the probable unit of a mesh with this extent."""
     if largest < METRES:
-        return f"the file does not define the unit; a size below {METRES:g} mostly is in metres, as it is taken here"
+        return f"the file does not define its unit; metres are assumed, as an extent below {METRES:g} is usually in metres"
     unit, other = ("mm", "um") if largest < MILLIMETRES else ("um", "mm")
-    text = f"the file does not define the unit; a size of {largest:.3g} mostly is in {unit} or {other}, hardly in metres"
-    return f'{text}: `unit = "{unit}"` beside the `path` in a case, here --unit {unit}'
+    text = f"the file does not define its unit; an extent of {largest:.3g} is probably in {unit} or {other}, not in metres"
+    return f'{text}: set `unit = "{unit}"` next to `path` in a case, or `--unit {unit}` for this command'
 
 
 def _edges(nodes: np.ndarray, corners: list[np.ndarray]) -> list[tuple[str, str]]:
-    """The shortest, mean and longest side of the elements, and where the shortest is."""
+    """Return a row with the shortest, mean and longest edge length and the position of the shortest edge."""
     solid = len(corners) == 1
     pairs = [elements[:, pair] for elements in corners for pair in combinations(range(4), 2)] if solid else []
     edges = np.concatenate(pairs or [directed_edges(elements) for elements in corners])
@@ -117,7 +121,7 @@ def _edges(nodes: np.ndarray, corners: list[np.ndarray]) -> list[tuple[str, str]
     edges = np.stack([codes // len(nodes), codes % len(nodes)], axis=1)
     length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
     at = int(length.argmin())
-    text = f"{length[at]:.4g} m at the shortest, near {_at(nodes[edges[at]].mean(axis=0))} m; mean {length.mean():.4g} m,"
+    text = f"shortest {length[at]:.4g} m, near {_at(nodes[edges[at]].mean(axis=0))} m; mean {length.mean():.4g} m,"
     return [("edges", f"{text} longest {length.max():.4g} m")]
 
 
@@ -146,33 +150,36 @@ def _about_surface(mesh: Mesh) -> tuple[list[tuple[str, str]], list[Fault]]:
         named = ", ".join(map(str, sizes[:8])) + (", ..." if len(sizes) > 8 else "")
         where = _at(vertices[min(holes, key=len)].mean(axis=0))
         many = "1 rim or hole" if len(holes) == 1 else f"{len(holes)} rims or holes"
-        rows.append(("closed", f"no: {many}, of {named} edges; the smallest near {where} m"))
+        rows.append(("closed", f"no: {many} with {named} edges; the smallest is near {where} m"))
     elif faults:
-        rows.append(("closed", "not known before the faults are mended"))
+        rows.append(("closed", "unknown until the faults are repaired"))
     else:
         rows += [("closed", "yes"), ("volume", f"{enclosed_volume(vertices, triangles):.6g} m^3")]
     if not faults:
-        rows.append(("turned", "all elements alike" + ("" if holes else ", normals outward")))
+        rows.append(("orientation", "consistent" + ("" if holes else ", normals outward")))
         if len(triangles) > MOST_CROSSED:
-            rows.append(("crossings", f"not looked for in more than {MOST_CROSSED} triangles"))
+            rows.append(("crossings", f"not checked (more than {MOST_CROSSED} triangles)"))
             return rows, faults
         has_layers = len(np.unique(vertices, axis=0)) < len(vertices)
         if (crossed := self_crossing(mesh.triangulated(), in_plane=not has_layers)) is not None:
             faults.append(
-                (f"the surface crosses itself near {_at(crossed)} m", "mend it there, or keep one of two pieces that overlap")
+                (
+                    f"the surface intersects itself near {_at(crossed)} m",
+                    "repair it there, or remove one of the overlapping pieces",
+                )
             )
     return rows, faults
 
 
 def surface_qualities(mesh: Mesh) -> np.ndarray:
-    """How well shaped elements of a surface are, from 0 to 1, shape (q + t,)."""
+    """Return the quality of the elements of a surface, from 0 (flat) to 1 (regular), shape (q + t,)."""
     return np.concatenate([quad_qualities(mesh.vertices, mesh.quads), triangle_qualities(mesh.vertices, mesh.triangles)])
 
 
 def _worst(quality: np.ndarray, centres: np.ndarray, what: str) -> str:
     at = int(quality.argmin())
-    text = f"{quality[at]:.3g} at the least, near {_at(centres[at])} m; mean {quality.mean():.3g}"
-    return f"{text}; {np.count_nonzero(quality < 0.1)} of {len(quality)} {what} below 0.1, where 1 is regular and 0 flat"
+    text = f"lowest {quality[at]:.3g}, near {_at(centres[at])} m; mean {quality.mean():.3g}"
+    return f"{text}; {np.count_nonzero(quality < 0.1)} of {len(quality)} {what} below 0.1 (1: regular, 0: flat)"
 
 
 def _at(place: np.ndarray) -> str:

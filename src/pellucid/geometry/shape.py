@@ -1,4 +1,4 @@
-"""Shapes of a case; a new one is one class in a file of its own and one line here."""
+"""Shapes of a case. To add one, define a class in its own file and add one line here."""
 
 from typing import ClassVar
 
@@ -13,7 +13,7 @@ from pellucid.geometry.surfaces.inside import Inside
 
 
 class Shape(Choice):
-    """A table with one key that names the shape."""
+    """A table with exactly one key, which selects the shape."""
 
     what: ClassVar[str] = "a shape"
     beside: ClassVar[tuple[str, ...]] = ("rotate",)
@@ -28,6 +28,6 @@ class Shape(Choice):
     rotate: Rotations = rotate_parameter("the shape")
 
     def geometry(self) -> Geometry:
-        """The shape itself."""
+        """Return the selected shape, rotated if `rotate` is given."""
         geometry: Geometry = self.chosen()
         return geometry if self.rotate is None else Rotated(shape=geometry, rotate=self.rotate)

@@ -257,14 +257,14 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         ({"shape": f"curve = {{ points = {[*OCTAGON, OCTAGON[0]]} }}"}, "a closed curve does not repeat its first point"),
         (
             {"shape": f"curve = {{ points = {[*OCTAGON[:5], OCTAGON[0], *OCTAGON[5:]]} }}"},
-            r"points 0 and 5 coincide at \(.*\) m, and are no neighbours: a film does not touch itself",
+            r"points 0 and 5 coincide at \(.*\) m, but are not neighbours: a film must not touch itself",
         ),
         ({"shape": "ellipse = { radius = 1, radius_y = 1e-7, nodes = 40 }"}, "has two nodes at one place"),
         (
             {"shape": "surface = { ellipsoid = { centre = [0, 0, 0], radii = [1, 1, 1e-7], refinements = 2 } }"},
             "has two nodes at one place",
         ),
-        ({"shape": f"curve = {{ points = {OCTAGON[:5]} }}"}, r"must have at least 8 items \(x and y of its nodes"),
+        ({"shape": f"curve = {{ points = {OCTAGON[:5]} }}"}, r"must have at least 8 items \(x and y of the nodes"),
         ({"shape": f"curve = {{ points = {OCTAGON[::-1]} }}"}, "clockwise"),
         ({"shape": f"meridian = {{ points = {[[0, -1], *OCTAGON]} }}"}, "open"),
         ({"bending": ", bending_rigidity = -1"}, "bending_rigidity"),
@@ -293,7 +293,7 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
         ({"more": "density = 0.01"}, "too thin for a film"),
         (
             {"shape": f"curve = {{ points = {[*OCTAGON[:3], OCTAGON[4], OCTAGON[3], *OCTAGON[5:]]} }}"},
-            "crosses that from point",
+            "crosses the segment from point",
         ),
         ({"stiffness": 0.0}, "stiffness"),
         ({"more": "velocity = [1, 0, 0]"}, "follows from their loads"),

@@ -152,7 +152,7 @@ def test_a_start_from_a_mesh():
     assert surface.operators(x).volume() == pytest.approx(4.0 * pi / 3.0, rel=2e-3)
     near = np.abs(np.diff(surface.rings.triangles, axis=1))
     assert np.median(near) < 0.5 * np.median(np.abs(np.diff(triangles, axis=1)))
-    with pytest.raises(ValueError, match="do not close"):
+    with pytest.raises(ValueError, match="is not closed"):
         film_surface(Triangulation(places, triangles[1:]), "loop")
 
 

@@ -33,7 +33,7 @@ BOX = block_of()["mesh"]["box"]
             "no energy as a function of the deformation",
         ),
         ({"mesh": {"box": BOX | {"cells": (3, 0, 3)}}}, r"box\.cells\.1\n.*greater than or equal to 1"),
-        ({"mesh": {"box": BOX | {"upper": (0.1, 0.1, -0.1)}}}, "upper must lie above lower along z"),
+        ({"mesh": {"box": BOX | {"upper": (0.1, 0.1, -0.1)}}}, "`upper` must exceed `lower` along z"),
         ({"points_per_cell": 5}, "points_per_cell"),
         ({"approximant": {"kind": "maximum-entropy"}}, "cell-based-maximum-entropy"),
     ],
@@ -72,9 +72,9 @@ where = { box = { lower = [-1, -1, -0.001], upper = [1, 1, 0.001] } }
             "dilatation = 1.01",
             [":9: body.block.approximant.dilatation = 1.01", "too few neighbours", "raise it"],
         ),
-        ("cells = [3, 3, 1]", "cells = [0, 3, 3]", [":7: body.block.mesh.box.cells.0 = 0", "at least 1 (cubes along x, y, z"]),
+        ("cells = [3, 3, 1]", "cells = [0, 3, 3]", [":7: body.block.mesh.box.cells.0 = 0", "at least 1 (number of cubes"]),
         ('"neo-hookean"', '"hgo"', [":8: body.block.material.kind", "did you mean `holzapfel-gasser-ogden`?"]),
-        ("[3, 3, 1] }", "[3, 3, 1], grading = [0, 1, 1] }", ["box.grading.0 = 0", "at least 0.001 (width of the last cube"]),
+        ("[3, 3, 1] }", "[3, 3, 1], grading = [0, 1, 1] }", ["box.grading.0 = 0", "at least 0.001 (ratio of the last"]),
     ],
 )
 def test_validate_finds_what_a_run_would(tmp_path, old, new, words):

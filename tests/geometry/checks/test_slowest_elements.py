@@ -79,7 +79,7 @@ def test_a_membrane_warns_of_the_step_that_it_would_have(tmp_path):
     good, bad = triangles(mesh), triangles(with_a_short_edge(mesh, middle, 0.02))
     even = simulation(membrane(written(good, tmp_path / "good.obj"))).bodies[0].totals.rate
     with pytest.warns(
-        UserWarning, match=r"stable step of body sheet is .* times smaller than without .* at \(8.* mend the mesh"
+        UserWarning, match=r"stable time step of body sheet is .* times smaller than without .* at \(8.* improve the mesh"
     ):
         body = simulation(membrane(written(bad, tmp_path / "bad.obj"))).bodies[0]
     found = slowest_of_surface(bad)
@@ -127,7 +127,7 @@ def test_tetrahedra_that_make_no_step_five_times_smaller_are_not_told(nearness):
 
 def test_a_solid_with_linear_functions_warns_of_the_step_that_it_would_have(tmp_path):
     even = simulation(solid(block(1.0), tmp_path / "even.inp", "linear-simplex")).bodies[0].totals.rate
-    with pytest.warns(UserWarning, match="stable step of body block is .* times smaller than without"):
+    with pytest.warns(UserWarning, match="stable time step of body block is .* times smaller than without"):
         body = simulation(solid(block(0.003), tmp_path / "bad.inp", "linear-simplex")).bodies[0]
     assert slowest_of_solid(block(0.003)).times == pytest.approx(body.totals.rate / even, rel=0.2)
 

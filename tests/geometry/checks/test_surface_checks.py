@@ -49,9 +49,9 @@ def test_a_flipped_triangle():
     vertices, triangles = BALL.triangulate()
     triangles[5] = triangles[5, ::-1]
     ((text, remedy),) = found(vertices, triangles)
-    assert "face opposite sides at 3 edges" in text
+    assert "have opposite normals at 3 edges" in text
     assert " 5 " in f"{text.split('numbers')[1].split(',')[0]} "
-    assert "turn the same way" in remedy
+    assert "consistently" in remedy
     assert len(found(vertices, triangles, closed=False)) == 1, "of an open surface too"
 
 
@@ -76,7 +76,7 @@ def test_repeated_triangles(turn):
     vertices, triangles = BALL.triangulate()
     again = np.concatenate([triangles, np.roll(triangles[7:9], 1, axis=1)[:, turn]])
     ((text, _),) = found(vertices, again)
-    assert "2 triangles are there twice, for example numbers" in text, "what follows from them is not reported"
+    assert "2 triangles occur twice, for example numbers" in text, "what follows from them is not reported"
     over = np.concatenate([again, [(*triangles[0, :2], len(vertices))]])
     texts = [text for text, _ in found(np.vstack([vertices, [9.0, 9.0, 9.0]]), over)]
     assert len(texts) == 2
@@ -87,7 +87,7 @@ def test_empty_triangles():
     vertices, triangles = BALL.triangulate()
     a, b, _ = triangles[0]
     ((text, _),) = found(vertices, np.concatenate([triangles, [(a, a, b)]]))
-    assert f"1 triangle has no area, the first is number {len(triangles)}" in text
+    assert f"1 triangle has no area; the first is number {len(triangles)}" in text
     flat = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0)])
     assert "no area" in found(flat, np.array([(0, 1, 2)]), closed=False)[0][0]
 
@@ -96,13 +96,13 @@ def test_edges_with_more_than_two_triangles():
     vertices = np.array([(0.0, 0, 0), (0, 0, 2), (1, 0, 0), (0, 1, 0), (-1, 0, 0)])
     ((text, remedy),) = found(vertices, np.array([(0, 1, 2), (0, 1, 3), (0, 1, 4)]), closed=False)
     assert text == "1 edge has more than two triangles, for example between vertices 0 and 1, near (0, 0, 1) m"
-    assert "a body of its own" in remedy
+    assert "a separate body" in remedy
 
 
 def test_lone_vertices():
     vertices, triangles = BALL.triangulate()
     ((text, remedy),) = found(np.concatenate([vertices, [(7, 8, 9)]]), triangles)
-    assert text.startswith(f"1 vertex belongs to no triangle, the first is number {len(vertices)}, near (7, 8, 9) m")
+    assert text.startswith(f"1 vertex belongs to no triangle; the first is number {len(vertices)}, near (7, 8, 9) m")
     assert remedy == f"remove them: {REPAIR}"
 
 
@@ -112,7 +112,9 @@ def test_holes_are_counted():
     apart = [np.argmax(middle @ side) for side in ((1, 2, 3), (-1, 2, 0), (0, 1, -2))]
     assert len(np.unique(triangles[apart])) == 9, "holes without a common corner"
     ((text, remedy),) = found(vertices, np.delete(triangles, apart, axis=0))
-    assert text.startswith("is declared closed and has 3 holes with 9 edges in all, one of them between vertices")
+    assert text.startswith(
+        "the surface is declared closed but has 3 holes with 9 edges in total, one of which is between vertices"
+    )
     assert "`closed = false`" in remedy
     assert found(vertices, np.delete(triangles, apart, axis=0), closed=False) == []
 
@@ -129,9 +131,9 @@ def test_a_flipped_quadrilateral():
     quads = SQUARES.quads.copy()
     quads[4] = quads[4, ::-1]
     ((text, remedy),) = of(SQUARES, quads=quads)
-    assert text.startswith("neighbouring quadrilaterals face opposite sides at 4 edges, for example numbers ")
+    assert text.startswith("neighbouring quadrilaterals have opposite normals at 4 edges, for example numbers ")
     assert " 4" in text.split("numbers")[1].split(",")[0]
-    assert remedy == f"let all quadrilaterals turn the same way about the normal: {REPAIR}"
+    assert remedy == f"order the corners of all quadrilaterals consistently: {REPAIR}"
 
 
 def test_a_flipped_triangle_beside_quadrilaterals_is_counted_through():
@@ -139,7 +141,7 @@ def test_a_flipped_triangle_beside_quadrilaterals_is_counted_through():
     triangles = DRUM.triangles.copy()
     triangles[rim] = triangles[rim, ::-1]
     ((text, _),) = of(DRUM, closed=True, triangles=triangles)
-    assert "neighbouring elements face opposite sides at 3 edges" in text
+    assert "neighbouring elements have opposite normals at 3 edges" in text
     assert str(len(DRUM.quads) + rim) in text.split("numbers")[1].split(", near")[0]
 
 
@@ -151,26 +153,26 @@ def test_a_mesh_that_is_all_inward():
 
 def test_holes_of_a_mesh():
     ((text, _),) = of(DRUM, closed=True, quads=np.delete(DRUM.quads, 0, axis=0))
-    assert text.startswith("is declared closed and has 1 hole with 4 edges in all")
+    assert text.startswith("the surface is declared closed but has 1 hole with 4 edges in total")
 
 
 @pytest.mark.parametrize("turn", [[2, 3, 0, 1], [1, 0, 3, 2]], ids=["same way", "other way"])
 def test_repeated_quadrilaterals(turn):
     ((text, _),) = of(SQUARES, quads=np.concatenate([SQUARES.quads, SQUARES.quads[[4]][:, turn]]))
-    assert text.startswith("1 quadrilateral is there twice, for example numbers 4 and 9, near (")
+    assert text.startswith("1 quadrilateral occurs twice, for example numbers 4 and 9, near (")
 
 
 def test_a_quadrilateral_without_area():
     vertices = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)])
     ((text, _),) = of(Mesh(vertices, np.array([(0, 1, 2, 3)])))
-    assert text.startswith("1 quadrilateral has no area, the first is number 0, near (0, 0, 0) m")
+    assert text.startswith("1 quadrilateral has no area; the first is number 0, near (0, 0, 0) m")
 
 
 def test_a_quadrilateral_with_one_vertex_twice():
     vertices = np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0)])
     ((text, remedy),) = of(Mesh(vertices, np.array([(0, 1, 2, 2)])))
-    assert text.startswith("1 quadrilateral has the same vertex at two corners, the first is number 0")
-    assert remedy == f"make triangles of them: {REPAIR}"
+    assert text.startswith("1 quadrilateral has the same vertex at two corners; the first is number 0")
+    assert remedy == f"replace them by triangles: {REPAIR}"
 
 
 @pytest.mark.parametrize(
@@ -179,7 +181,7 @@ def test_a_quadrilateral_with_one_vertex_twice():
 def test_a_quadrilateral_that_is_not_convex(moved):
     vertices = np.array([(0.0, 0, 0), (1, 0, 0), moved, (0, 1, 0)])
     ((text, remedy),) = of(Mesh(vertices, np.array([(0, 1, 2, 3)])))
-    assert text.startswith("1 quadrilateral is not convex, the first is number 0, near (0, 0, 0) m: it has a corner of 180")
+    assert text.startswith("1 quadrilateral is not convex; the first is number 0, near (0, 0, 0) m, which has a corner of 180")
     assert "order the corners" in remedy
 
 

@@ -47,7 +47,7 @@ def test_elements_turned_at_random_face_outward_again(mesh, seed):
     after, notes = repaired(mesh._replace(quads=quads, triangles=triangles))
     assert list(mesh_faults(after, closed=True)) == []
     assert volume(after) == pytest.approx(volume(mesh), rel=1e-12)
-    assert "turned to face as their neighbours, the first at (" in notes[0]
+    assert "reversed to match their neighbours, the first at (" in notes[0]
 
 
 def test_the_fewer_elements_of_an_open_surface_are_turned():
@@ -55,7 +55,7 @@ def test_the_fewer_elements_of_an_open_surface_are_turned():
     quads[[3, 7]] = quads[[3, 7]][:, ::-1]
     after, [note] = repaired(SHEET._replace(quads=quads))
     assert np.cross(*(after.vertices[after.quads[:, k]] - after.vertices[after.quads[:, 0]] for k in (1, 2)))[:, 2].min() > 0.0
-    assert note.startswith("2 elements were turned to face as their neighbours")
+    assert note.startswith("2 elements were reversed to match their neighbours")
 
 
 def test_a_piece_in_another_one_is_a_hole():
@@ -77,7 +77,7 @@ def test_a_strip_with_one_side_stays_as_it_is_and_is_told():
     quads = [(k, k + 1, n + k + 1, n + k) for k in range(n - 1)] + [(n - 1, n, 0, 2 * n - 1)]
     strip = Mesh(vertices, np.array(quads))
     after, [note] = turned_alike(strip)
-    assert "has one side, as a Möbius strip" in note
+    assert "is one-sided, like a Möbius strip" in note
     assert np.array_equal(after.quads, strip.quads)
 
 
@@ -86,9 +86,7 @@ def test_vertices_that_rounding_parted_are_merged():
     soup = corners + np.random.default_rng(1).uniform(-3e-7, 3e-7, corners.shape)
     after, [note] = repaired(Mesh(soup, NO_QUADS, np.arange(len(soup)).reshape(-1, 3)))
     assert len(after.vertices) == len(BALL.vertices)
-    assert note.startswith(
-        f"{len(soup) - len(BALL.vertices)} vertices were merged with another one at the same place, the first"
-    )
+    assert note.startswith(f"{len(soup) - len(BALL.vertices)} vertices were merged with a coincident one, the first")
     assert list(mesh_faults(after, closed=True)) == []
 
 
@@ -97,15 +95,15 @@ def test_doubles_and_lone_vertices_are_left_out():
     after, notes = repaired(Mesh(np.concatenate([BALL.vertices, [(9, 9, 9)]]), NO_QUADS, triangles))
     assert np.array_equal(after.triangles, BALL.triangles)
     assert len(after.vertices) == len(BALL.vertices)
-    assert notes[0].startswith("2 elements that were there again left out, the first at (")
-    assert notes[1] == "1 vertex of no element left out, the first at (9, 9, 9), in the unit of the file"
+    assert notes[0].startswith("2 duplicate elements were removed, the first at (")
+    assert notes[1] == "1 unused vertex was removed, the first at (9, 9, 9), in the unit of the file"
 
 
 def test_a_quadrilateral_with_a_corner_twice_becomes_a_triangle():
     mesh = Mesh(np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0)]), np.array([(0, 1, 2, 2)]))
     after, [note] = repaired(mesh)
     assert after.triangles.tolist() == [[0, 1, 2]]
-    assert note == "1 quadrilateral with a corner twice made triangles"
+    assert note == "1 quadrilateral was made a triangle, as one of its corners is repeated"
 
 
 @pytest.mark.parametrize("kind", ["triangles", "quadrilaterals"])
@@ -117,7 +115,7 @@ def test_flat_triangles_go_and_leave_no_slit(kind):
     below = [(0, 1, 2), (0, 2, 3)] if kind == "triangles" else []
     quads = np.array([(0, 1, 2, 3)]) if kind == "quadrilaterals" else NO_QUADS
     after, [note] = repaired(Mesh(vertices, quads, np.array(below + above + flat)))
-    assert note.startswith("1 triangle without area left out")
+    assert note.startswith("1 triangle without area was removed")
     assert list(mesh_faults(after, closed=False)) == []
     assert len(rims(after)) == 1, "the rim outside alone"
     x = after.vertices[after.triangulated().triangles]
@@ -125,7 +123,7 @@ def test_flat_triangles_go_and_leave_no_slit(kind):
 
 
 def test_a_surface_of_nothing_but_flat_elements_is_refused():
-    with pytest.raises(Refusal, match=r"leaves nothing of a\.stl: none of its elements has an area"):
+    with pytest.raises(Refusal, match=r"removes all elements of a\.stl, as none of them has an area"):
         mended("a.stl", Mesh(np.zeros((3, 3)), NO_QUADS, np.array([(0, 1, 1)])), 0)
 
 
@@ -140,7 +138,7 @@ def test_holes_up_to_the_size_that_is_asked_are_closed(mesh):
     after, notes = repaired(holed, close_holes=3)
     assert sorted(note.split(",")[0] for note in notes[:2]) == [
         "a hole of 3 edges was closed",
-        f"a hole of {large} edges stays open",
+        f"a hole of {large} edges was not closed",
     ]
     assert list(map(len, rims(after))) == [large]
     after, _ = repaired(holed, close_holes=large)
@@ -166,7 +164,7 @@ def test_elements_that_meet_without_a_common_vertex_are_joined(here, there):
     torn = Mesh(np.array(vertices) + 1e-8 * np.random.default_rng(1).random((len(vertices), 3)), rest, np.array(triangles))
     assert [len(ring) for ring in rims(torn)] == [2 + len(here) + len(there)]
     after, notes = repaired(torn)
-    assert f"a slit of {2 + len(here) + len(there)} edges was joined" in " ".join(notes)
+    assert f"a slit of {2 + len(here) + len(there)} edges was closed" in " ".join(notes)
     assert list(mesh_faults(after, closed=True)) == []
     assert volume(after) == pytest.approx(6.0, rel=1e-6)
 
@@ -176,7 +174,7 @@ def test_crooked_quadrilaterals_are_cut_along_the_better_diagonal():
     roof = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0.9), (0, 1, 0)])
     for vertices in (dart, np.roll(dart, 1, axis=0), roof):
         after, [note] = repaired(Mesh(vertices, np.array([(0, 1, 2, 3)])))
-        assert note.startswith("1 quadrilateral not convex or far from flat cut in two")
+        assert note.startswith("1 quadrilateral was not convex or far from flat and was divided")
         assert list(mesh_faults(after, closed=False)) == []
         x = after.vertices[after.triangles]
         assert np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])[:, 2].min() > 0.0
@@ -195,7 +193,7 @@ def test_a_flat_hole_of_many_edges_is_filled_flat():
     assert len(after.triangles) == len(hole) - 2
     assert normals[:, 2].min() > 0.0, "turned as the elements around, none of them flat"
     assert 0.5 * normals[:, 2].sum() == pytest.approx(1.8**2)
-    assert "20 edges stays open" in " ".join(notes)
+    assert "20 edges was not closed" in " ".join(notes)
 
 
 def test_holes_that_touch_at_a_vertex_are_two():

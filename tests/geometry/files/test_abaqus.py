@@ -103,7 +103,7 @@ def test_reference_points_of_an_assembly_are_left_out_with_their_sets(tmp_path):
     assert "RP-1" not in contents.node_sets
     assert contents.node_sets["all"].tolist() == contents.node_sets["Top"].tolist()
     [note] = contents.notes
-    assert note == "nodes of the assembly that no element uses were left out, such as reference points, with the sets `RP-1`"
+    assert note == "nodes of the assembly that no element uses, such as reference points, were removed, with the sets `RP-1`"
 
 
 def test_a_part_without_an_assembly_is_read_where_it_is(tmp_path):
@@ -117,7 +117,7 @@ def test_elements_over_several_lines_and_of_several_kinds(tmp_path):
     beams = "*ELEMENT, TYPE=B31, ELSET=beams\n7, 1, 2, 99\n*ELEMENT, TYPE=SPRINGA\n8, 1, 2\n"
     contents = read(tmp_path, nodes + brick + beams + "*ELEMENT, TYPE=S4R, ELSET=lid\n9, 5, 6, 7, 8\n")
     assert [(block.kind, len(block.nodes)) for block in contents.blocks] == [("hexahedron20", 1), ("line", 1), ("quad", 1)]
-    assert contents.notes == ("elements of type SPRINGA were not read: they are no elements of a mesh",)
+    assert contents.notes == ("elements of type SPRINGA were not read: they are not mesh elements",)
     assert sets_of(contents)["lid"] == HIGH
 
 
@@ -145,31 +145,31 @@ def test_sets_of_one_name_that_differ_are_told(tmp_path):
     contents = read(tmp_path, NODES + ELEMENTS + "*NSET, NSET=CONT\n1\n*NSET, NSET=X\nnowhere\n")
     assert sets_of(contents)["CONT"] == [0]
     assert contents.notes == (
-        "the set `X` names `nowhere`, which the file does not define",
-        "the set of nodes and the set of elements `CONT` differ: the set of nodes was read",
+        "the set `X` contains `nowhere`, which the file does not define",
+        "the node set and the element set `CONT` differ: the node set was read",
     )
 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("*INCLUDE, INPUT=none.inp\n", r"line 1 includes none.inp: there is no such file in the folder of cube.inp"),
+        ("*INCLUDE, INPUT=none.inp\n", r"line 1 includes none.inp, but there is no such file in the folder of cube.inp"),
         ("*INCLUDE, INPUT=cube.inp\n", "line 1: cube.inp includes itself"),
-        (NODES + "*NGEN\n1, 8\n", r"\*NGEN in line 10 generates nodes or elements, which cannot be read: list them all"),
-        (NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5"), "has 3 nodes, and its type has 4"),
+        (NODES + "*NGEN\n1, 8\n", r"\*NGEN in line 10 generates nodes or elements, which is not supported: list them all"),
+        (NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5"), "has 3 nodes, but its type has 4"),
         (
             NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5, 9"),
             r"node 9 of element 5 \(tetra\) is not defined: the file defines 8",
         ),
-        (NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5,"), "the elements after line 10 break off"),
+        (NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5,"), "the last line of the elements after line 10 is incomplete"),
         (
             NODES.replace("1, 1, 1", "1, 1.2.3, 1") + ELEMENTS,
-            "`1.2.3` stands where a number belongs, among the nodes after line 1",
+            "the nodes after line 1 contain `1.2.3` instead of a number",
         ),
-        (NODES.replace("1, 1, 1", "1, x, 1") + ELEMENTS, "a word stands where a number belongs, among the nodes after line 1"),
+        (NODES.replace("1, 1, 1", "1, x, 1") + ELEMENTS, "the nodes after line 1 contain a word instead of a number"),
         (NODES + ELEMENTS + "*NSET, NSET=A\nA\n", "the set A contains itself"),
-        (NODES + ELEMENTS + "*NSET, NSET=A, GENERATE\n1, 8, 0\n", "the set A has a range in steps of 0"),
-        ("*INSTANCE, NAME=I, PART=P\n", "line 1 places a part that the file does not define"),
+        (NODES + ELEMENTS + "*NSET, NSET=A, GENERATE\n1, 8, 0\n", "the set A has a range with a step of 0"),
+        ("*INSTANCE, NAME=I, PART=P\n", "line 1 refers to a part that the file does not define"),
     ],
 )
 def test_what_is_wrong_with_an_abaqus_file_is_named(text, reason, tmp_path):
@@ -186,8 +186,8 @@ def test_a_file_that_includes_itself_through_another_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("text", "remedy"),
     [
-        ("*INCLUDE, INPUT=nowhere.inp\n", "put nowhere.inp in the folder of cube.inp"),
-        ("*INCLUDE, INPUT=cube.inp\n", "remove line 1, or name another file there"),
+        ("*INCLUDE, INPUT=nowhere.inp\n", "copy nowhere.inp into the folder of cube.inp"),
+        ("*INCLUDE, INPUT=cube.inp\n", "remove line 1, or include a different file there"),
         (
             NODES + ELEMENTS.replace("5, 2, 4, 5, 7", "5, 2, 4, 5, 9"),
             "add node 9 to the lines after .NODE, or remove element 5",
@@ -205,17 +205,19 @@ def test_the_remedy_is_one_for_the_fault(text, remedy, tmp_path):
 def test_a_node_that_is_defined_twice_is_refused_unless_it_stays_where_it_is(tmp_path):
     again = f"** a comment\n*NODE\n{ROWS[3]}\n{ROWS[6].split(',')[0]}, 5, 5, 5\n"
     number = int(ROWS[6].split(",")[0])
-    with pytest.raises(Damaged, match=rf"^line 13 defines node {number} again, at another place than line 8$"):
+    with pytest.raises(Damaged, match=rf"^line 13 defines node {number} again, at a different position than line 8$"):
         read(tmp_path, NODES + again + ELEMENTS)
     assert np.array_equal(read(tmp_path, NODES + f"*NODE\n{ROWS[3]}\n" + ELEMENTS).points, PLACES)
     (tmp_path / "rows.inp").write_text(f"{ROWS[3]}\n{number}, 5, 5, 5\n")
-    with pytest.raises(Damaged, match=rf"^line 2 of rows.inp defines node {number} again, at another place than line 8$"):
+    with pytest.raises(
+        Damaged, match=rf"^line 2 of rows.inp defines node {number} again, at a different position than line 8$"
+    ):
         read(tmp_path, NODES + "*NODE, INPUT=rows.inp\n" + ELEMENTS)
 
 
 def test_elements_of_unknown_types_are_named_where_no_others_are(tmp_path):
     path = tmp_path / "foo.inp"
     path.write_text(NODES + ELEMENTS.replace("C3D4", "FOO99"))
-    for source, needed in ((SurfaceFile, "no triangle"), (SolidFile, "no tetrahedron")):
-        with pytest.raises(ValueError, match=f"{needed} .*: its elements have types that cannot be read: FOO99; save these"):
+    for source, needed in ((SurfaceFile, "no triangles"), (SolidFile, "no tetrahedra")):
+        with pytest.raises(ValueError, match=f"{needed} .*: its elements have unsupported types: FOO99; save these"):
             source(path=str(path))

@@ -84,13 +84,13 @@ SURFACES = {
 }
 """Sound surfaces of a cube."""
 MENDED = {
-    "turned.stl": (stl(turned(TRIANGLES, [0, 7, 20])), "face opposite sides at 9 edges"),
+    "turned.stl": (stl(turned(TRIANGLES, [0, 7, 20])), "have opposite normals at 9 edges"),
     "inward.stl": (stl(TRIANGLES[:, ::-1]), "the normals point inward"),
-    "doubled.stl": (stl([*TRIANGLES, TRIANGLES[5]]), "1 triangle is there twice"),
-    "holed.stl": (stl(HOLED), "has 1 hole with 3 edges in all"),
+    "doubled.stl": (stl([*TRIANGLES, TRIANGLES[5]]), "1 triangle occurs twice"),
+    "holed.stl": (stl(HOLED), "has 1 hole with 3 edges in total"),
     "needle.obj": (
         surface(CUBE._replace(triangles=np.array([(0, 0, 1)]))),
-        "1 element has no area, the first is number 24",
+        "1 element has no area; the first is number 24",
     ),
     "lone.ply": (
         surface(CUBE._replace(vertices=np.vstack([CUBE.vertices, (9, 9, 9)]))),
@@ -103,23 +103,23 @@ CORNERS = np.stack(np.meshgrid([0, 0.3], [0, 0.2], [0, 0.1], indexing="ij"), axi
 HALVES = np.concatenate([BLOCK.cells, BLOCK.cells + len(BLOCK.nodes)])
 TEN = np.array([[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]])
 SOLIDS = {
-    "all-turned.msh": (solid(turned(BLOCK.cells, np.arange(len(BLOCK.cells)))), "all of 72 tetrahedra were turned"),
-    "some-turned.vtk": (solid(turned(BLOCK.cells, [3, 40]), form="vtk"), "2 of 72 tetrahedra were turned"),
-    "bricks.inp": (solid(BRICKS, CORNERS, "hexahedron", "abaqus"), "1 hexahedron was cut into 6 tetrahedra"),
-    "bricks.vtu": (solid(BRICKS, CORNERS, "hexahedron", "vtu"), "1 hexahedron was cut into 6 tetrahedra"),
+    "all-turned.msh": (solid(turned(BLOCK.cells, np.arange(len(BLOCK.cells)))), "all of 72 tetrahedra were inverted"),
+    "some-turned.vtk": (solid(turned(BLOCK.cells, [3, 40]), form="vtk"), "2 of 72 tetrahedra were inverted"),
+    "bricks.inp": (solid(BRICKS, CORNERS, "hexahedron", "abaqus"), "1 hexahedron was divided into 6 tetrahedra"),
+    "bricks.vtu": (solid(BRICKS, CORNERS, "hexahedron", "vtu"), "1 hexahedron was divided into 6 tetrahedra"),
 }
 """Solids that are read with a warning."""
 REFUSED = {
     "cut.stl": (
         text("solid a\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n"),
-        "it breaks off within a facet, in line 4",
+        "it ends within a facet, in line 4",
     ),
-    "poem.obj": (text("a poem\n"), "holds no triangle and no quadrilateral"),
-    "far.obj": (text("v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n"), "point 2, counted from 0, is at (0, nan, 0)"),
+    "poem.obj": (text("a poem\n"), "contains no triangles or quadrilaterals"),
+    "far.obj": (text("v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n"), "point 2 (counted from 0) is at (0, nan, 0)"),
     "empty.ply": (text("\n"), "it is empty"),
-    "flap.obj": (text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"), "has a corner that is none of the file's 3 points"),
-    "model.step": (text("ISO-10303-21;\n"), "no format of meshes has the ending .step"),
-    "volume.vtk": (solid(form="vtk"), "holds cells of type tetra; a membrane needs triangles or quadrilaterals"),
+    "flap.obj": (text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"), "has a corner that is not one of the 3 points of the file"),
+    "model.step": (text("ISO-10303-21;\n"), "the file name ending .step is not known"),
+    "volume.vtk": (solid(form="vtk"), "contains cells of type tetra; a surface may only have triangles and quadrilaterals"),
 }
 """Files that no repair makes a surface of, and why."""
 
@@ -177,7 +177,7 @@ def test_tetrahedra_of_second_order_are_read_for_their_corners(tmp_path):
     between = [0.5 * (tetrahedron[a] + tetrahedron[b]) for a, b in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))]
     path = tmp_path / "second.vtu"
     solid(TEN, np.vstack([tetrahedron, between]), "tetra10", "vtu")(path)
-    with pytest.warns(UserWarning, match=r"1 tetrahedron of higher order \(tetra10\) was read .*; 6 nodes between corners"):
+    with pytest.warns(UserWarning, match=r"1 tetrahedron of higher order \(tetra10\) was reduced .*; 6 nodes between corners"):
         mesh = SolidMesh(file={"path": str(path)}).mesh()
     assert np.array_equal(mesh.nodes, tetrahedron)
 
@@ -189,7 +189,7 @@ def test_a_solid_of_two_parts_meshed_apart_is_merged(tmp_path):
     file = {"path": str(path)}
     with pytest.warns(UserWarning, match="2 pieces"):
         [(text, remedy)] = SolidMesh(file=file).faults()
-    assert "pairs of nodes are at one place" in text
+    assert "pairs of nodes have the same position" in text
     assert REPAIR in remedy
     with pytest.warns(UserWarning, match="12 nodes were merged"):
         found = SolidMesh(file=file | {"repair": True})
@@ -202,11 +202,11 @@ def test_doubled_and_lone_parts_of_a_solid_are_left_out(tmp_path):
     path = tmp_path / "crowd.msh"
     solid([*BLOCK.cells, BLOCK.cells[4]], np.vstack([BLOCK.nodes, (9, 9, 9)]))(path)
     texts = [text for text, _ in SolidMesh(file={"path": str(path)}).faults()]
-    assert ["belongs to no tetrahedron" in text or "is there twice" in text for text in texts] == [True, True]
-    with pytest.warns(UserWarning, match="left out") as told:
+    assert ["belongs to no tetrahedron" in text or "occurs twice" in text for text in texts] == [True, True]
+    with pytest.warns(UserWarning, match="removed") as told:
         found = SolidMesh(file={"path": str(path), "repair": True})
-    assert "1 tetrahedron that is there again was left out, the first at (" in str(told[0].message)
-    assert "1 node of no tetrahedron left out, the first at (9, 9, 9)" in str(told[1].message)
+    assert "1 duplicate tetrahedron was removed, the first at (" in str(told[0].message)
+    assert "1 unused node was removed, the first at (9, 9, 9)" in str(told[1].message)
     assert list(found.faults()) == []
     assert np.array_equal(found.mesh().cells, BLOCK.cells)
 
@@ -218,11 +218,11 @@ def test_tetrahedra_that_overlap_stay_an_error(tmp_path):
     nodes[inner] += np.array([0.35, 0.0, 0.0])
     write_solid(path, ".msh", nodes, BLOCK.cells, {})
     for repair in (False, True):
-        with pytest.warns(UserWarning, match="tetrahedra were turned"):
+        with pytest.warns(UserWarning, match="tetrahedra were inverted"):
             found = SolidMesh(file={"path": str(path), "repair": repair})
         [(text, remedy)] = found.faults()
-        assert "on one side of a face of both" in text
-        assert "mesh that part again" in remedy
+        assert "on the same side of a shared face" in text
+        assert "mesh this part again" in remedy
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -242,5 +242,5 @@ def test_what_is_no_surface_is_refused_with_a_remedy(name, tmp_path):
 
 def test_a_surface_that_is_no_solid_says_how_it_is_filled(tmp_path):
     write_surface(tmp_path / "cube.vtu", ".vtu", *Mesh(CUBE.vertices, CUBE.quads))
-    with pytest.raises(ValueError, match=r"no other solid element; .* is filled by `mesh = \{ inside ="):
+    with pytest.raises(ValueError, match=r"other solid elements; .* fill a closed surface by `mesh = \{ inside ="):
         SolidMesh(file={"path": str(tmp_path / "cube.vtu")})

@@ -166,20 +166,23 @@ READ = {
 FAULTY = {
     "comma.stl": (
         text_stl("a", form="{:.1f}").replace(b".0", b",0"),
-        "line 4 has `0,0`, with a decimal comma, where a number belongs",
+        "line 4 has `0,0`, with a decimal comma, instead of a number",
     ),
-    "page.stl": (b"<!DOCTYPE html>\n<html>not found</html>\n" * 9, "it is cut off, or no STL file"),
-    "page-short.stl": (b"<!DOCTYPE html>\n", "it is neither text with lines `facet` and `vertex` nor as long as the header"),
-    "model.3mf": (zipped(), "no format of meshes has the ending .3mf"),
-    "renamed.stl": (zipped(), "it is cut off, or no STL file"),
-    "cut.stl": (binary_stl(b"exporter")[:-70], "its header counts 12 facets, and 10 are there: it is cut off"),
-    "cloud.ply": (meshlab_ply(faces=False), "holds no triangle and no quadrilateral: it has 8 points and no element"),
-    "patch.obj": (b"v 0 0 0\ncstype bspline\ndeg 3 3\n", "line 2 begins a free-form curve or surface: write it as triangles"),
+    "page.stl": (b"<!DOCTYPE html>\n<html>not found</html>\n" * 9, "it is truncated, or not an STL file"),
+    "page-short.stl": (b"<!DOCTYPE html>\n", "it is not text with `facet` and `vertex` lines, and shorter than the header"),
+    "model.3mf": (zipped(), "the file name ending .3mf is not known"),
+    "renamed.stl": (zipped(), "it is truncated, or not an STL file"),
+    "cut.stl": (binary_stl(b"exporter")[:-70], "its header counts 12 facets, but 10 follow: it is truncated"),
+    "cloud.ply": (meshlab_ply(faces=False), "contains no triangles or quadrilaterals: it has 8 points and no elements"),
+    "patch.obj": (b"v 0 0 0\ncstype bspline\ndeg 3 3\n", "line 2 has a free-form curve or surface: write it as triangles"),
     "old.msh": (gmsh_file("4.1").replace(b"4.1 0 8", b"3.0 0 8"), "write it with `Mesh.MshFileVersion = 4.1`"),
-    "fluent.msh": (b'(0 "GAMBIT to Fluent File")\n(0 "Dimension:")\n(2 3)\n', "it does not hold what .msh files of Gmsh do"),
-    "alone.inp": (b"*INCLUDE, INPUT=mesh.inp\n", "line 1 includes mesh.inp: there is no such file in the folder of alone.inp"),
-    "polyhedra.vtk": (vtk_51(42, True), "holds cells of type polyhedron; a membrane needs triangles"),
-    "short.vtk": (vtk_51(13, False), "a cell of type 13 has 8 points, and one has 6"),
+    "fluent.msh": (b'(0 "GAMBIT to Fluent File")\n(0 "Dimension:")\n(2 3)\n', "it does not follow the .msh format of Gmsh"),
+    "alone.inp": (
+        b"*INCLUDE, INPUT=mesh.inp\n",
+        "line 1 includes mesh.inp, but there is no such file in the folder of alone.inp",
+    ),
+    "polyhedra.vtk": (vtk_51(42, True), "contains cells of type polyhedron; a surface may only have triangles"),
+    "short.vtk": (vtk_51(13, False), "a cell of type 13 has 8 points, but needs 6"),
 }
 
 
@@ -217,4 +220,4 @@ def test_sets_of_a_grid_that_arrays_behind_others_mark(tmp_path):
     assert ("sets", "`left face` (4 nodes), `7` (1 elements)") in survey(str(path), False, 0, 1.0).rows
     path.write_bytes(vtk_51(12, True)[:-10])
     found = survey(str(path), False, 0, 1.0)
-    assert "some of its arrays were not read, and sets that they mark are missing" in found.notes
+    assert "some of its arrays were not read, so sets that they mark are missing" in found.notes

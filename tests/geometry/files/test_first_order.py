@@ -46,7 +46,7 @@ def test_cut_elements_fit_together_and_keep_the_volume(kind, seed):
     assert list(solid_faults(mesh)) == []
     assert mesh.volumes.sum() == pytest.approx(27.0, rel=1e-12)
     assert len(mesh.boundary) == 6 * 9 * 2, "no face within is left alone"
-    assert all("were cut into" in note for note in notes)
+    assert all("divided into" in note for note in notes)
 
 
 def test_elements_with_corners_drawn_together_are_cut_as_what_they_are():
@@ -89,7 +89,7 @@ def test_nodes_between_corners_go_and_sets_are_numbered_anew(kind, corners, more
     assert len(found.node_sets["between"]) == 0
     assert np.array_equal(found.points[found.node_sets["one"]], points[element[:1]])
     [note] = found.notes
-    assert f"of higher order ({kind}) was read for the corners alone; {more} nodes between corners were left out" in note
+    assert f"of higher order ({kind}) was reduced to the corners; {more} nodes between corners were removed" in note
 
 
 def test_elements_of_first_order_are_left_as_they_are():

@@ -24,7 +24,9 @@ def test_a_unit_is_so_many_metres(path, unit, metres):
 
 
 def test_unit_and_scale_are_not_given_together(path):
-    with pytest.raises(ValidationError, match=r"`unit` and `scale` both say how long .*: mm and 0.001 m; keep one of them"):
+    with pytest.raises(
+        ValidationError, match=r"`unit` and `scale` both define the unit .*: mm and 0.001 m; remove one of them"
+    ):
         SurfaceFile(path=path, unit="mm", scale=0.001)
 
 
@@ -35,7 +37,7 @@ def test_what_is_no_unit_of_length_is_refused(path, unit, why):
 
 
 def test_holes_are_closed_by_the_repair_alone(path):
-    with pytest.raises(ValidationError, match="`close_holes` is a part of the repair; add `repair = true`"):
+    with pytest.raises(ValidationError, match="`close_holes` is given without `repair`; set `repair = true`"):
         SurfaceFile(path=path, close_holes=3)
 
 

@@ -48,17 +48,17 @@ def test_obj_with_colours_and_weights_at_vertices():
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("v 0 0\n", "line 1 has 2 of 3 numbers"),
-        (VERTICES + "f 0 1 2", "line 5 names a vertex before the first one; they count from 1"),
-        (VERTICES + "f -5 1 2", "line 5 names a vertex before"),
-        (VERTICES + "f 1 2", "line 5 has 2 corners, and one has at least 3"),
-        (VERTICES + "f 1 b 2", "line 5 has something else where a whole number belongs"),
+        ("v 0 0\n", "line 1 has 2 numbers instead of 3"),
+        (VERTICES + "f 0 1 2", "line 5 has an invalid vertex number; vertices count from 1"),
+        (VERTICES + "f -5 1 2", "line 5 has an invalid vertex number"),
+        (VERTICES + "f 1 2", "line 5 has 2 corners, but at least 3 are needed"),
+        (VERTICES + "f 1 b 2", "line 5 has a word instead of a whole number"),
         (VERTICES + "v 0.5 0.2 0\nf 1 2 3 4 5", ""),
         (
             "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 1 3 0\nv 1 2 0\nv 3 2 0\nv 3 1 0\nv 0 1 0\nf 1 2 3 4 5 6 7 8",
             "8 corners and is not convex",
         ),
-        ("cstype bezier\n", "line 1 begins a free-form curve or surface"),
+        ("cstype bezier\n", "line 1 has a free-form curve or surface"),
     ],
 )
 def test_what_is_wrong_with_an_obj_file_is_named(text, reason):
@@ -120,7 +120,7 @@ def test_binary_stl_that_was_written_before_its_facets_were_counted(count):
     for header in (b"streamed", b"solid of a program that should not"):
         contents = read_stl(binary_stl(count=count, header=header))
         assert np.array_equal(contents.points, SQUARE[[0, 1, 2, 0, 2, 3]])
-        assert contents.notes == (f"its header counts {count} facets; all 2 that follow were read",)
+        assert contents.notes == (f"its header counts {count} facets, but 2 follow; all of these were read",)
     assert read_stl(binary_stl(count=1)).notes == (
         "50 bytes after the 1 facets that its header counts, as long as 1 facets, were not read",
     )
@@ -129,10 +129,10 @@ def test_binary_stl_that_was_written_before_its_facets_were_counted(count):
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (b"a poem", "neither text with lines `facet` and `vertex`"),
-        (b"solid as a rock\n" + 200 * b"-", "it holds no facet"),
-        (binary_stl(count=4_000_000_000), "counts 4000000000 facets, and 2 are there"),
-        (("solid\n" + FACET_TEXT[:60]).encode(), "breaks off within a facet, in line 6"),
+        (b"a poem", "not text with `facet` and `vertex` lines"),
+        (b"solid as a rock\n" + 200 * b"-", "it contains no facets"),
+        (binary_stl(count=4_000_000_000), "counts 4000000000 facets, but 2 follow"),
+        (("solid\n" + FACET_TEXT[:60]).encode(), "ends within a facet, in line 6"),
         (("solid\n" + FACET_TEXT.replace("endloop", "vertex 0 1 0\nendloop")).encode(), "ends in line 8 has 4 corners, not 3"),
     ],
     ids=["poem", "rock", "count", "cut", "four corners"],
@@ -143,7 +143,7 @@ def test_what_is_wrong_with_an_stl_file_is_named(data, reason):
 
 
 def test_stl_without_its_end_is_read_with_a_note():
-    assert read_stl(("solid\n" + FACET_TEXT).encode()).notes == ("it has no `endsolid`: it may be cut off",)
+    assert read_stl(("solid\n" + FACET_TEXT).encode()).notes == ("the final `endsolid` is missing; the file may be truncated",)
 
 
 PLY = """ply
@@ -202,7 +202,7 @@ end_header
 def test_strips_of_triangles_of_ply(row, found):
     contents = read_ply((STRIPS + f"{row}\n1 2\n").encode())
     assert elements(contents) == {"triangle": found}
-    assert contents.notes == ("its 1 rows of `material`, which have lists of vertices, were not read",)
+    assert contents.notes == ("1 rows of `material`, which have lists of vertices, were not read",)
     fan = (STRIPS + "4 0 1 2 3\n1 2\n").replace("tristrips", "trifans")
     assert elements(read_ply(fan.encode())) == {"triangle": [[0, 1, 2], [0, 2, 3]]}
 
@@ -228,14 +228,14 @@ def test_binary_ply_of_both_orders_of_bytes(order, mixed):
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("vertex 5", "vertex 500000000000", "counts 500000000000 of `vertex`, more than the file has room for"),
-        ("property float z", "property quad z", "header has a property that no PLY file has"),
-        ("property float z\n", "", "no x, y and z|something else stands|less than no values"),
+        ("vertex 5", "vertex 500000000000", "counts 500000000000 of `vertex`, which exceeds the size of the file"),
+        ("property float z", "property quad z", "header has a property that is not part of the PLY format"),
+        ("property float z\n", "", "no x, y and z|not a whole number|less than no values"),
         ("end_header", "end", "no header from `ply` to `end_header`"),
-        ("format ascii 1.0\n", "", "does not say which format"),
+        ("format ascii 1.0\n", "", "does not define the format"),
         ("4 0 1 2 3", "-4 0 1 2 3", "a list of less than no values"),
-        ("0.5 2 0 9", "0.5 x 0 9", "a word stands where a number belongs, among its values"),
-        ("0.5 2 0 9", "0,5 2 0 9", "`0,5`, with a decimal comma, stands where a number belongs"),
+        ("0.5 2 0 9", "0.5 x 0 9", "its values contain a word instead of a number"),
+        ("0.5 2 0 9", "0,5 2 0 9", "contain `0,5`, with a decimal comma, instead of a number"),
     ],
 )
 def test_what_is_wrong_with_a_ply_file_is_named(old, new, reason):
@@ -265,18 +265,18 @@ def test_the_first_format_of_gmsh():
     assert elements(contents) == {"tetra": [[0, 1, 2, 3]], "triangle": [[0, 1, 2]], "vertex": []}
     assert {name: [part.tolist() for part in parts] for name, parts in contents.cell_sets.items()} == {"12": [[0], [], []]}
     assert len(contents.points) == 4
-    assert contents.notes[0].startswith("1 point of the geometry was left out")
+    assert contents.notes[0].startswith("1 point of the geometry was removed")
 
 
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("$NOD\n5", "$NOD\n6", "counts 6 nodes, and has 5 lines"),
-        ("$ELM\n3", "$ELM\n4", "counts 4 elements, and has 3"),
-        ("7 3 4 9", "7 3 4 8", "element 0, counted from 0, has a corner that is none of the file's nodes"),
-        ("3 1 0 0", "7 1 0 0", "1 numbers of nodes are there twice"),
-        ("1 4 12 1 4 7", "1 99 12 1 4 7", "is of kind 99"),
-        ("2 2 0 1 3 7", "2 2 0 1 900 7", "element 1, counted from 0, breaks off"),
+        ("$NOD\n5", "$NOD\n6", "node count is 6, but 5 lines"),
+        ("$ELM\n3", "$ELM\n4", "element count is 4, but it has 3"),
+        ("7 3 4 9", "7 3 4 8", "element 0 .counted from 0. has a corner that is not a node of the file"),
+        ("3 1 0 0", "7 1 0 0", "1 node numbers occur twice"),
+        ("1 4 12 1 4 7", "1 99 12 1 4 7", "has kind 99"),
+        ("2 2 0 1 3 7", "2 2 0 1 900 7", "element 1 .counted from 0. is incomplete"),
         ("$ENDELM", "", "no section from \\$ELM to \\$ENDELM"),
     ],
 )
@@ -327,17 +327,17 @@ def test_binary_vtk_polydata():
     contents = read_grid(data)
     assert elements(contents) == {"quad": [[0, 1, 2, 3]]}
     assert np.array_equal(contents.points, SQUARE)
-    with pytest.raises(Damaged, match="it ends within 5 values"):
+    with pytest.raises(Damaged, match="it is truncated within 5 values"):
         read_grid(data[:-9])
 
 
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("POINTS 5", "POINTS 500000000", "has not the 1500000000 values"),
-        ("POINTS 5 float", "POINTS 5 quad", "a type of numbers that VTK has not"),
-        ("POLYGONS 2 9", "POLYGONS 3 9", "a list of corners breaks off"),
-        ("3 3 2 4", "3 3 x 4", "something else stands where a whole number belongs"),
+        ("POINTS 5", "POINTS 500000000", "does not have the 1500000000 values"),
+        ("POINTS 5 float", "POINTS 5 quad", "an unknown VTK data type"),
+        ("POLYGONS 2 9", "POLYGONS 3 9", "a list of corners is truncated"),
+        ("3 3 2 4", "3 3 x 4", "contain a word that is not a whole number"),
         ("POINTS 5 float\n", "", "it has no points"),
     ],
 )
@@ -357,14 +357,14 @@ def test_vtk_polydata_in_xml(form):
 @pytest.mark.parametrize(
     ("form", "old", "new", "reason"),
     [
-        ("ascii", b"<Points>", b"<Point>", "it is no XML from line 4 on"),
-        ("ascii", b'type="PolyData"', b'type="ImageData"', "no VTKFile of type PolyData"),
-        ("ascii", b"0 1 2 3", b"0 1 2 x", "something else stands where a whole number belongs"),
-        ("ascii", b"<?xml", b"<!DOCTYPE a><?xml", "it declares entities"),
-        ("ascii", b"4 7", b"4 9", "the places where its lists end do not ascend to their end"),
-        ("binary", b'"Float64"', b'"Float63"', "a type of numbers that VTK has not"),
-        ("appended", b'offset="0"', b'offset="99999"', "a table begins behind the end of the file"),
-        ("zipped", b"vtkZLibDataCompressor", b"vtkFooDataCompressor", "packed in another way than by zlib, LZ4 or LZMA"),
+        ("ascii", b"<Points>", b"<Point>", "line 4 is not valid XML"),
+        ("ascii", b'type="PolyData"', b'type="ImageData"', "not a VTKFile of type PolyData"),
+        ("ascii", b"0 1 2 3", b"0 1 2 x", "contain a word that is not a whole number"),
+        ("ascii", b"<?xml", b"<!DOCTYPE a><?xml", "it declares XML entities"),
+        ("ascii", b"4 7", b"4 9", "the offsets of its lists are not ascending"),
+        ("binary", b'"Float64"', b'"Float63"', "an unknown VTK data type"),
+        ("appended", b'offset="0"', b'offset="99999"', "a table starts after the end of the file"),
+        ("zipped", b"vtkZLibDataCompressor", b"vtkFooDataCompressor", "its compression is not supported"),
         ("zipped", b"x\x9c", b"x\x00", "a packed table is damaged"),
     ],
 )
@@ -453,17 +453,17 @@ def test_off_with_edges_and_points_beside_its_faces():
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("OFF\n", "breaks off before its counts"),
-        ("OFF x y z\n", "line 1 has something else where a whole number belongs"),
-        ("OFF -5 2 0\n", "line 1 does not have the counts"),
-        ("OFF 5 2 0\n" + OFF_VERTICES + "4 0 1 2 3\n", "has 6 lines after its counts, which are 5 vertices and 2 faces"),
-        ("OFF 5 1 0\n" + OFF_VERTICES + OFF_FACES, "line 8 follows the last of 5 vertices and 1 faces"),
-        ("OFF 5 2 0\n" + OFF_VERTICES.replace("1 1 0", "1 1") + OFF_FACES, "line 4 has 2 of 3 numbers"),
+        ("OFF\n", "ends before its counts"),
+        ("OFF x y z\n", "line 1 has a word instead of a whole number"),
+        ("OFF -5 2 0\n", "line 1 must have the counts"),
+        ("OFF 5 2 0\n" + OFF_VERTICES + "4 0 1 2 3\n", "has 6 lines after its counts, but 5 vertices and 2 faces"),
+        ("OFF 5 1 0\n" + OFF_VERTICES + OFF_FACES, "line 8 is after the last of the 5 vertices and 1 faces"),
+        ("OFF 5 2 0\n" + OFF_VERTICES.replace("1 1 0", "1 1") + OFF_FACES, "line 4 has 2 numbers instead of 3"),
         ("OFF 5 2 0\n" + OFF_VERTICES + OFF_FACES.replace("3 3 2 4", "4 3 2 4"), "face in line 8 has 3 corners instead of 4"),
         ("OFF BINARY\n5 2 0\n", "it is a binary OFF file"),
-        ("nOFF\n3\n5 2 0\n", "another number of dimensions"),
-        ("4OFF\n1 0 0\n1 0 0 0\n", "vertex 0, counted from 0, has a fourth coordinate of 0"),
-        ("a poem of two\nlines\n", "line 1 has something else where a whole number belongs"),
+        ("nOFF\n3\n5 2 0\n", "number of dimensions is not 3"),
+        ("4OFF\n1 0 0\n1 0 0 0\n", "vertex 0 .counted from 0. has a fourth coordinate of 0"),
+        ("a poem of two\nlines\n", "line 1 has a word instead of a whole number"),
     ],
 )
 def test_what_is_wrong_with_an_off_file_is_named(text, reason):

@@ -35,5 +35,5 @@ def test_a_file_whose_reader_waits_for_an_end_is_refused(tmp_path, monkeypatch):
 
     monkeypatch.setattr(through_meshlane, "LEAST_TIME", 0.3)
     (tmp_path / "a.mdpa").write_text("Begin Nodes\n 1 0 0 0\n")
-    with pytest.raises(ValueError, match=r"a\.mdpa cannot be read as a mesh: its reader has not come to an end in"):
+    with pytest.raises(ValueError, match=r"a\.mdpa cannot be read as a mesh: its reader did not finish in"):
         SolidFile(path=str(tmp_path / "a.mdpa"))

@@ -61,13 +61,13 @@ def vtu(path, places):
 
 
 COARSE = {
-    "binary.stl": (binary_stl, r"known to 0.5 only \(single precision at 5.8e\+06\), and edges are [0-9.]* long"),
-    "scientific.stl": (scientific_stl, r"known to 1 only \(7 digits at 5.8e\+06\)"),
-    "general.obj": (rounded_obj, r"known to 10 only \(6 digits at 5.8e\+06\)"),
-    "binary.ply": (binary_ply, r"known to 0.5 only \(single precision"),
-    "binary.vtk": (binary_vtk, r"known to 0.5 only \(single precision"),
-    "floats.obj": (obj_of_floats, r"known to 0.5 only \(numbers of single precision"),
-    "floats.vtu": (vtu, r"known to 0.5 only \(single precision"),
+    "binary.stl": (binary_stl, r"accurate to 0.5 \(single precision at 5.8e\+06\), but edges are [0-9.]* long"),
+    "scientific.stl": (scientific_stl, r"accurate to 1 \(7 digits at 5.8e\+06\)"),
+    "general.obj": (rounded_obj, r"accurate to 10 \(6 digits at 5.8e\+06\)"),
+    "binary.ply": (binary_ply, r"accurate to 0.5 \(single precision"),
+    "binary.vtk": (binary_vtk, r"accurate to 0.5 \(single precision"),
+    "floats.obj": (obj_of_floats, r"accurate to 0.5 \(numbers of single precision"),
+    "floats.vtu": (vtu, r"accurate to 0.5 \(single precision"),
 }
 
 
@@ -76,7 +76,7 @@ def test_a_mesh_far_from_the_origin_in_few_digits(name, tmp_path):
     write, told = COARSE[name]
     path = tmp_path / name
     write(path, 20.3 * CUBE.vertices + UTM + 0.123)
-    with pytest.warns(UserWarning, match=told + ".*: move the mesh to the origin before you export it"):
+    with pytest.warns(UserWarning, match=told + ".*; move the mesh to the origin before exporting it"):
         Surface(file={"path": str(path)})
     write(path, 20.0 * CUBE.vertices)
     assert read_file(str(path), "a surface", ANY).notes == (), "the same at the origin"

@@ -44,7 +44,7 @@ def test_a_solid_comes_back_with_its_sets(tmp_path, ending):
 
 
 def test_formats_that_cannot_hold_a_mesh_are_refused():
-    with pytest.raises(Refusal, match=r"a solid cannot be written to a file with the ending \.stl; take one of \.msh"):
+    with pytest.raises(Refusal, match=r"a solid cannot be written to a file with the ending \.stl; use one of \.msh"):
         check_ending("a.stl", is_solid=True)
-    with pytest.raises(Refusal, match=r"a surface cannot be written to a file with no ending; take one of \.stl"):
+    with pytest.raises(Refusal, match=r"a surface cannot be written to a file with no ending; use one of \.stl"):
         check_ending("a", is_solid=False)

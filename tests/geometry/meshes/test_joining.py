@@ -64,7 +64,7 @@ def test_a_flat_bag_keeps_both_layers(ending, quads, shared_rim, tmp_path):
     path = tmp_path / f"bag{ending}"
     write_surface(path, ending, *mesh_of(vertices, elements))
     inner = int((~disc(3, quads)[2]).sum())
-    with pytest.warns(UserWarning, match=f"{inner} vertices share their place with another one and are kept apart"):
+    with pytest.warns(UserWarning, match=f"{inner} vertices coincide with another one but were not merged"):
         mesh = Surface(file={"path": str(path), "closed": True}).mesh()
     assert len(mesh.vertices) == len(bag(3, quads)[0])
     assert list(mesh_faults(mesh, closed=True)) == []
@@ -74,9 +74,9 @@ def test_a_flat_bag_keeps_both_layers(ending, quads, shared_rim, tmp_path):
         assert dict(found.rows)["closed"] == "yes"
     else:
         [(text, remedy)] = found.faults
-        assert "there twice" in text
+        assert "twice" in text
         assert "if these are the two layers of a flat bag, set `closed = true`" in remedy
-    with pytest.warns(UserWarning, match="kept apart"):
+    with pytest.warns(UserWarning, match="not merged"):
         repaired = Surface(file={"path": str(path), "closed": True, "repair": True}).mesh()
     assert len(repaired.vertices) == len(mesh.vertices), "a repair makes no single sheet of it"
 
@@ -86,15 +86,15 @@ def test_a_flat_bag_in_a_file_without_numbers_of_vertices_is_parted_where_it_is_
     path = tmp_path / "bag.stl"
     write_surface(path, ".stl", vertices, NO_QUADS, triangles)
     [(text, remedy)] = survey(str(path), False, 0, 1.0).faults
-    assert "triangles are there twice" in text
+    assert "triangles occur twice" in text
     assert "if these are the two layers of a flat bag, set `closed = true`" in remedy
     for repair in (False, True):
-        with pytest.warns(UserWarning, match="two layers at one place are kept apart and joined at their rim"):
+        with pytest.warns(UserWarning, match="two coincident layers were separated and stay joined at their rim"):
             mesh = Surface(file={"path": str(path), "closed": True, "repair": repair}).mesh()
         assert len(mesh.vertices) == len(vertices)
         assert len(mesh.triangles) == len(triangles)
         assert list(mesh_faults(mesh, closed=True)) == []
-    with pytest.warns(UserWarning, match="elements that were there again left out"):
+    with pytest.warns(UserWarning, match="duplicate elements were removed"):
         sheet = Surface(file={"path": str(path), "repair": True}).mesh()
     assert len(sheet.triangles) == len(triangles) // 2
 
@@ -127,8 +127,8 @@ def test_a_closed_surface_that_a_file_has_twice_is_no_bag():
         twice = Mesh(cube.vertices, NO_QUADS, np.concatenate([cube.triangles, again]))
         assert layers_parted(twice) is None
         [(text, remedy)] = mesh_faults(twice, closed=True)
-        assert "12 triangles are there twice" in text
-        assert remedy.startswith("keep each triangle once")
+        assert "12 triangles occur twice" in text
+        assert remedy.startswith("remove the duplicates")
 
 
 def test_a_sheet_that_is_attached_by_place_stays_attached():

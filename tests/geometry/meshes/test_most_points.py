@@ -59,6 +59,8 @@ def test_the_estimate_is_that_of_the_mesh(kind, keys, key, moderate, _):
 @pytest.mark.parametrize(("kind", "keys", "key", "_", "huge"), [case for case in SURFACES + SOLIDS if case[-1] is not None])
 def test_too_many_points_are_refused_before_any_is_made(kind, keys, key, _, huge):
     start = time.perf_counter()
-    with pytest.raises(ValidationError, match=r"a mesh of about .* points, and one has at most 2e\+06; make it coarser"):
+    with pytest.raises(
+        ValidationError, match=r"the mesh would have about .* points, but at most 2e\+06 are allowed; make the mesh coarser"
+    ):
         kind(**keys, **{key: huge})
     assert time.perf_counter() - start < 1.0

@@ -26,7 +26,7 @@ def test_every_edge_has_two_half_edges():
 
 
 def test_an_open_surface_has_none():
-    with pytest.raises(ValueError, match="do not close"):
+    with pytest.raises(ValueError, match="is not closed"):
         rings(MESH.triangles[1:], len(MESH.vertices))
 
 

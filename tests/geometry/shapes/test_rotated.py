@@ -143,7 +143,7 @@ def test_a_region_turns_and_rounding_decides_nothing():
 @pytest.mark.parametrize(
     ("rotate", "words"),
     [
-        ({"angle": 17, "axis": (0, 0, 0)}, "`axis` has no length; give a direction"),
+        ({"angle": 17, "axis": (0, 0, 0)}, "`axis` has zero length; set a direction"),
         ({"angle": 400}, "less than or equal to 360"),
         ({"angle": "3 m"}, "dimension"),
         ({"axis": (0, 0, 1)}, "Field required"),
@@ -158,5 +158,5 @@ def test_what_is_no_rotation_is_refused(rotate, words):
 def test_nothing_but_a_shape_turns():
     with pytest.raises(ValidationError, match="exactly one of the keys box, sphere"):
         Shape(rotate={"angle": 17})
-    with pytest.raises(ValidationError, match="`rotate` turns the shape of a region, and this one has none"):
+    with pytest.raises(ValidationError, match="`rotate` needs a shape, and this region has none"):
         Region(normal=(0, 0, 1), rotate={"angle": 17})

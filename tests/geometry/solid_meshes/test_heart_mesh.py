@@ -99,14 +99,18 @@ def test_three_edges_or_more_lead_through_the_right_wall_at_the_finest():
 def test_walls_that_the_lattice_would_miss_are_refused():
     with pytest.raises(ValidationError, match=r"heart.size\n.*less than or equal to 0.0035"):
         SolidMesh(heart={"size": 0.004})
-    with pytest.raises(ValidationError, match=r"a mesh of about 7.6e.07 points, and one has at most 2e.06; make it coarser"):
+    with pytest.raises(
+        ValidationError, match=r"the mesh would have about 7.6e.07 points, but at most 2e.06 are allowed; make the mesh coarser"
+    ):
         SolidMesh(heart={"size": 0.0002})
 
 
 @pytest.mark.parametrize(("key", "name"), [("patch_radius", "rv-patch"), ("apex_height", "apex")])
 def test_a_part_that_no_node_is_in_names_its_key_and_what_is_enough(key, name):
-    with pytest.raises(ValidationError, match=f"`{key}` = 1e-05 m reaches no outer node of this mesh: the set {name}") as error:
+    with pytest.raises(
+        ValidationError, match=f"`{key}` = 1e-05 m is too small: no outer node lies within it, so set {name}"
+    ) as error:
         SolidMesh(heart={"size": 0.0035, key: 1e-5})
-    enough = float(re.search(rf"let `{key}` be (\S+) m or more", str(error.value)).group(1))
+    enough = float(re.search(rf"set `{key}` to at least (\S+) m", str(error.value)).group(1))
     sets = SolidMesh(heart={"size": 0.0035, key: enough}).mesh().sets
     assert 0 < len(sets[name]) < 5

@@ -142,18 +142,23 @@ def test_a_piece_inside_another_is_a_hole(filled):
 
 def test_surfaces_without_an_inside_are_refused(filled):
     whole = ball(2)
-    with pytest.raises(ValidationError, match="the surface is open: it has no inside"):
+    with pytest.raises(ValidationError, match="the surface is open, so it has no inside"):
         filled(whole, 0.2, closed=False)
-    with pytest.raises(ValidationError, match=r"of the surface: is declared closed and has 1 hole with 3 edges in all"):
+    with pytest.raises(
+        ValidationError,
+        match=r"the surface cannot be filled: the surface is declared closed but has 1 hole with 3 edges in total",
+    ):
         filled(whole._replace(triangles=whole.triangles[1:]), 0.2)
-    with pytest.raises(ValidationError, match=r"of the surface: the normals point inward"):
+    with pytest.raises(ValidationError, match=r"the surface cannot be filled: the normals point inward"):
         filled(whole._replace(triangles=whole.triangles[:, ::-1]), 0.2)
 
 
 def test_a_surface_that_crosses_itself_is_refused(filled):
     one = ball(2)
     two = joined(one, one._replace(vertices=one.vertices + ASIDE))
-    with pytest.raises(ValidationError, match=r"the surface crosses itself near \(.*\) m; mend it there, or keep one of two"):
+    with pytest.raises(
+        ValidationError, match=r"the surface intersects itself near \(.*\) m; repair it there, or remove one of two"
+    ):
         filled(two, 0.2)
 
 
@@ -168,5 +173,5 @@ def test_where_a_surface_crosses_itself():
 
 def test_without_tetgen_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "tetgen", None)
-    with pytest.raises(ValidationError, match=r"needs tetgen; pip install '\.\[mesh\]' in the clone"):
+    with pytest.raises(ValidationError, match=r"tetgen, which .* is not installed; pip install '\.\[mesh\]' in the clone"):
         SolidMesh(inside={"surface": BOX, "size": 0.123})

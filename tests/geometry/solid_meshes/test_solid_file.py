@@ -236,11 +236,11 @@ def test_sets_that_name_nothing_are_kept_and_told(meshlane, tmp_path):
     path = tmp_path / "two.inp"
     path.write_text(ABAQUS + "*NSET, NSET=nobody\n*NSET, NSET=joined\n FLOOR, tips\n")
     mesh = SolidFile(path=str(path)).mesh()
-    assert [text for text, _ in solid_faults(mesh)] == ["1 set has no node: `nobody`"]
+    assert [text for text, _ in solid_faults(mesh)] == ["1 set has no nodes: `nobody`"]
     assert mesh.sets["joined"].tolist() == EVERY, "a set may name others"
     path = tmp_path / "two.msh"
     path.write_text(GMSH_22.replace('2\n2 7 "floor"', '3\n2 8 "roof"\n2 7 "floor"'))
-    with pytest.warns(UserWarning, match="two.msh: no element belongs to the physical groups `roof`"):
+    with pytest.warns(UserWarning, match="two.msh: the physical groups `roof`"):
         mesh = SolidFile(path=str(path)).mesh()
     assert list(mesh.sets) == ["floor", "solid body"]
     assert list(solid_faults(mesh)) == []
@@ -257,12 +257,12 @@ def two_volumes(meshlane, path, shift):
 def test_volumes_that_were_meshed_apart_are_refused(meshlane, tmp_path):
     path = tmp_path / "two.msh"
     two_volumes(meshlane, path, 0.0)
-    with pytest.warns(UserWarning, match="two.msh: the mesh is 2 pieces"), pytest.raises(CaseError) as error:
+    with pytest.warns(UserWarning, match="two.msh: the mesh consists of 2 pieces"), pytest.raises(CaseError) as error:
         loads(CASE.replace("FILE", str(path)))
     [problem] = error.value.problems
     assert problem.key == "body.cube.mesh"
-    assert problem.text.startswith(f"{path}: 9 pairs of nodes are at one place, for example numbers ")
-    assert "merge such nodes (in Gmsh: Coherence" in problem.remedy
+    assert problem.text.startswith(f"{path}: 9 pairs of nodes have the same position, for example numbers ")
+    assert "merge these nodes (in Gmsh: Coherence" in problem.remedy
 
 
 def test_pieces_of_a_mesh_are_warned_of_once(meshlane, tmp_path):
@@ -272,7 +272,7 @@ def test_pieces_of_a_mesh_are_warned_of_once(meshlane, tmp_path):
     file.write_text(CASE.replace("FILE", str(path)))
     result = CliRunner().invoke(app, ["validate", str(file)])
     assert result.exit_code == 0
-    text = f"warning: {path}: the mesh is 2 pieces that share no node, of 96 and 96 tetrahedra; no force passes between them"
+    text = f"warning: {path}: the mesh consists of 2 pieces that share no node, of 96 and 96 tetrahedra; no force acts"
     assert result.output.count(text) == 1
     assert result.output.count("warning: ") == 1
 
@@ -292,13 +292,15 @@ def test_a_mesh_is_made_once_while_its_file_does_not_change(meshlane, tmp_path):
 def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
     sheet = tmp_path / "sheet.vtk"
     meshlane.write(str(sheet), meshlane.Mesh(np.eye(3), [("triangle", np.array([[0, 1, 2]]))]))
-    with pytest.raises(ValidationError, match=r"no other solid element; .* is filled by `mesh = \{ inside = "):
+    with pytest.raises(ValidationError, match=r"other solid elements; .* fill a closed surface by `mesh = \{ inside = "):
         SolidFile(path=str(sheet))
-    with pytest.raises(ValidationError, match=r"there is no file .*; a relative path starts from the folder of the case file"):
+    with pytest.raises(
+        ValidationError, match=r"there is no file .*; a relative path is relative to the folder of the case file"
+    ):
         SolidFile(path=str(tmp_path / "none.msh"))
     with pytest.raises(ValidationError, match=r"did you mean `sheet\.vtk`"):
         SolidFile(path=str(tmp_path / "sheat.vtk"))
-    for name, why in (("poem.txt", "no format of meshes has the ending .txt"), ("poem", "its name has no ending")):
+    for name, why in (("poem.txt", "the file name ending .txt is not known"), ("poem", "its file name has no ending")):
         (tmp_path / name).write_text("a poem")
         with pytest.raises(ValidationError, match=rf"{name} cannot be read as a mesh: {why}; save it as one of Gmsh"):
             SolidFile(path=str(tmp_path / name))
@@ -310,14 +312,14 @@ def test_files_that_are_no_mesh_of_tetrahedra_are_refused(meshlane, tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "reason"),
     [
-        ("poem.msh", "a poem", "it does not hold what .msh files of Gmsh do"),
+        ("poem.msh", "a poem", "it does not follow the .msh format of Gmsh"),
         ("foo.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET FOO\n", "not FOO"),
         (
             "cut.msh",
             "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2\n",
-            "its section $Nodes has no end: there is no line $EndNodes",
+            "its section $Nodes has no end: the line $EndNodes is missing",
         ),
-        ("poem.abc", "a poem", "no format of meshes has the ending .abc"),
+        ("poem.abc", "a poem", "the file name ending .abc is not known"),
     ],
 )
 def test_a_file_that_cannot_be_read_is_one_finding_and_nothing_else_is_printed(name, text, reason, tmp_path, capfd):
@@ -336,7 +338,7 @@ def test_a_file_that_cannot_be_read_is_one_finding_and_nothing_else_is_printed(n
 def test_without_meshlane_the_extra_is_named(tmp_path, monkeypatch):
     (tmp_path / "a.bdf").write_text("GRID")
     monkeypatch.setitem(sys.modules, "meshlane", None)
-    with pytest.raises(ValueError, match=r"needs meshlane; pip install '\.\[mesh\]' in the clone"):
+    with pytest.raises(ValueError, match=r"meshlane, which .* is not installed; pip install '\.\[mesh\]' in the clone"):
         SolidFile(path=str(tmp_path / "a.bdf"))
 
 
@@ -357,7 +359,7 @@ def test_faces_of_bricks_and_wedges_that_abaqus_names(meshlane, tmp_path, kind, 
     for number in range(1, len(faces) + 1):
         lines += [f"*SURFACE, NAME=side{number}, TYPE=ELEMENT", f"all, S{number}"]
     (tmp_path / "a.inp").write_text("\n".join([*lines, ""]))
-    with pytest.warns(UserWarning, match="was cut into"):
+    with pytest.warns(UserWarning, match="was divided into"):
         mesh = SolidFile(path=str(tmp_path / "a.inp")).mesh()
     for number, named in enumerate(faces, 1):
         assert (mesh.sets[f"side{number}"] + 1).tolist() == [int(word) for word in named.split()]

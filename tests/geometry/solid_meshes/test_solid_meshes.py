@@ -74,29 +74,29 @@ def test_every_fault_of_a_mesh_is_told():
 
     turned = mesh.cells.copy()
     turned[5] = turned[5, [1, 0, 2, 3]]
-    assert re.match(r"1 tetrahedron is inverted, the first is number 5, counted from 0, at \(", *fault(mesh.nodes, turned))
+    assert re.match(r"1 tetrahedron is inverted; the first is number 5 \(counted from 0\), at \(", *fault(mesh.nodes, turned))
     again = [*mesh.cells, mesh.cells[3][[1, 2, 0, 3]]]
-    assert re.match(r"1 tetrahedron is there twice, for example numbers 3 and 96", *fault(mesh.nodes, again))
+    assert re.match(r"1 tetrahedron occurs twice, for example numbers 3 and 96", *fault(mesh.nodes, again))
     lonely = np.vstack([mesh.nodes, [9.0, 9.0, 9.0]])
     assert re.match(
-        r"1 node belongs to no tetrahedron, the first is number 35, counted from 0, at \(9, 9, 9\) m",
+        r"1 node belongs to no tetrahedron; the first is number 35 \(counted from 0\), at \(9, 9, 9\) m",
         *fault(lonely, mesh.cells),
     )
     lonely[35, 0] = np.nan
-    assert fault(lonely, mesh.cells) == ["node 35 (counted from 0) is at (nan, 9.0, 9.0), which is no place"]
+    assert fault(lonely, mesh.cells) == ["node 35 (counted from 0) has the position (nan, 9.0, 9.0), which is not finite"]
     flat = mesh.nodes.copy()
     flat[mesh.cells[0, 3]] = flat[mesh.cells[0, :3]].mean(axis=0)
     assert any(
-        re.match(r"\d+ tetrahedr\w+ (has|have) no volume, the first is number 0", text) for text in fault(flat, mesh.cells)
+        re.match(r"\d+ tetrahedr\w+ (has|have) no volume; the first is number 0", text) for text in fault(flat, mesh.cells)
     )
     named = SimplexMesh(mesh.nodes, mesh.cells, {"top": np.array([1]), "rim": np.zeros(0, int), "edge": np.zeros(0, int)})
     text, remedy = next(solid_faults(named))
-    assert text == "2 sets have no node: `rim`, `edge`"
-    assert remedy == f"list their nodes, or take them out of the file: {REPAIR}"
+    assert text == "2 sets have no nodes: `rim`, `edge`"
+    assert remedy == f"list their nodes, or remove the sets from the file: {REPAIR}"
     extra = np.vstack([mesh.nodes, mesh.nodes[mesh.cells[0]].mean(axis=0)])
     shared = mesh.faces[0][mesh.faces[1][:, 1] >= 0][0]
     over = [*mesh.cells, [*shared, len(mesh.nodes)]]
-    assert any("more than two tetrahedra, for example that of nodes" in text for text in fault(extra, over))
+    assert any("more than two tetrahedra, for example the face of nodes" in text for text in fault(extra, over))
     assert any("more than two tetrahedra" in text for text in fault(extra, [*over, mesh.cells[3]]))
 
 
@@ -112,16 +112,15 @@ def two_boxes(gap=0.0):
 def test_nodes_at_one_place_that_tetrahedra_do_not_share_are_told(gap):
     mesh = two_boxes(gap)
     [(text, remedy)] = solid_faults(mesh)
-    named = (
-        r"9 pairs of nodes are at one place, for example numbers (\d+) and (\d+), counted from 0, at \((.*)\) m, (\S+) m apart,"
-    )
+    named = r"9 pairs of nodes have the same position, for example numbers (\d+) and (\d+) \(counted from 0\), at \((.*)\) m; "
+    named += r"their distance is (\S+) m"
     one, other, place, distance = re.match(named, text).groups()
     assert mesh.nodes[int(one)] == pytest.approx(np.array(place.split(", "), float), abs=1e-6)
     assert mesh.nodes[int(other)] == pytest.approx(mesh.nodes[int(one)], abs=2e-8)
     assert float(distance) == pytest.approx(gap, abs=1e-15)
     limit = float(re.search(r"must be more than (\S+) m", text)[1])
     assert limit == pytest.approx(1e-6 * np.cbrt(2.0 / len(mesh.cells)), rel=1e-2)
-    assert "merge such nodes" in remedy
+    assert "merge these nodes" in remedy
 
 
 def test_nodes_near_each_other_are_no_fault_and_pieces_are_told():
@@ -129,11 +128,11 @@ def test_nodes_near_each_other_are_no_fault_and_pieces_are_told():
     assert list(solid_faults(mesh)) == []
     larger, smaller = len(box_mesh(*np.eye(3)[:2], (2, 2, 2)).cells), len(box_mesh(*np.eye(3)[:2], (2, 2, 1)).cells)
     assert apart(mesh).startswith(
-        f"the mesh is 2 pieces that share no node, of {larger} and {smaller} tetrahedra; no force passes"
+        f"the mesh consists of 2 pieces that share no node, of {larger} and {smaller} tetrahedra; no force acts"
     )
     one = np.array([[0, 1, 2, 3]])
     many = SimplexMesh(np.random.default_rng(0).uniform(size=(28, 3)), np.vstack([one + 4 * k for k in range(7)]))
-    assert "is 7 pieces that share no node, of 1, 1, 1, 1, 1, ... tetrahedra" in apart(many)
+    assert "consists of 7 pieces that share no node, of 1, 1, 1, 1, 1, ... tetrahedra" in apart(many)
     assert apart(box_mesh(LOWER, UPPER, (3, 2, 1))) is None
 
 

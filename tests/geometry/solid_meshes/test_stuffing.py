@@ -61,8 +61,8 @@ def test_faces_of_the_lattices_box_are_flat_and_end_sharp():
 @pytest.mark.parametrize(
     ("size", "words"),
     [
-        (1.0, r"have 64 % of the volume of the shape, which must be within 10 %; make `size` smaller"),
-        (1e-3, r"a mesh of about 1.6e\+10 points, and one has at most 2e\+06; make it coarser"),
+        (1.0, r"the mesh has 64 % of the volume of the shape; the error must be at most 10 %; decrease `size`"),
+        (1e-3, r"the mesh would have about 1.6e\+10 points, but at most 2e\+06 are allowed; make the mesh coarser"),
     ],
 )
 def test_a_lattice_too_coarse_or_too_fine_is_refused(size, words):
@@ -71,7 +71,9 @@ def test_a_lattice_too_coarse_or_too_fine_is_refused(size, words):
 
 
 def test_nothing_inside_is_refused():
-    with pytest.raises(ValueError, match=r"no node of a lattice with cubes of 0\.5 m lies inside; make `size` smaller"):
+    with pytest.raises(
+        ValueError, match=r"`size` = 0\.5 m is too large: no node of the lattice lies inside the region; decrease `size`"
+    ):
         stuffed(lambda points: np.zeros(len(points), bool), np.zeros(3), (2, 2, 2), 0.5)
 
 
@@ -79,7 +81,7 @@ def test_parts_that_touch_along_an_edge_alone_are_refused():
     def two_cubes(points):
         return ((points[:, 0] <= 0.0) & (points[:, 1] <= 0.0)) | ((points[:, 0] >= 0.0) & (points[:, 1] >= 0.0))
 
-    with pytest.raises(ValueError, match="parts of the mesh touch along an edge alone at"):
+    with pytest.raises(ValueError, match="two parts of the mesh are connected only by an edge at"):
         stuffed(two_cubes, np.array([-1.0, -1.0, -1.0]), (8, 8, 8), 0.25)
 
 
@@ -88,5 +90,5 @@ def test_the_surface_of_what_is_filled_must_be_closed():
     with pytest.raises(ValidationError):
         SolidMesh(fill={"shape": {"inside": {"surface": ball}}, "size": 0.1})
     tube = {"tube": {"start": (0, 0, 0), "end": (0, 0, 1), "radius": 0.5, "points": (12, 5)}}
-    with pytest.raises(ValidationError, match="the surface is open: it has no inside"):
+    with pytest.raises(ValidationError, match="the surface is open, so it has no inside"):
         SolidMesh(fill={"shape": {"inside": {"surface": tube}}, "size": 0.1})

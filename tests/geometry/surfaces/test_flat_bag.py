@@ -58,7 +58,7 @@ def write_bag(path, rings):
 
 def blown_up(path):
     """Radius, half of the thickness, volume."""
-    with pytest.warns(UserWarning, match="kept apart, as layers on each other"):
+    with pytest.warns(UserWarning, match="not merged, as they belong to separate layers"):
         case = loads(CASE.replace("PATH", str(path)))
     simulation = Simulation(case, threads=1)
     while not simulation.clock.finished(None):

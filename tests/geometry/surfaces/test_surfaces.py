@@ -104,9 +104,9 @@ def test_a_lid_closes_its_face_outward(face):
 
 
 def test_surfaces_without_a_direction_are_refused():
-    with pytest.raises(ValueError, match="normal is zero"):
+    with pytest.raises(ValueError, match="`normal` has zero length"):
         Disc(centre=(0, 0, 0), normal=(0, 0, 0), radius=1.0, rings=2)
-    with pytest.raises(ValueError, match="start and end are the same point"):
+    with pytest.raises(ValueError, match="`start` and `end` are the same point"):
         Tube(start=(0, 0, 0), end=(0, 0, 0), radius=1.0, points=(8, 2))
 
 
@@ -150,9 +150,9 @@ def test_open_faces_of_a_box_are_left_out_with_their_points():
 
 def test_boxes_without_faces_or_extent_are_refused():
     every = ("x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper")
-    with pytest.raises(ValueError, match="leaves no surface"):
+    with pytest.raises(ValueError, match="so no surface is left"):
         BoxSurface(**BOX, open=every)
-    with pytest.raises(ValueError, match=r"upper is not above lower along z: 3 m and 3 m"):
+    with pytest.raises(ValueError, match=r"`upper` must exceed `lower` along z: 3 m is not greater than 3 m"):
         BoxSurface(**BOX | {"upper": (2.0, 4.0, 3.0)})
 
 
@@ -196,7 +196,7 @@ def test_a_part_of_a_sphere_is_a_cap():
 
 
 def test_a_part_without_an_element_of_the_sphere_is_refused():
-    with pytest.raises(ValueError, match=r"of the sphere lies in `part` .* up to 0.39 m wide; make the box larger"):
+    with pytest.raises(ValueError, match=r"of the sphere has all corners in `part`; .* up to 0.39 m wide; enlarge the box"):
         SphereSurface(centre=(0, 0, 0), radius=1.0, divisions=4, part={"lower": (0, 0, 0.9), "upper": (0.1, 0.1, 1)})
 
 
@@ -307,7 +307,7 @@ def test_a_halved_cushion_keeps_the_order_of_its_corners():
 @pytest.mark.parametrize(("points", "axis"), [((2, 5), "x"), ((5, 2), "y")])
 def test_sheets_that_would_coincide_are_refused(points, axis):
     settings = {"centre": (0, 0, 0), "sides": (1.0, 1.0), "height": 0.2, "points": points}
-    with pytest.raises(ValueError, match=f"2 points along {axis} all lie on the common edges.* use at least 3"):
+    with pytest.raises(ValueError, match=f"2 points along {axis} all points lie on the common edges.* use at least 3"):
         CushionSurface(**settings)
     for halved in (axis, "z"):
         assert not list(mesh_faults(CushionSurface(**settings, halved=(halved,)).mesh(), closed=False))
@@ -344,5 +344,5 @@ def test_a_part_of_a_tube_ends_in_the_planes_of_its_box():
     assert len(mesh.quads) == 8 * 5
     assert np.count_nonzero(mesh.vertices[:, 0] == 0.0) == 6
     assert np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2]) == pytest.approx(25.0, rel=1e-9)
-    with pytest.raises(ValueError, match=r"no quadrilateral of the tube lies in `part`"):
+    with pytest.raises(ValueError, match=r"no quadrilateral of the tube has all corners in `part`"):
         Surface(tube=keys | {"part": {"lower": [0, 0, 0], "upper": [1, 1, 1]}})

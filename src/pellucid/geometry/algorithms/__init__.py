@@ -1,1 +1,1 @@
-"""Computational geometry: points in surfaces, crossings, quadrature, orders in space, moments."""
+"""Computational geometry: point-in-surface tests, intersections, quadrature, spatial ordering, moments."""

@@ -1,23 +1,23 @@
-"""A tree of oriented boxes about triangles, and the pairs of edges and triangles that may meet.
+"""Tree of oriented bounding boxes around triangles, to find pairs of edges and triangles that may intersect.
 
-Each box lies along the principal axes of its triangles (Gottschalk, Lin & Manocha 1996, SIGGRAPH, 171), so boxes about long
-facets are as thin as these, whatever their direction. Boxes are halved by the centres of the triangles; those of one level are
-tested at once.
+Each box is aligned with the principal axes of its triangles (Gottschalk, Lin & Manocha 1996, SIGGRAPH, 171), so boxes around
+long facets are thin in any direction. Boxes are split at the median of the triangle centres; all boxes of a level are tested at
+once.
 """
 
 from collections.abc import Iterator
 
 import numpy as np
 
-LEAF = 4  # triangles in a box of the last level, at most
+LEAF = 4  # largest number of triangles in a box of the last level
 EDGES_AT_ONCE = 20_000
-PAIRS_AT_ONCE = 200_000  # of an edge and a box; bounds the memory
+PAIRS_AT_ONCE = 200_000  # pairs of an edge and a box; limits the memory
 
 
 class BoundingTree:
-    """Boxes about m triangles with corners [m], shape (m, 3, 3).
+    """Boxes around m triangles with corners [m], shape (m, 3, 3).
 
-    slack: distance [m] by which boxes are wider than their triangles; vertices: numbers of the corners, shape (m, 3).
+    slack: margin added to each side of the boxes [m]; vertices: vertex numbers of the corners, shape (m, 3).
     """
 
     def __init__(self, corners: np.ndarray, vertices: np.ndarray, slack: float) -> None:
@@ -37,7 +37,7 @@ class BoundingTree:
             axes = np.linalg.eigh(spread)[1].transpose(0, 2, 1)  # in rows
             local = np.einsum("mij,mkj->mki", axes[own], corners[order])
             low, high = np.minimum.reduceat(local.min(axis=1), start), np.maximum.reduceat(local.max(axis=1), start)
-            shared = vertices[order][start]  # vertices that all triangles of a box have, -1 without
+            shared = vertices[order][start]  # vertices shared by all triangles of a box, else -1
             has = (vertices[order][:, None, :] == shared[own][:, :, None]).any(axis=2)
             shared = np.where(np.logical_and.reduceat(has, start), shared, -1)
             self._levels.append((axes, 0.5 * (low + high), 0.5 * (high - low) + slack, shared))
@@ -45,13 +45,13 @@ class BoundingTree:
             wide = np.maximum.reduceat(centre, start) - np.minimum.reduceat(centre, start)
             along = wide.argmax(axis=1)[own]
             self._order = order[np.lexsort((centre[np.arange(m), along], own))]
-        # triangles of the last level are halved no more, so their order within a box does not matter
+        # boxes of the last level are not split, so the order of their triangles does not matter
 
     def near(self, edges: np.ndarray, start: np.ndarray, end: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield numbers of edges and of triangles near them, shape (p,) each, for some of the edges at once.
+        """Yield numbers of edges and of nearby triangles, shape (p,) each, in blocks.
 
-        edges: numbers of the vertices at the ends, shape (n, 2); triangles that share one with an edge may be left out. start,
-        end: their places [m], shape (n, 3).
+        edges: vertex numbers of the ends, shape (n, 2); triangles that share a vertex with an edge may be omitted. start, end:
+        positions of the ends [m], shape (n, 3).
         """
         middle, half = 0.5 * (start + end), 0.5 * (end - start)
         last = len(self._levels) - 1
@@ -86,8 +86,11 @@ def _meets(
     half: np.ndarray,
     box: np.ndarray,
 ) -> np.ndarray:
-    """Return which edges may meet a triangle of their boxes: those that no plane along a side of the box or along the edge
-    separates from it, and that have no vertex in common with all of its triangles."""
+    """Return a mask of the edges that may intersect a triangle of their boxes.
+
+    An edge is excluded if a separating plane exists (along a side of the box or along the edge), or if all triangles of the box
+    share one of its vertices.
+    """
     axes, centre, size, shared = (some[box] for some in level)
     away = np.einsum("nij,nj->ni", axes, middle) - centre
     along = np.einsum("nij,nj->ni", axes, half)

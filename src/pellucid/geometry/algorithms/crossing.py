@@ -1,4 +1,4 @@
-"""Where two triangulated surfaces cross or lie on each other."""
+"""Intersections of triangulated surfaces, including surfaces that lie on each other."""
 
 import numpy as np
 
@@ -9,7 +9,11 @@ ROUNDING = 1e-9  # of an edge
 
 
 def crossing(first: Triangulation, second: Triangulation) -> np.ndarray | None:
-    """A place [m], shape (3,), where an edge of one goes through a triangle of the other or a vertex lies on one; else None."""
+    """Return a position [m], shape (3,), where an edge of one surface intersects a triangle of the other; None if there is
+    none.
+
+    An edge or vertex that lies on a triangle counts as an intersection.
+    """
     for one, other in ((first, second), (second, first)):
         place = _piercing(one, other, np.arange(len(one.vertices)), -2 - np.arange(len(other.vertices)), True)
         if place is not None:
@@ -18,10 +22,11 @@ def crossing(first: Triangulation, second: Triangulation) -> np.ndarray | None:
 
 
 def self_crossing(surface: Triangulation, in_plane: bool = True) -> np.ndarray | None:
-    """A place [m], shape (3,), where an edge of a surface meets a triangle that has none of its vertices; else None.
+    """Return a position [m], shape (3,), where an edge of a surface intersects a triangle with other vertices; None if there is
+    none.
 
-    Vertices at one place are one here. in_plane: whether an edge that lies in a triangle meets it, which layers on each other
-    do not.
+    Coincident vertices count as one. in_plane: count edges that lie in the plane of a triangle, which must be excluded for
+    layers on each other.
     """
     number = np.unique(surface.vertices + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
     return _piercing(surface, surface, number, number, in_plane)
@@ -30,7 +35,8 @@ def self_crossing(surface: Triangulation, in_plane: bool = True) -> np.ndarray |
 def _piercing(
     one: Triangulation, other: Triangulation, of_one: np.ndarray, of_other: np.ndarray, in_plane: bool
 ) -> np.ndarray | None:
-    """The first place where an edge of one meets a triangle of the other that has no vertex of the same number."""
+    """Return the first position where an edge of one surface intersects a triangle of the other that shares no vertex
+    number."""
     edges = np.unique(np.sort(one.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     start, end = one.vertices[edges[:, 0]], one.vertices[edges[:, 1]]
     corners, numbers = other.vertices[other.triangles], of_other[other.triangles]
@@ -51,13 +57,16 @@ def _piercing(
 
 
 def _meeting(p: np.ndarray, d: np.ndarray, corners: np.ndarray, slack: float, in_plane: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Which edges from places p along d meet their triangles, and where (Möller & Trumbore 1997, J. Graph. Tools 2, 21)."""
+    """Return a mask of the edges from positions p along d that intersect their triangles, and the intersection points.
+
+    Source: Möller & Trumbore 1997, J. Graph. Tools 2, 21.
+    """
     a = corners[:, 0]
     u, v = corners[:, 1] - a, corners[:, 2] - a
     normal, h = np.cross(u, v), np.cross(d, v)
     determinant = np.sum(u * h, axis=1)
     along = np.abs(determinant) <= ROUNDING * np.linalg.norm(d, axis=1) * np.linalg.norm(normal, axis=1)
-    # an edge along a triangle meets it where its start lies on it
+    # an edge parallel to a triangle intersects it if its start lies on the triangle
     scale = np.where(along, np.sum(normal * normal, axis=1), determinant)
     s = p - a
     foot = s - np.sum(s * normal, axis=1)[:, None] / np.sum(normal * normal, axis=1)[:, None] * normal

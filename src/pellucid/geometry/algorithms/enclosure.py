@@ -1,21 +1,22 @@
-"""What a triangulated surface encloses: a test for points by counting crossings, the volume, heights over the surface."""
+"""Space enclosed by a triangulated surface: point-in-surface test by counting crossings, volume, heights above the surface."""
 
 import numpy as np
 
 from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 
 NUDGE = np.array([0.7548776662e-9, 0.5698402910e-9])
-"""Shift of the rays over the extent of the surface, in two incommensurable parts: no ray then meets a vertex or an edge."""
+"""Shift of the rays divided by the extent of the surface; the two components are incommensurable, so that no ray intersects a
+vertex or an edge."""
 NO_VOLUME = 1e-12  # of the cube of the extent
-PAIRS_AT_ONCE = 2_000_000  # of a ray and a triangle; bounds the memory
+PAIRS_AT_ONCE = 2_000_000  # pairs of a ray and a triangle; limits the memory
 
 
 def inside(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Which points [m], shape (n, 3), lie inside a closed surface: booleans, shape (n,).
+    """Return a mask of the points [m], shape (n, 3), that lie inside a closed surface, shape (n,).
 
-    A ray along x through each point; inside is where it has crossed an odd number of triangles. Points with the same y and z
-    share their ray. Whether a ray meets a triangle is decided by the sides of its three edges on which it lies; the sum that
-    tells the side is formed in the same order for both triangles at an edge, so that rounding cannot open a gap between them.
+    A ray is cast along x to each point, which is inside if the ray has crossed an odd number of triangles. Points with the same
+    y and z share a ray. A ray crosses a triangle if it lies on the same side of its three edges. The sum for an edge is
+    evaluated in the same order for both adjacent triangles, so that rounding cannot open a gap between them.
     """
     if len(points) == 0 or len(triangles) == 0:
         return np.zeros(len(points), dtype=bool)
@@ -23,7 +24,7 @@ def inside(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> n
     lower = vertices.min(axis=0)
     extent = (vertices.max(axis=0) - lower).max()
     ray, x = _crossings((rays - lower[1:]) / extent + NUDGE, (vertices - lower) / extent, triangles)
-    # one sorted key for all rays: the number of the ray, and within it the place along x
+    # one sorted key for all rays: the number of the ray, and within it the position along x
     span = 4.0
     keys = np.sort(ray * span + np.clip(x, -1.0, 2.0))
     start = np.searchsorted(keys, np.arange(len(rays)) * span - 1.5)
@@ -33,7 +34,10 @@ def inside(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> n
 
 
 def enclosed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
-    """Volume [m³] inside a closed surface by the divergence theorem; pieces inside an odd number of others are holes."""
+    """Return the volume [m³] inside a closed surface by the divergence theorem.
+
+    Pieces inside an odd number of other pieces are holes.
+    """
     piece = pieces(directed_edges(triangles), len(vertices))[triangles[:, 0]]
     names = np.unique(piece)
     volumes = {name: signed_volume(vertices, triangles[piece == name]) for name in names}
@@ -46,19 +50,18 @@ def enclosed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
 
 
 def signed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
-    """Volume [m³] inside a closed surface whose normals point outward; negative where they point inward."""
+    """Return the volume [m³] inside a closed surface, positive if its normals point outward."""
     a, b, c = (vertices - vertices.mean(axis=0))[triangles.T]
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def is_inside_out(vertices: np.ndarray, triangles: np.ndarray) -> bool:
-    """Return True if the normals of a closed surface point inward; one that encloses nothing but rounding, such as a flat bag,
-    has no inside."""
+    """Return True if the normals of a closed surface point inward; False if its volume is zero up to rounding (a flat bag)."""
     return signed_volume(vertices, triangles) < -NO_VOLUME * float(np.ptp(vertices, axis=0).max()) ** 3
 
 
 def _rays(yz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The different pairs (y, z), shape (m, 2), and for each point the number of its pair."""
+    """Return the unique pairs (y, z), shape (m, 2), and for each point the number of its pair."""
     y, row = np.unique(yz[:, 0], return_inverse=True)
     z, column = np.unique(yz[:, 1], return_inverse=True)
     codes, ray_of = np.unique(row * len(z) + column, return_inverse=True)
@@ -66,7 +69,7 @@ def _rays(yz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the ray and place along x of every crossing of a ray along x with a triangle."""
+    """Return the ray number and the x coordinate of every crossing of a ray along x with a triangle."""
     n_bins = max(1, int(np.sqrt(len(rays))))
     low, high = rays.min(axis=0), rays.max(axis=0)
     scale = n_bins / np.maximum(high - low, 1e-300)
@@ -82,7 +85,7 @@ def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) ->
     bottom, top = corners.min(axis=1), corners.max(axis=1)
     met = np.flatnonzero(np.all((top >= low) & (bottom <= high), axis=1))
     first, last = bin_of(bottom[met]), bin_of(top[met])
-    # a triangle and a row of bins: the rays in it are neighbours in the order of the bins
+    # pairs of a triangle and a row of bins: the rays in them are consecutive in the order of the bins
     which, step = spread(last[:, 0] - first[:, 0] + 1)
     row = (first[which, 0] + step) * n_bins
     begin, end = start[row + first[which, 1]], start[row + last[which, 1] + 1]
@@ -99,23 +102,23 @@ def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) ->
 
 
 def spread(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For counts (2, 3): which (0, 0, 1, 1, 1) and the step within each (0, 1, 0, 1, 2)."""
+    """Return the index of each item and its step within that index: for counts (2, 3), (0, 0, 1, 1, 1) and (0, 1, 0, 1, 2)."""
     which = np.repeat(np.arange(len(counts)), counts)
     return which, np.arange(len(which)) - (np.cumsum(counts) - counts)[which]
 
 
 def _meet(ray: np.ndarray, rays: np.ndarray, vertices: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Those pairs of a ray and a triangle that meet: the ray, and the x of the meeting."""
+    """Return the ray number and the x coordinate of the crossing for those pairs of ray and triangle that intersect."""
     p = rays[ray]
     sides = np.stack([_side(triangle[:, i], triangle[:, (i + 1) % 3], vertices, p) for i in range(3)])
     hit = np.all(sides > 0.0, axis=0) | np.all(sides < 0.0, axis=0)
     weight = sides[:, hit] / sides[:, hit].sum(axis=0)
-    opposite = vertices[triangle[hit][:, [2, 0, 1]], 0].T  # the side of an edge weighs the corner across from it
+    opposite = vertices[triangle[hit][:, [2, 0, 1]], 0].T  # the weight of a corner is the area at the opposite edge
     return ray[hit], np.einsum("ij,ij->j", weight, opposite)
 
 
 def _side(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Twice the signed area of edge a-b with p in the plane (y, z); exactly opposite for the edge b-a."""
+    """Return twice the signed area of edge a-b with p in the plane (y, z); exactly opposite for the edge b-a."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     edge = vertices[high, 1:] - vertices[low, 1:]
     away = p - vertices[low, 1:]
@@ -123,7 +126,8 @@ def _side(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, p: np.ndarray) -> 
 
 
 def heights(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """How far points [m], shape (n, 3), lie over the planes of the triangles whose centres are nearest to them, shape (n,)."""
+    """Return the heights of points [m], shape (n, 3), above the planes of the triangles with the nearest centres, shape
+    (n,)."""
     from scipy.spatial import cKDTree
 
     corners = vertices[triangles]

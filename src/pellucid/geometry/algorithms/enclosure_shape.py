@@ -1,8 +1,8 @@
-"""Area, enclosed volume and ellipsoid of a triangulated surface; an open one is closed by lids over its rims.
+"""Area, enclosed volume and equivalent ellipsoid of a triangulated surface; an open surface is closed by lids over its rims.
 
-Integrals over what a surface encloses are sums over the tetrahedra between its triangles and a point, exact for a polyhedron.
-The ellipsoid with the same volume and second moments M = ∫ x⊗x dV about the centroid has semi-axes sqrt(5 m/V) along the
-eigenvectors of M with the eigenvalues m (Ramanujan & Pozrikidis 1998, J. Fluid Mech. 361, 117, take it for capsules).
+Integrals over the enclosed space are sums over the tetrahedra between the triangles and a point, exact for a polyhedron. The
+ellipsoid with the same volume and second moments M = ∫ x⊗x dV about the centroid has semi-axes sqrt(5 m/V) along the
+eigenvectors of M with eigenvalues m (Ramanujan & Pozrikidis 1998, J. Fluid Mech. 361, 117, use it for capsules).
 """
 
 from typing import NamedTuple
@@ -12,29 +12,29 @@ import numpy as np
 from pellucid.geometry.algorithms.lids import Lids, capped
 from pellucid.geometry.meshes.cells import corner_areas
 
-NOTHING = 1e-12  # of the third power of its extent: the volume of a flat surface
+NOTHING = 1e-12  # of the cube of the extent: a surface with a smaller volume is flat
 
 
 class Ellipsoid(NamedTuple):
-    """Semi-axes [m], the longest first, shape (3,), and their directions, rows of a matrix, shape (3, 3)."""
+    """Semi-axes [m], longest first, shape (3,), and their directions as rows of a matrix, shape (3, 3)."""
 
     axes: np.ndarray
     directions: np.ndarray
 
 
 def surface_area(position: np.ndarray, triangles: np.ndarray) -> float:
-    """Area of the triangles [m²], without lids."""
+    """Return the area of the triangles [m²], without lids."""
     a, b, c = position[triangles.T]
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
 def volume_with_lids(position: np.ndarray, triangles: np.ndarray) -> float:
-    """Volume inside [m³], negative where the normals turn inwards."""
+    """Return the enclosed volume [m³], negative if the normals point inward."""
     return Lids(position, triangles).volume(position, corner_areas(position, triangles))
 
 
 def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """The ellipsoid of the same volume and second moments as what is inside; nan where that is nothing."""
+    """Return the ellipsoid with the volume and second moments of the enclosed space; nan if the volume is zero."""
     corners, volumes = _tetrahedra(position, triangles)
     volume = float(volumes.sum())
     if abs(volume) <= NOTHING * float(np.ptp(position, axis=0).max()) ** 3:
@@ -49,7 +49,8 @@ def ellipsoid_of(position: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
 
 
 def _tetrahedra(position: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Corners about the mean of the vertices, the fourth of each, shape (t, 3, 3), and volumes with their sign."""
+    """Return three corners of each tetrahedron relative to the fourth (the mean vertex), shape (t, 3, 3), and signed
+    volumes."""
     vertices, closed = capped(position, triangles)
     corners = vertices[closed] - position.mean(axis=0)
     return corners, np.linalg.det(corners) / 6.0

@@ -1,4 +1,4 @@
-"""The ellipse or ellipsoid with the same second moments as what a closed curve or surface encloses."""
+"""Equivalent ellipse or ellipsoid: the same second moments as the space enclosed by a closed curve or surface."""
 
 from typing import NamedTuple
 
@@ -6,41 +6,42 @@ import numpy as np
 
 
 class Ellipsoid(NamedTuple):
-    """Semi-axes [m], shape (d,), ascending, and their directions, the columns of a matrix, shape (d, d)."""
+    """Semi-axes [m], shape (d,), ascending, and their directions as columns of a matrix, shape (d, d)."""
 
     semi_axes: np.ndarray
     directions: np.ndarray
 
     @property
     def deformation(self) -> float:
-        """Taylor's (L - B)/(L + B) of the longest and the shortest axis."""
+        """Taylor's deformation (L - B)/(L + B) of the longest and the shortest axis."""
         shortest, longest = float(self.semi_axes[0]), float(self.semi_axes[-1])
         return (longest - shortest) / (longest + shortest)
 
     @property
     def inclination(self) -> float:
-        """Angle of the longest axis with x, in the plane of x and y [°], from -90 to 90."""
+        """Angle between the longest axis and x in the plane of x and y [°], from -90 to 90."""
         x, y = self.directions[:2, -1]
         return float((np.degrees(np.arctan2(y, x)) + 90.0) % 180.0 - 90.0)
 
 
 def of_curve(places: np.ndarray) -> Ellipsoid:
-    """The ellipse of a polygon with corners [m], shape (n, 2), in their order."""
+    """Return the equivalent ellipse of a polygon with ordered corners [m], shape (n, 2)."""
     x, y = (places - places.mean(axis=0)).T
     following = np.roll(np.stack([x, y]), -1, axis=1)
-    corners = np.stack([np.stack([x, y]), following, np.zeros((2, len(x)))])  # of triangles with the mean place
+    corners = np.stack([np.stack([x, y]), following, np.zeros((2, len(x)))])  # of triangles with the mean position
     return _of_simplices(corners.transpose(2, 0, 1), 0.5 * (x * following[1] - following[0] * y))
 
 
 def of_surface(vertices: np.ndarray, triangles: np.ndarray) -> Ellipsoid:
-    """The ellipsoid of a closed triangulation with vertices [m], shape (n, 3)."""
+    """Return the equivalent ellipsoid of a closed triangulation with vertices [m], shape (n, 3)."""
     corners = (vertices - vertices.mean(axis=0))[triangles]
     volumes = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     return _of_simplices(np.concatenate([corners, np.zeros((len(corners), 1, 3))], axis=1), volumes)
 
 
 def _of_simplices(corners: np.ndarray, measures: np.ndarray) -> Ellipsoid:
-    """Of triangles or tetrahedra with corners, shape (m, d + 1, d), and areas or volumes, shape (m,), which have a sign.
+    """Return the equivalent ellipsoid of triangles or tetrahedra with corners, shape (m, d + 1, d), and signed measures, shape
+    (m,).
 
     The integral of x ⊗ x over a simplex is its measure times (Σ c ⊗ c + (Σ c) ⊗ (Σ c)) / ((d + 1)(d + 2)).
     """

@@ -1,4 +1,4 @@
-"""Lids over the rims of a surface, which close it: flat ones, or planes of symmetry in which a rim lies."""
+"""Lids that close the rims of a surface: flat lids, or planes of symmetry that contain a rim."""
 
 from typing import NamedTuple
 
@@ -7,21 +7,21 @@ import numpy as np
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 
-LEVEL = 1e-6  # of the longest edge of a rim: within this an edge lies in a plane across an axis
-FLAT = 1e-3  # of the extent of a rim, by which its points may lie off a plane
-BENT = 0.1  # of its extent, from where on a lid to the mean of its points tells nothing of the volume
+LEVEL = 1e-6  # of the longest edge of a rim: tolerance by which an edge lies in a plane perpendicular to an axis
+FLAT = 1e-3  # of the extent of a rim: deviation of its points from a plane up to which it is flat
+BENT = 0.1  # of the extent of a rim: deviation above which a lid to the mean of its points gives no meaningful volume
 
 
 class Rims(NamedTuple):
-    """Edges at the borders of a surface, in the sense of its triangles."""
+    """Boundary edges of a surface, in the direction of their triangles."""
 
     edges: np.ndarray  # (k, 2)
-    beside: np.ndarray  # (k,) the third corner of the triangle at each
-    number: np.ndarray  # (k,) of the rim of each
+    beside: np.ndarray  # (k,) third corner of the triangle at each edge
+    number: np.ndarray  # (k,) number of the rim of each edge
 
 
 def rims_of(triangles: np.ndarray) -> Rims:
-    """Of triangles, shape (m, 3), counterclockwise about the normals."""
+    """Return the rims of triangles, shape (m, 3), counterclockwise about the normals."""
     edges, n = directed_edges(triangles), int(triangles.max(initial=0)) + 1
     _, place, count = np.unique(np.sort(edges, axis=1) @ (n, 1), return_index=True, return_counts=True)
     open_ones = np.sort(place[count == 1])
@@ -30,15 +30,16 @@ def rims_of(triangles: np.ndarray) -> Rims:
 
 
 class Lids:
-    """How the rims of a surface are closed, by where they lie at the start.
+    """The lids over the rims of a surface, chosen from the initial positions.
 
-    Over a flat rim lie triangles to the mean of its points. A bent one whose edges lie in planes across axes, as that of a
-    quarter of a ball in two planes of symmetry, is closed by these planes: n has no component a in planes across other axes,
-    so that V = ∫(x_a - c_a) n_a dA is the volume, with c_a the place of the plane across the axis a, of which there may be one.
+    A flat rim is closed by triangles to the mean of its points. A bent rim whose edges lie in planes perpendicular to axes,
+    such as the rim of a quarter sphere in two planes of symmetry, is closed by these planes: component a of the normal is zero
+    in planes perpendicular to other axes, so the volume is V = ∫(x_a - c_a) n_a dA, where c_a is the position of the plane
+    perpendicular to axis a. There may be only one such plane.
     """
 
     def __init__(self, places: np.ndarray, triangles: np.ndarray) -> None:
-        """places [m], shape (n, 3); triangles, shape (m, 3)."""
+        """Choose the lids. places [m], shape (n, 3); triangles, shape (m, 3)."""
         self.rims = rims_of(triangles)
         number = self.rims.number
         bends = np.array([_bend(places[self.rims.edges[number == rim]]) for rim in range(number.max(initial=-1) + 1)])
@@ -47,17 +48,19 @@ class Lids:
         by_planes = (bends > FLAT) & in_planes
         counts = [self._number_of_planes(places, across, by_planes[number], axis) for axis in range(3)]
         self._axis = int(np.argmin(counts))
-        """Along which the volume is summed."""
+        """Axis of the volume integral."""
         if min(counts) > 1:
             by_planes[:] = False
         self.bend = float(bends[~by_planes].max(initial=0.0))
-        """By how much of their extent points of a rim lie off the plane of its lid, at most."""
+        """Largest deviation of the points of a rim from the plane of its lid, divided by the extent of the rim."""
         self._capped = ~by_planes[number]
         self._at_plane = self.rims.edges[~self._capped & (across == self._axis)]
 
     def _planes(self, places: np.ndarray) -> np.ndarray:
-        """The axis across which each edge lies in a plane, -1 without one: where there are several, that along which the
-        surface leaves the edge most."""
+        """Return the axis perpendicular to the plane of each edge, -1 if there is none.
+
+        If there are several, the axis along which the surface departs most from the edge is chosen.
+        """
         first, second = (places[self.rims.edges[:, end]] for end in (0, 1))
         lengths = np.linalg.norm(second - first, axis=1)
         longest = np.zeros(self.rims.number.max(initial=-1) + 1)
@@ -67,19 +70,19 @@ class Lids:
         return np.where(level.any(axis=1), np.argmax(leaves, axis=1), -1)
 
     def _number_of_planes(self, places: np.ndarray, across: np.ndarray, chosen: np.ndarray, axis: int) -> int:
-        """Of different ones across an axis, of the chosen edges."""
+        """Count the different planes perpendicular to an axis that contain the chosen edges."""
         heights = np.sort(places[self.rims.edges[chosen & (across == axis), 0], axis])
         extent = float(np.ptp(places, axis=0).max(initial=0.0))
         return int(np.count_nonzero(np.diff(heights, prepend=-np.inf) > FLAT * extent)) if len(heights) else 0
 
     def volume(self, places: np.ndarray, areas: np.ndarray) -> float:
-        """Inside the surface and its lids [m³], negative where the normals turn inwards.
+        """Return the volume inside the surface and its lids [m³], negative if the normals point inward.
 
-        places [m], areas: of the surface about each of them [m²], shape (n, 3) each.
+        places: positions [m]; areas: vector area of the surface around each [m²], shape (n, 3) each.
         """
         axes = [0, 1, 2] if self._capped.all() else [self._axis]
         at_plane = places[self._at_plane].reshape(-1, 3)
-        about = places - (at_plane if len(at_plane) else places).mean(axis=0)  # less is lost to rounding far from the origin
+        about = places - (at_plane if len(at_plane) else places).mean(axis=0)  # reduces rounding errors far from the origin
         found = float(np.sum((about * areas)[:, axes]))
         if self._capped.any():
             corners, caps = _caps(self.rims, about)
@@ -89,13 +92,13 @@ class Lids:
 
 
 def capped(places: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles of a surface with a lid to the mean of the points of each rim."""
+    """Return vertices and triangles of a surface that is closed by a lid from each rim to the mean of its points."""
     corners, caps = _caps(rims_of(triangles), places)
     return corners, np.concatenate([triangles, caps])
 
 
 def _caps(rims: Rims, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The places and the mean of the points of each rim [m], and a triangle from each edge to it, shape (k, 3)."""
+    """Return the positions and the mean point of each rim [m], and a triangle from each edge to it, shape (k, 3)."""
     first = places[rims.edges[:, 0]]
     sums = np.stack([np.bincount(rims.number, first[:, axis]) for axis in range(3)], axis=1)
     means = sums / np.bincount(rims.number)[:, None]
@@ -103,6 +106,6 @@ def _caps(rims: Rims, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _bend(edges: np.ndarray) -> float:
-    """How far the points of a rim lie off a plane, over its extent: root mean squares; edges [m], shape (k, 2, 3)."""
+    """Return the RMS deviation of the points of a rim from a plane, divided by its extent; edges [m], shape (k, 2, 3)."""
     sizes = np.linalg.svd(edges[:, 0] - edges[:, 0].mean(axis=0), compute_uv=False)
     return float(sizes[-1] / sizes[0]) if len(sizes) == 3 and sizes[0] > 0.0 else 0.0

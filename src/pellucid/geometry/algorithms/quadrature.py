@@ -1,6 +1,6 @@
-"""Quadrature on simplices: points as shares of the corners, and weights as shares of the volume.
+"""Quadrature on simplices: points in barycentric coordinates, and weights as fractions of the volume.
 
-Rules of 8, 16 and 32 points divide the tetrahedron first, in eight by its edges' middles or in four about its own.
+Rules of 8, 16 and 32 points first divide the tetrahedron: into eight by the midpoints of its edges, or into four by its centre.
 Source of the rule of 4 points: Hammer, Marlowe & Stroud 1956, Math. Tables Aids Comput. 10, 130; it is exact to degree 2.
 """
 
@@ -9,8 +9,8 @@ from math import sqrt
 import numpy as np
 
 _EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
-# eight of equal volume: four at the corners, four about the diagonal between the middles of edges 02 and 13 (Bey 1995,
-# Computing 55, 355); numbers from 4 on are middles in the order of _EDGES
+# eight of equal volume: four at the corners, four around the diagonal between the midpoints of edges 02 and 13 (Bey 1995,
+# Computing 55, 355); numbers from 4 on are midpoints in the order of _EDGES
 _EIGHT = ((0, 4, 5, 6), (4, 1, 7, 8), (5, 7, 2, 9), (6, 8, 9, 3), (4, 5, 6, 8), (4, 5, 7, 8), (5, 6, 8, 9), (5, 7, 8, 9))
 
 
@@ -24,7 +24,7 @@ def _four() -> np.ndarray:
 
 
 def _in_parts(rule: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """A rule on each part, whose corners are shares of the whole, shape (parts, 4, 4)."""
+    """Apply a rule to each part; parts: barycentric coordinates of the corners, shape (parts, 4, 4)."""
     return np.asarray(np.einsum("qk,pkc->pqc", rule, parts).reshape(-1, 4))
 
 
@@ -47,7 +47,8 @@ TETRAHEDRON = {
     16: _in_parts(_four(), _four_parts()),
     32: _in_parts(_four(), _eight_parts()),
 }
-"""Points of each rule by their number, as shares of the corners, shape (points, 4); all of one weight, 1/points."""
+"""Barycentric coordinates of the quadrature points by the number of points of the rule, shape (points, 4); all weights are
+1/points."""
 
 # exact to degree 4 (Cowper 1973, Int. J. Numer. Methods Eng. 7, 405)
 _NEAR, _FAR = 0.108103018168070, 0.816847572980459
@@ -57,6 +58,6 @@ TRIANGLE = np.array(
         *(np.full((3, 3), 0.091576213509771) + (_FAR - 0.091576213509771) * np.eye(3)),
     ]
 )
-"""Points on a triangle, as shares of the corners, shape (6, 3)."""
+"""Barycentric coordinates of the quadrature points of a triangle, shape (6, 3)."""
 TRIANGLE_WEIGHTS = np.repeat([0.223381589678011, 0.109951743655322], 3)
-"""Of these points, as shares of the area, shape (6,)."""
+"""Weights of these points as fractions of the area, shape (6,)."""

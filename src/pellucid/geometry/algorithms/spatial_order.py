@@ -1,14 +1,14 @@
-"""An order of points in which neighbours in space mostly stand near each other: along Morton's curve."""
+"""Spatial ordering of points along a Morton curve: neighbours in space are mostly close in memory."""
 
 import numpy as np
 
 from pellucid.geometry.meshes.triangulation import Triangulation
 
-BITS = 10  # of a coordinate
+BITS = 10  # per coordinate
 
 
 def spatial_order(points: np.ndarray) -> np.ndarray:
-    """The order of points [m], shape (n, 3), along the curve, shape (n,); points at one place keep their order."""
+    """Return the order of points [m], shape (n, 3), along the curve, shape (n,); coincident points keep their order."""
     lower = points.min(axis=0)
     extent = max(float((points.max(axis=0) - lower).max()), np.finfo(float).tiny)
     cells = np.minimum((points - lower) / extent * 2**BITS, 2**BITS - 1).astype(np.int64)
@@ -20,7 +20,7 @@ def spatial_order(points: np.ndarray) -> np.ndarray:
 
 
 def side_by_side(mesh: Triangulation) -> Triangulation:
-    """The same surface with nodes in that order, and triangles in the order of their nodes: what is near is near in memory."""
+    """Return the surface with nodes in spatial order and triangles in the order of their nodes."""
     order = spatial_order(mesh.vertices)
     number = np.empty(len(order), np.int64)
     number[order] = np.arange(len(order))

@@ -1,1 +1,1 @@
-"""What is wrong with meshes, how well shaped their elements are, and what can be mended."""
+"""Mesh checks: faults, element quality, and repairs."""

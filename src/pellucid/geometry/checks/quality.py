@@ -1,12 +1,12 @@
-"""How well shaped elements are: dihedral angles of tetrahedra, one number for each element."""
+"""Element quality: dihedral angles of tetrahedra, and one quality number for each element."""
 
 import numpy as np
 
-_EDGES = ((0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 2, 0), (2, 3, 0, 1))  # an edge, the corners across
+_EDGES = ((0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 2, 0), (2, 3, 0, 1))  # an edge, the opposite corners
 
 
 def dihedral_angles(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """The angles between the faces of tetrahedra at their six edges [degrees], shape (c, 6); of a regular one 70.53."""
+    """Return the angles between the faces of tetrahedra at their six edges [degrees], shape (c, 6); 70.53 if regular."""
     x = nodes[cells]
     angles = []
     for a, b, c, d in _EDGES:
@@ -18,14 +18,14 @@ def dihedral_angles(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def triangle_qualities(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Area over the mean square of the sides, 1 for equilateral and 0 for flat triangles, shape (m,)."""
+    """Return the area over the mean squared side, scaled to 1 for equilateral and 0 for flat triangles, shape (m,)."""
     x = vertices[triangles]
     area = 0.5 * np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
     return np.asarray(4.0 / np.sqrt(3.0) * area / _mean_square(x, ((0, 1), (1, 2), (2, 0))))
 
 
 def quad_qualities(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """Twice the area of the smallest triangle at a corner over the mean square of the sides, 1 for squares, shape (m,)."""
+    """Return twice the smallest triangle area at a corner over the mean squared side, 1 for squares, shape (m,)."""
     x = vertices[quads]
     sides = np.roll(x, -1, axis=1) - x
     corners = np.linalg.norm(np.cross(np.roll(sides, 1, axis=1), sides), axis=2).min(axis=1, initial=np.inf)
@@ -33,7 +33,8 @@ def quad_qualities(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
 
 
 def tetrahedron_qualities(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Volume to the power 2/3 over the mean square of the edges, 1 for regular and 0 for flat tetrahedra, shape (c,)."""
+    """Return the volume to the power 2/3 over the mean squared edge, scaled to 1 for regular and 0 for flat tetrahedra, shape
+    (c,)."""
     x = nodes[cells]
     volume = np.abs(np.einsum("ij,ij->i", np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), x[:, 3] - x[:, 0])) / 6.0
     edges = tuple((a, b) for a, b, _, _ in _EDGES)
@@ -41,6 +42,6 @@ def tetrahedron_qualities(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def _mean_square(places: np.ndarray, sides: tuple[tuple[int, int], ...]) -> np.ndarray:
-    """Mean square of the sides of elements with corners at places, shape (m, corners, 3): shape (m,); never 0."""
+    """Return the mean squared side of elements with corner positions, shape (m, corners, 3): shape (m,), never 0."""
     squares = [np.square(places[:, a] - places[:, b]).sum(axis=1) for a, b in sides]
     return np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny)

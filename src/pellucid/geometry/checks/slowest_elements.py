@@ -1,4 +1,4 @@
-"""A few elements that make the stable step of a mesh much smaller than the others would."""
+"""Detection of a few bad elements that reduce the stable time step of a mesh."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,20 +8,22 @@ import numpy as np
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.geometry.meshes.surface_mesh import Mesh
 
-MUCH = 5.0  # times smaller
-FEW = 0.01  # of the elements
+MUCH = 5.0  # factor by which the bad elements must reduce the time step
+FEW = 0.01  # largest fraction of bad elements
 
 
 class Slowest(NamedTuple):
-    """The fewest elements, the worst first, without which the stable step is more than `MUCH` times larger."""
+    """The fewest elements, worst first, without which the stable time step is more than `MUCH` times larger."""
 
     elements: np.ndarray
-    times: float  # larger
+    times: float  # ratio of the stable time step without them to the actual one
 
 
 def rates_of_surface(mesh: Mesh) -> np.ndarray:
-    """Half the largest eigenfrequency of each quadrilateral, then triangle, over the speed c of waves in it [1/m], shape (m,):
-    each bounds the step by its own, c √Σ|∇N_K|² but for a factor."""
+    """Return half the largest eigenfrequency of each quadrilateral, then triangle, over its wave speed c [1/m], shape (m,).
+
+    Each element limits the time step by c √Σ|∇N_K|², up to a factor.
+    """
     quads, triangles = mesh.vertices[mesh.quads], mesh.vertices[mesh.triangles]
     one, other = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
     edges = triangles - np.roll(triangles, 1, axis=1)
@@ -31,16 +33,17 @@ def rates_of_surface(mesh: Mesh) -> np.ndarray:
 
 
 def slowest_of_surface(mesh: Mesh) -> Slowest | None:
-    """The slowest quadrilaterals and triangles, by their own frequencies."""
+    """Return the quadrilaterals and triangles that limit the time step, by their element frequencies."""
     rates = rates_of_surface(mesh)
     worst = np.argsort(-rates, kind="stable")
     return _fewest(worst, lambda count: float(rates[worst[count]]))
 
 
 def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
-    """Tetrahedra with linear functions, by the bound on the frequencies of the nodes a, Σ_e V |∇N_a| Σ_b |∇N_b| / V_a."""
+    """Return the linear tetrahedra that limit the time step, by the bound of the nodal frequencies, Σ_e V |∇N_a| Σ_b |∇N_b| /
+    V_a."""
     corners, volumes, n = mesh.nodes[mesh.cells], np.abs(mesh.volumes), len(mesh.nodes)
-    slopes = np.empty((len(corners), 4))  # |∇N_a|, the area of the face across over three volumes
+    slopes = np.empty((len(corners), 4))  # |∇N_a|: area of the opposite face over three times the volume
     for a in range(4):
         b, c, d = (corners[:, (a + k) % 4] for k in (1, 2, 3))
         slopes[:, a] = 0.5 * np.linalg.norm(np.cross(c - b, d - b), axis=1) / (3.0 * volumes)
@@ -58,7 +61,11 @@ def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
 
 
 def _fewest(worst: np.ndarray, without: Callable[[int], float]) -> Slowest | None:
-    """worst: elements, the worst first; without: the rate that bounds the step [1/s] without so many, which falls with them."""
+    """Find the fewest elements by bisection.
+
+    worst: elements, worst first; without: returns the rate that limits the time step [1/s] if the given number of worst
+    elements is removed.
+    """
     most = min(max(1, int(FEW * len(worst))), len(worst) - 1)
     whole = without(0)
     if most < 1 or whole <= MUCH * without(most):
@@ -71,15 +78,15 @@ def _fewest(worst: np.ndarray, without: Callable[[int], float]) -> Slowest | Non
 
 
 def step_warning(name: str, found: Slowest, centres: np.ndarray) -> str:
-    """The warning about body `name`; centres: of all its elements [m], shape (m, 3)."""
+    """Return the warning about body `name`; centres: positions of all its elements [m], shape (m, 3)."""
     first = int(found.elements[0])
     place = ", ".join(f"{value:.4g}" for value in centres[first])
     count = len(found.elements)
     which = f"element {first}" if count == 1 else f"{count} elements, the worst of which is"
     number = "" if count == 1 else f" number {first}"
     return (
-        f"the stable step of body {name} is {found.times:.2g} times smaller than without {which}{number} (counted from 0, of "
-        f"{len(centres)}), at ({place}) m: it is very flat or short; mend the mesh there, or make it coarser"
+        f"the stable time step of body {name} is {found.times:.2g} times smaller than without {which}{number} (counted from 0, "
+        f"of {len(centres)}), at ({place}) m, which is very flat or short; improve the mesh there, or make it coarser"
     )
 
 

@@ -1,4 +1,4 @@
-"""What can be mended of a mesh of tetrahedra without moving a node."""
+"""Repairs of tetrahedral meshes that do not move nodes."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from pellucid.geometry.meshes.triangulation import first_of_each
 
 
 def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
-    """The mesh with corners in an order that makes volumes positive; what to tell of that of the first `n_told` cells."""
+    """Return the mesh with corners reordered so that all volumes are positive, and notes about the first `n_told` cells."""
     turned = np.flatnonzero(mesh.volumes < 0.0)
     if not len(turned):
         return mesh, []
@@ -22,38 +22,40 @@ def upright(mesh: SimplexMesh, n_told: int) -> tuple[SimplexMesh, list[str]]:
         return upright_mesh, []
     where = in_file(mesh.nodes[mesh.cells[told[0]]].mean(axis=0))
     how_many = "all" if len(told) == n_told else str(len(told))
-    return upright_mesh, [f"{how_many} of {n_told} tetrahedra were turned: their corners were in the other order, {where}"]
+    return upright_mesh, [f"{how_many} of {n_told} tetrahedra were inverted: their corners were reordered, the first {where}"]
 
 
 def repaired(mesh: SimplexMesh) -> tuple[SimplexMesh, list[str]]:
-    """The mesh without what holds nothing: tetrahedra with a corner twice, flat ones at the surface, those that are there
-    again, nodes of none, sets of no node. Says what it did, with places in the unit of the nodes."""
+    """Return the mesh without useless parts, and notes on the changes, with positions in the unit of the nodes.
+
+    Removed are tetrahedra with a repeated corner, flat ones at the surface, duplicates, unused nodes, and empty sets.
+    """
     notes: list[str] = []
 
     def kept(cells: np.ndarray, keep: np.ndarray, one: str, many: str) -> np.ndarray:
         gone = np.flatnonzero(~keep)
         if len(gone):
             where = in_file(mesh.nodes[cells[gone[0]]].mean(axis=0))
-            notes.append(f"{counted(len(gone), f'{one} was', f'{many} were')} left out, the first {where}")
+            notes.append(f"{counted(len(gone), f'{one} was', f'{many} were')} removed, the first {where}")
         return cells[keep]
 
     cells = mesh.cells
     twice = (np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1)
-    cells = kept(cells, ~twice, "tetrahedron with a corner twice", "tetrahedra with a corner twice")
-    cells = kept(cells, first_of_each(cells), "tetrahedron that is there again", "tetrahedra that are there again")
+    cells = kept(cells, ~twice, "tetrahedron with a repeated corner", "tetrahedra with a repeated corner")
+    cells = kept(cells, first_of_each(cells), "duplicate tetrahedron", "duplicate tetrahedra")
     outer = np.zeros(len(cells), bool)
-    outer[outer_faces_of_cells(cells)[1]] = True  # within the solid one may hold together what lies on both of its sides
+    outer[outer_faces_of_cells(cells)[1]] = True  # inside the solid, a flat tetrahedron may connect the cells on its two sides
     flat = outer & flat_cells(SimplexMesh(mesh.nodes, cells))
     cells = kept(cells, ~flat, "tetrahedron without volume", "tetrahedra without volume")
     used = np.zeros(len(mesh.nodes), bool)
     used[cells] = True
     if lone := int(np.count_nonzero(~used)):
         where = in_file(mesh.nodes[np.flatnonzero(~used)[0]])
-        notes.append(f"{counted(lone, 'node of', 'nodes of')} no tetrahedron left out, the first {where}")
+        notes.append(f"{counted(lone, 'unused node was', 'unused nodes were')} removed, the first {where}")
     number = np.cumsum(used) - 1
     sets = {name: number[nodes[used[nodes]]] for name, nodes in mesh.sets.items()}
     empty = [f"`{name}`" for name, nodes in sets.items() if not len(nodes)]
     if empty:
-        notes.append(f"{counted(len(empty), 'set', 'sets')} without a node left out: {', '.join(empty)}")
+        notes.append(f"{counted(len(empty), 'set without nodes was', 'sets without nodes were')} removed: {', '.join(empty)}")
     sets = {name: nodes for name, nodes in sets.items() if len(nodes)}
     return SimplexMesh(mesh.nodes[used], number[cells], sets), notes

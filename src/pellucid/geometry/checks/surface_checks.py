@@ -1,4 +1,4 @@
-"""What is wrong with a surface of elements: holes, flipped, repeated, empty or crooked elements, lone vertices."""
+"""Checks of surface meshes: holes, inconsistent orientation, repeated, degenerate or non-convex elements, unused vertices."""
 
 from collections.abc import Callable, Iterator
 
@@ -12,31 +12,33 @@ from pellucid.geometry.meshes.joining import layers_parted
 from pellucid.geometry.meshes.surface_mesh import NO_QUADS, Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces
 
-FLATTEST = 1e-10  # area over the square of the longest edge; an element below it has no normal worth the name
-STRAIGHTEST = 1e-3  # at a corner, twice the area with its neighbours over that of the whole: a square has 1
-MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral, whose element is flat
+FLATTEST = 1e-10  # area over the square of the longest edge: the normal of an element with a smaller value is not meaningful
+STRAIGHTEST = 1e-3  # twice the area of the triangle at a corner over the area of the quadrilateral: 1 for a square
+MOST_FOLDED = 45.0  # degrees between the halves of a quadrilateral; the element formulation assumes a flat one
 
 
 def faults(vertices: np.ndarray, triangles: np.ndarray, closed: bool) -> Iterator[Fault]:
-    """Everything wrong with a surface of triangles, as text and remedy."""
+    """Yield the faults of a triangulated surface, as text and remedy."""
     return mesh_faults(Mesh(vertices, NO_QUADS, triangles), closed)
 
 
 def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
-    """Everything wrong with a surface of quadrilaterals and triangles, as text and remedy.
+    """Yield the faults of a surface of quadrilaterals and triangles, as text and remedy.
 
-    What makes neighbours ambiguous (repeated and empty elements, edges with more than two) hides the rest until it is mended.
+    Faults that make neighbours ambiguous (repeated and degenerate elements, edges with more than two elements) hide the others
+    until they are repaired.
     """
     nowhere = np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1))
     if len(nowhere):
         number = int(nowhere[0])
-        yield f"vertex {number} is at {tuple(mesh.vertices[number].tolist())}, which is no place", "give it finite coordinates"
+        text = f"vertex {number} has the position {tuple(mesh.vertices[number].tolist())}, which is not finite"
+        yield text, "correct its coordinates"
         return
     elements = _Elements(mesh)
     ambiguous = False
     yield from _lone(elements)
     empty, repeated = list(_empty(elements)), list(_repeated(elements))
-    # edges that are crowded only by repeated or empty elements are mended with these
+    # edges that are crowded only by repeated or degenerate elements are not reported again
     sound = _Elements(_without_empty_and_repeated(mesh)) if empty or repeated else elements
     for fault in (*empty, *repeated, *_crowded(sound)):
         ambiguous = True
@@ -52,7 +54,7 @@ def mesh_faults(mesh: Mesh, closed: bool) -> Iterator[Fault]:
         if not (flipped or holes) and is_inside_out(*mesh.triangulated()):
             volume = signed_volume(*mesh.triangulated())
             text = f"the normals point inward: the {elements.many} enclose {volume:.4g} m^3, which must be positive"
-            yield text, f"turn the {elements.many} round: of a file, `repair = true` or `reverse = true` does it"
+            yield text, f"reverse the {elements.many}; for a mesh file, set `repair = true` or `reverse = true`"
 
 
 def _without_empty_and_repeated(mesh: Mesh) -> Mesh:
@@ -62,7 +64,7 @@ def _without_empty_and_repeated(mesh: Mesh) -> Mesh:
 
 
 class _Elements:
-    """The elements, and the edges of all of them in order, so that those between the same vertices are neighbours."""
+    """The elements and their sorted directed edges; edges between the same vertices are adjacent."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.vertices, self.quads, self.triangles = mesh
@@ -78,33 +80,33 @@ class _Elements:
         self.codes = np.sort(2 * (low * len(self.vertices) + high) + (start > end))  # the last bit is the direction
 
     def corner(self, element: int) -> np.ndarray:
-        """Where the first corner of an element is, shape (3,)."""
+        """Return the position of the first corner of an element, shape (3,)."""
         k = element - self.first_triangle
         return np.asarray(self.vertices[self.quads[element, 0] if k < 0 else self.triangles[k, 0]])
 
     def ends(self, codes: np.ndarray) -> np.ndarray:
-        """The two vertices of edges without direction, the smaller one first, shape (k, 2)."""
+        """Return the two vertices of undirected edges, the smaller number first, shape (k, 2)."""
         return np.stack([codes // len(self.vertices), codes % len(self.vertices)], axis=1)
 
     def edges_of(self, wanted: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """The edges, shape (k, 2), whose number of elements is as wanted."""
+        """Return the edges, shape (k, 2), whose number of elements fulfils a condition."""
         first = np.flatnonzero(np.diff(self.codes // 2, prepend=-1))
         counts = np.diff(first, append=len(self.codes))
         return self.ends(self.codes[first[wanted(counts)]] // 2)
 
     def place(self, edge: np.ndarray) -> str:
-        """Where an edge is, for a message."""
+        """Return the position of an edge as text for a message."""
         return _place(self.vertices[edge].mean(axis=0))
 
     def count(self, n: int, verb: str, verbs: str) -> str:
-        """How many elements do what, for a message."""
+        """Return a number of elements followed by a verb, for a message."""
         return counted(n, f"{self.one} {verb}", f"{self.many} {verbs}")
 
 
 def _lone(elements: _Elements) -> Iterator[Fault]:
     lone = np.flatnonzero(np.bincount(elements.edges[:, 0], minlength=len(elements.vertices)) == 0)
     if len(lone):
-        text = f"{counted(len(lone), 'vertex belongs', 'vertices belong')} to no {elements.one}, the first is number {lone[0]}"
+        text = f"{counted(len(lone), 'vertex belongs', 'vertices belong')} to no {elements.one}; the first is number {lone[0]}"
         yield f"{text}{_place(elements.vertices[lone[0]])}; such a point has no mass", f"remove them: {REPAIR}"
 
 
@@ -112,20 +114,22 @@ def _empty(elements: _Elements) -> Iterator[Fault]:
     empty = empty_elements(Mesh(elements.vertices, elements.quads, elements.triangles))
     found = np.flatnonzero(empty)
     if len(found):
-        text = f"{elements.count(len(found), 'has', 'have')} no area, the first is number {found[0]}"
-        yield text + _place(elements.corner(found[0])), f"remove them, and join their corners where they are one: {REPAIR}"
+        text = f"{elements.count(len(found), 'has', 'have')} no area; the first is number {found[0]}"
+        yield text + _place(elements.corner(found[0])), f"remove them, and merge coincident corners: {REPAIR}"
     collapsed = np.flatnonzero(
         np.any(np.diff(np.sort(elements.quads, axis=1), axis=1) == 0, axis=1) & ~empty[: elements.first_triangle]
     )
     if len(collapsed):
         text = f"{counted(len(collapsed), 'quadrilateral has', 'quadrilaterals have')} the same vertex at two corners"
         place = _place(elements.corner(collapsed[0]))
-        yield f"{text}, the first is number {collapsed[0]}{place}", f"make triangles of them: {REPAIR}"
+        yield f"{text}; the first is number {collapsed[0]}{place}", f"replace them by triangles: {REPAIR}"
 
 
 def empty_elements(mesh: Mesh, flattest: float = FLATTEST) -> np.ndarray:
-    """Which elements have no area, or less than `flattest` of the square of their longest side; quadrilaterals first, shape
-    (q + t,)."""
+    """Return a mask of the degenerate elements, quadrilaterals first, shape (q + t,).
+
+    An element is degenerate if its area is at most `flattest` times the square of its longest side.
+    """
     small = []
     for corners in (mesh.quads, mesh.triangles):
         places = mesh.vertices[corners]
@@ -144,12 +148,10 @@ def _repeated(elements: _Elements) -> Iterator[Fault]:
     if found:
         one, other = found[0]
         are_layers = layers_parted(Mesh(elements.vertices, elements.quads, elements.triangles)) is not None
-        text = f"{elements.count(len(found), 'is', 'are')} there twice, for example numbers {one} and {other}"
-        remedy = (
-            "if these are the two layers of a flat bag, set `closed = true`, or save it as OBJ or PLY with vertices of its "
-        )
-        remedy += f"own for each layer; otherwise keep each {elements.one} once: {REPAIR}"
-        plain = f"keep each {elements.one} once: {REPAIR}"
+        text = f"{elements.count(len(found), 'occurs', 'occur')} twice, for example numbers {one} and {other}"
+        remedy = "if these are the two layers of a flat bag, set `closed = true`, or save the mesh as OBJ or PLY with separate "
+        remedy += f"vertices for each layer; otherwise remove the duplicates: {REPAIR}"
+        plain = f"remove the duplicates: {REPAIR}"
         yield text + _place(elements.corner(other)), remedy if are_layers else plain
 
 
@@ -157,29 +159,31 @@ def _crowded(elements: _Elements) -> Iterator[Fault]:
     crowded = elements.edges_of(lambda n: n > 2)
     if len(crowded):
         text = f"{counted(len(crowded), 'edge has', 'edges have')} more than two {elements.many}, for example"
-        yield f"{text} {_between(crowded[0])}{elements.place(crowded[0])}", "make each sheet that meets there a body of its own"
+        yield f"{text} {_between(crowded[0])}{elements.place(crowded[0])}", "make each sheet that meets there a separate body"
 
 
 def _crooked(elements: _Elements) -> Iterator[Fault]:
-    """Quadrilaterals that are not convex, or far from flat."""
+    """Yield faults for quadrilaterals that are not convex or far from flat."""
     bent, folds = crooked_quads(elements.vertices, elements.quads)
     found = np.flatnonzero(bent)
     if len(found):
-        text = f"{counted(len(found), 'quadrilateral is', 'quadrilaterals are')} not convex, the first is number {found[0]}"
-        text += f"{_place(elements.corner(found[0]))}: it has a corner of 180 degrees or more, or its edges cross"
-        yield text, f"order the corners round the element, or cut it into triangles: {REPAIR}, where its edges do not cross"
+        text = f"{counted(len(found), 'quadrilateral is', 'quadrilaterals are')} not convex; the first is number {found[0]}"
+        text += f"{_place(elements.corner(found[0]))}, which has a corner of 180 degrees or more, or edges that cross"
+        yield text, f"order the corners around the element, or divide it into triangles (if no edges cross: {REPAIR})"
     fold = folds.max(axis=0)
     found = np.flatnonzero((fold > MOST_FOLDED) & ~bent)
     if len(found):
         worst = found[np.argmax(fold[found])]
         text = f"{counted(len(found), 'quadrilateral is', 'quadrilaterals are')} far from flat; number {worst} is folded by "
         text += f"{fold[worst]:.0f} degrees about a diagonal, which must be at most {MOST_FOLDED:g}"
-        yield text + _place(elements.corner(worst)), f"make them finer there, or cut them into triangles: {REPAIR}"
+        yield text + _place(elements.corner(worst)), f"refine the mesh there, or divide them into triangles: {REPAIR}"
 
 
 def crooked_quads(vertices: np.ndarray, quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which quadrilaterals are not convex, shape (q,), and the angles between the halves of each where it is cut from the first
-    corner and from the second one [degrees], shape (2, q)."""
+    """Return a mask of the quadrilaterals that are not convex, shape (q,), and their fold angles [degrees], shape (2, q).
+
+    A fold angle is the angle between the two halves, divided from the first corner and from the second corner.
+    """
     places = vertices[quads]
     area = _vector_area(places)
     size = np.linalg.norm(area, axis=1)
@@ -201,24 +205,25 @@ def _flipped(elements: _Elements) -> Iterator[Fault]:
         if elements.codes[same[0]] % 2:
             directed = directed[::-1]
         one, other = elements.owner[np.all(elements.edges == directed, axis=1)]
-        text = f"neighbouring {elements.many} face opposite sides at {counted(len(same), 'edge', 'edges')}, for example numbers"
-        remedy = f"let all {elements.many} turn the same way about the normal: {REPAIR}"
-        yield f"{text} {min(one, other)} and {max(one, other)}{elements.place(directed)}", remedy
+        text = f"neighbouring {elements.many} have opposite normals at {counted(len(same), 'edge', 'edges')}, for example"
+        remedy = f"order the corners of all {elements.many} consistently: {REPAIR}"
+        yield f"{text} numbers {min(one, other)} and {max(one, other)}{elements.place(directed)}", remedy
 
 
 def _holes(elements: _Elements) -> Iterator[Fault]:
     rim = elements.edges_of(lambda n: n == 1)
     if len(rim):
         loops = len(np.unique(pieces(rim, len(elements.vertices))[rim[:, 0]]))
-        text = f"is declared closed and has {counted(loops, 'hole', 'holes')} with {counted(len(rim), 'edge', 'edges')} in all"
+        text = f"the surface is declared closed but has {counted(loops, 'hole', 'holes')}"
+        text += f" with {counted(len(rim), 'edge', 'edges')} in total"
         largest = max(map(len, rims(Mesh(elements.vertices, elements.quads, elements.triangles))), default=len(rim))
-        remedy = f"close it: of a file, `repair = true` with `close_holes = {largest}` does it, or `pellucid mesh FILE --repair"
-        remedy += f" --close-holes {largest} --out NEW`; or declare it open with `closed = false`"
-        yield f"{text}, one of them {_between(rim[0])}{elements.place(rim[0])}", remedy
+        remedy = f"close it: for a mesh file, set `repair = true` and `close_holes = {largest}`, or run `pellucid mesh FILE"
+        remedy += f" --repair --close-holes {largest} --out NEW`; or declare it open with `closed = false`"
+        yield f"{text}, one of which is {_between(rim[0])}{elements.place(rim[0])}", remedy
 
 
 def _vector_area(places: np.ndarray) -> np.ndarray:
-    """Area times normal of triangles and quadrilaterals with corners at places, shape (m, 3 or 4, 3): shape (m, 3)."""
+    """Return the vector areas of triangles or quadrilaterals with corner positions, shape (m, 3 or 4, 3): shape (m, 3)."""
     first, second = places[:, 2] - places[:, 0], places[:, -1] - places[:, 1]
     return 0.5 * np.cross(first, second)
 

@@ -1,4 +1,4 @@
-"""Holes of a surface closed by triangles."""
+"""Closing of holes in a surface by triangles."""
 
 from collections import Counter
 
@@ -8,13 +8,15 @@ from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 
 Triangles = list[tuple[int, int, int]]
-MOST_EDGES = 200  # of a hole that is closed: the time goes with the cube, and takes seconds then
-FLATTEST = 1e-6  # area over the square of the longest edge, of a triangle that closes a hole
+MOST_EDGES = 200  # of a hole that is closed: the time grows with the cube, and is a few seconds then
+FLATTEST = 1e-6  # smallest area over the square of the longest edge of a triangle that closes a hole
 
 
 def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
-    """The surface with its holes of up to so many edges closed by the triangles with the shortest sides. Slits between edges
-    on one line are closed all the same, by triangles without area."""
+    """Close holes of up to `most_edges` edges by the triangles with the shortest sides; return the mesh and notes.
+
+    Slits between collinear edges are always closed, by triangles without area.
+    """
     loops = rims(mesh)
     if not loops:
         return mesh, []
@@ -28,25 +30,26 @@ def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
         where = "near ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*mesh.vertices[loop].mean(axis=0))
         slit = _is_straight(mesh.vertices[loop])
         if not slit and len(loop) > most_edges:
-            notes += [f"a hole of {len(loop)} edges stays open, {where}"] * (most_edges > 0)
+            text = f"a hole of {len(loop)} edges was not closed, as it has more than {most_edges}, {where}"
+            notes += [text] * (most_edges > 0)
             continue
         triangles = _cover(mesh.vertices, loop, known, slit)
         if triangles is None and (parts := _parted(loop)):
             waiting += parts
             continue
         if triangles is None:
-            notes.append(f"a hole of {len(loop)} edges stays open, as no triangles fit into it, {where}")
+            notes.append(f"a hole of {len(loop)} edges was not closed, as no triangles fit into it, {where}")
             continue
         new += triangles
         known |= {frozenset(pair) for a, b, c in triangles for pair in ((a, b), (b, c), (c, a))}
-        what = f"a slit of {len(loop)} edges was joined" if slit else f"a hole of {len(loop)} edges was closed"
+        what = f"a slit of {len(loop)} edges was closed" if slit else f"a hole of {len(loop)} edges was closed"
         notes.append(f"{what}, {where}")
     triangles_of_holes = np.array(new, np.int64).reshape(-1, 3)
     return Mesh(mesh.vertices, mesh.quads, np.concatenate([mesh.triangles, triangles_of_holes])), notes
 
 
 def _parted(loop: list[int]) -> list[list[int]]:
-    """A ring in two at a vertex that it comes by twice, where more than two fans of elements meet; none where it does not."""
+    """Split a ring at a vertex that it visits twice, where more than two fans of elements meet; return [] if there is none."""
     seen: dict[int, int] = {}
     for place, vertex in enumerate(loop):
         if vertex in seen:
@@ -57,9 +60,9 @@ def _parted(loop: list[int]) -> list[list[int]]:
 
 
 def rims(mesh: Mesh) -> list[list[int]]:
-    """The vertices of each ring of edges that have one element only, against the turn of the elements: holes and rims."""
+    """Return the vertices of each ring of boundary edges (holes and rims), in the direction opposite to the elements."""
     edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
-    edges = edges[edges[:, 0] != edges[:, 1]]  # of elements that name a vertex twice
+    edges = edges[edges[:, 0] != edges[:, 1]]  # elements with a repeated vertex have edges of zero length
     key = edges.min(axis=1) * len(mesh.vertices) + edges.max(axis=1)
     _, first, count = np.unique(key, return_index=True, return_counts=True)
     after: dict[int, list[int]] = {}
@@ -75,8 +78,11 @@ def rims(mesh: Mesh) -> list[list[int]]:
 
 
 def _ring(start: int, after: dict[int, list[int]], shared: dict[int, dict[int, int]]) -> list[int]:
-    """A ring from a vertex on; its edges are taken out of `after`. Empty where it does not come back, as where elements face
-    opposite sides. Where holes touch at a vertex, a ring leads from a fan of elements to another one."""
+    """Return the ring that starts at a vertex, and remove its edges from `after`.
+
+    The result is empty if the path does not return to its start, as for inconsistently oriented elements. If holes touch at a
+    vertex, a ring connects different fans of elements.
+    """
     way = [start]
     while (following := after.get(way[-1])) is not None:
         fans = shared.get(way[-1], {})
@@ -94,7 +100,7 @@ def _ring(start: int, after: dict[int, list[int]], shared: dict[int, dict[int, i
 
 
 def _fans(mesh: Mesh, vertex: int) -> dict[int, int]:
-    """To which fan of elements round a vertex the edges to its neighbours belong, by these."""
+    """Return for each neighbour of a vertex the fan of elements that its edge belongs to."""
     neighbours = []
     for corners in (mesh.quads, mesh.triangles):
         element, place = np.nonzero(corners == vertex)
@@ -107,7 +113,7 @@ def _fans(mesh: Mesh, vertex: int) -> dict[int, int]:
 
 
 def _is_straight(places: np.ndarray) -> bool:
-    """Whether places, shape (n, 3), lie on one line."""
+    """Return True if positions, shape (n, 3), are collinear."""
     away = places - places[0]
     along = away[np.linalg.norm(away, axis=1).argmax()]
     across = np.linalg.norm(np.cross(away, along), axis=1).max()
@@ -115,10 +121,10 @@ def _is_straight(places: np.ndarray) -> bool:
 
 
 def _cover(vertices: np.ndarray, loop: list[int], known: set[frozenset[int]], flat_too: bool) -> Triangles | None:
-    """Triangles within a ring of vertices with the least sum of squared sides, none of them flat unless `flat_too`, and no
-    side between vertices that have one already; None where there are none.
+    """Triangulate a ring of vertices with the least sum of squared sides; return None if there is no triangulation.
 
-    Source: Barequet & Sharir 1995, Computer Aided Geometric Design 12, 207.
+    No triangle may be flat, unless `flat_too`, and no side may connect vertices that have a `known` edge. Source: Barequet &
+    Sharir 1995, Computer Aided Geometric Design 12, 207.
     """
     n, x = len(loop), vertices[loop]
     cost, cut = np.zeros((n, n)), np.zeros((n, n), int)
@@ -145,4 +151,4 @@ def _cover(vertices: np.ndarray, loop: list[int], known: set[frozenset[int]], fl
             found.append((loop[i], loop[j], loop[k]))
             waiting += [(i, j), (j, k)]
     uses = Counter(frozenset(pair) for a, b, c in found for pair in ((a, b), (b, c), (c, a)))
-    return found if max(uses.values()) <= 2 else None  # a ring that comes by a vertex twice may have a side twice
+    return found if max(uses.values()) <= 2 else None  # a ring that visits a vertex twice may have a side twice

@@ -1,4 +1,4 @@
-"""Elements of a surface turned alike, closed pieces outward."""
+"""Consistent orientation of surface elements, with outward normals of closed pieces."""
 
 import numpy as np
 
@@ -9,11 +9,14 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pieces
 
 
 def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Neighbours turned the same way, by turning the fewer elements of each piece; a piece with one side stays as it is."""
+    """Orient neighbouring elements consistently by reversing the minority of each piece; return the mesh and notes.
+
+    One-sided pieces are not changed.
+    """
     one, other, against = _neighbours(mesh)
     n = len(mesh.quads) + len(mesh.triangles)
     piece = pieces(np.stack([one, other], axis=1), n)
-    # every element twice, as it is and turned; a link leads between the two ways that fit together
+    # graph with two nodes per element, as given and reversed; links connect consistent orientations of neighbours
     way = pieces(
         np.concatenate([np.stack([one, other + against * n], axis=1), np.stack([one + n, other + ~against * n], axis=1)]), 2 * n
     )
@@ -27,14 +30,14 @@ def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
     if turned.any():
         many = int(turned.sum())
         where = in_file(centres[np.flatnonzero(turned)[0]])
-        what = "1 element was turned to face as its" if many == 1 else f"{many} elements were turned to face as their"
+        what = "1 element was reversed to match its" if many == 1 else f"{many} elements were reversed to match their"
         notes.append(f"{what} neighbours, the first {where}")
-    notes += [f"the piece {in_file(centres[first])} has one side, as a Möbius strip: it stays as it is" for first in one_sided]
+    notes += [f"the piece {in_file(centres[first])} is one-sided, like a Möbius strip: not changed" for first in one_sided]
     return _turned(mesh, turned), notes
 
 
 def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Closed pieces turned outward, those inside an odd number of others inward: they are holes."""
+    """Orient closed pieces outward, and those inside an odd number of other pieces, which are holes, inward."""
     one, other, against = _neighbours(mesh)
     n, first = len(mesh.quads) + len(mesh.triangles), len(mesh.quads)
     if not n:
@@ -61,19 +64,19 @@ def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
         if is_inside_out(*own) if not is_hole else is_inside_out(own[0], own[1][:, ::-1]):
             turned[members[name]] = True
             side = "inward, as it is a hole" if is_hole else "outward"
-            notes.append(f"a closed piece was turned {side}, {in_file(mesh.centres()[name])}")
+            notes.append(f"the normals of a closed piece were reversed to point {side}, {in_file(mesh.centres()[name])}")
     return _turned(mesh, turned), notes
 
 
 def _triangles(mesh: Mesh, elements: np.ndarray) -> np.ndarray:
-    """Some of the elements in triangles, shape (m, 3)."""
+    """Return a triangulation of some of the elements, shape (m, 3)."""
     first = len(mesh.quads)
     quads, triangles = elements[elements < first], elements[elements >= first] - first
     return Mesh(mesh.vertices, mesh.quads[quads], mesh.triangles[triangles]).triangulated().triangles
 
 
 def _neighbours(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The two elements at each edge that has two, and whether they face opposite sides, shape (k,) each."""
+    """Return the two elements at each edge that has two, and a mask of pairs with opposite normals, shape (k,) each."""
     n, first = len(mesh.vertices), len(mesh.quads)
     edges = np.concatenate([directed_edges(mesh.quads), directed_edges(mesh.triangles)])
     owner = np.concatenate([np.tile(np.arange(first), 4), np.tile(first + np.arange(len(mesh.triangles)), 3)])

@@ -1,4 +1,4 @@
-"""What can be mended of a surface."""
+"""Repairs of surface meshes."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -15,15 +15,18 @@ from pellucid.geometry.meshes.joining import joined
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import first_of_each
 
-FLATTEST = 1e-6  # area over the square of the longest side: a flatter triangle is taken for a slit
-MOST_TURNED = 170.0  # degrees between the halves of a quadrilateral: beyond, its edges cross
+FLATTEST = 1e-6  # area over the square of the longest side: a flatter triangle is treated as a slit
+MOST_TURNED = 170.0  # largest angle between the halves of a quadrilateral [degrees], above which its edges cross
 Mended = tuple[Mesh, list[str]]
 
 
 def repaired(mesh: Mesh, close_holes: int = 0) -> Mended:
-    """The surface with one vertex at each place, each element once and with an area, all turned alike, closed pieces outward
-    (those inside another one, which are holes, inward), without vertices of no element; holes of up to `close_holes` edges
-    are closed. Says what it did, with places in the unit of the vertices."""
+    """Return the repaired surface, and notes on the changes, with positions in the unit of the vertices.
+
+    Coincident vertices are merged; duplicate and degenerate elements and unused vertices are removed; elements are oriented
+    consistently, closed pieces outward (holes, i.e. pieces inside another one, inward); holes of up to `close_holes` edges are
+    closed.
+    """
     notes: list[str] = []
     steps: tuple[Callable[[Mesh], Mended], ...] = (
         _merged,
@@ -50,31 +53,34 @@ def _merged(mesh: Mesh) -> Mended:
         return mesh, []
     kept = place == np.arange(len(place))
     number = (np.cumsum(kept) - 1)[place]
-    note = f"{counted(len(merged), 'vertex was', 'vertices were')} merged with another one at the same place, the first"
+    note = f"{counted(len(merged), 'vertex was', 'vertices were')} merged with a coincident one, the first"
     merged_mesh = Mesh(mesh.vertices[kept], number[mesh.quads], number[mesh.triangles])
     return merged_mesh, [f"{note} {in_file(mesh.vertices[merged[0]])}"]
 
 
 def _of_different_corners(mesh: Mesh) -> Mended:
-    """Quadrilaterals with a corner twice made triangles; what has no three corners left out."""
+    """Convert quadrilaterals with a repeated corner to triangles, and remove elements with fewer than three corners."""
     notes, triangles = [], [mesh.triangles]
     again = mesh.quads == np.roll(mesh.quads, 1, axis=1)
     three = again.sum(axis=1) == 1
     if three.any():
         triangles.append(mesh.quads[three][~again[three]].reshape(-1, 3))
-        notes.append(f"{counted(int(three.sum()), 'quadrilateral', 'quadrilaterals')} with a corner twice made triangles")
+        text = counted(int(three.sum()), "quadrilateral was made a triangle", "quadrilaterals were made triangles")
+        notes.append(f"{text}, as one of its corners is repeated")
     quads, every = mesh.quads[~three], np.concatenate(triangles)
     kept = [(np.diff(np.sort(corners, axis=1), axis=1) > 0).all(axis=1) for corners in (quads, every)]
     gone = [corners[~keep] for corners, keep in zip((quads, every), kept, strict=True)]
     if n := sum(map(len, gone)):
         where = in_file(mesh.vertices[next(corners for corners in gone if len(corners))[0, 0]])
-        notes.append(f"{counted(n, 'element', 'elements')} without area left out, the first {where}")
+        notes.append(f"{counted(n, 'element without area was', 'elements without area were')} removed, the first {where}")
     return Mesh(mesh.vertices, quads[kept[0]], every[kept[1]]), notes
 
 
 def _without_slits(mesh: Mesh) -> Mended:
-    """Triangles whose corners lie on a line left out; the element across their longest edge is cut at the corner on it, so
-    that no slit is left. Others without area stay."""
+    """Remove triangles with collinear corners, and divide the element across the longest edge at the third corner.
+
+    This leaves no slit. Other elements without area are kept.
+    """
     flat = np.flatnonzero(empty_elements(mesh, FLATTEST)[len(mesh.quads) :])
     if not len(flat):
         return mesh, []
@@ -121,13 +127,15 @@ def _without_slits(mesh: Mesh) -> Mended:
         return mesh, []
     left = [corners for corners in elements if corners is not None]
     quads, triangles = (np.array([c for c in left if len(c) == n], np.int64).reshape(-1, n) for n in (4, 3))
-    text = f"{counted(len(mended), 'triangle', 'triangles')} without area left out, the first"
+    text = f"{counted(len(mended), 'triangle without area was', 'triangles without area were')} removed, the first"
     return Mesh(mesh.vertices, quads, triangles), [f"{text} {in_file(mesh.vertices[mended[0]])}"]
 
 
 def _flat_quads(mesh: Mesh) -> Mended:
-    """Quadrilaterals that are not convex or far from flat cut in two, each along the diagonal about which it is folded less;
-    those whose edges cross stay."""
+    """Divide quadrilaterals that are not convex or far from flat along the diagonal with the smaller fold angle.
+
+    Quadrilaterals whose edges cross are kept.
+    """
     bent, folds = crooked_quads(mesh.vertices, mesh.quads)
     cut = (bent | (folds.max(axis=0) > MOST_FOLDED)) & (folds.min(axis=0) < MOST_TURNED)
     if not cut.any():
@@ -136,7 +144,9 @@ def _flat_quads(mesh: Mesh) -> Mended:
     second = folds[1, cut] < folds[0, cut]
     quads[second] = np.roll(quads[second], -1, axis=1)
     halves = cut_in_two(quads)
-    text = f"{counted(len(quads), 'quadrilateral', 'quadrilaterals')} not convex or far from flat cut in two, the first"
+    which = "not convex or far from flat"
+    text = counted(len(quads), f"quadrilateral was {which} and was", f"quadrilaterals were {which} and were")
+    text += " divided into triangles, the first"
     where = in_file(mesh.vertices[quads[0]].mean(axis=0))
     return Mesh(mesh.vertices, mesh.quads[~cut], np.concatenate([mesh.triangles, halves])), [f"{text} {where}"]
 
@@ -152,7 +162,7 @@ def _once(mesh: Mesh) -> Mended:
         return mesh, []
     where = in_file(mesh.vertices[next(corners for corners in gone if len(corners))[0]].mean(axis=0))
     return Mesh(mesh.vertices, *kept), [
-        f"{counted(n, 'element that was', 'elements that were')} there again left out, the first {where}"
+        f"{counted(n, 'duplicate element was', 'duplicate elements were')} removed, the first {where}"
     ]
 
 
@@ -163,5 +173,6 @@ def _without_lone(mesh: Mesh) -> Mended:
     if not len(lone):
         return mesh, []
     number = np.cumsum(used) - 1
-    text = f"{counted(len(lone), 'vertex', 'vertices')} of no element left out, the first {in_file(mesh.vertices[lone[0]])}"
+    text = f"{counted(len(lone), 'unused vertex was', 'unused vertices were')} removed"
+    text += f", the first {in_file(mesh.vertices[lone[0]])}"
     return Mesh(mesh.vertices[used], number[mesh.quads], number[mesh.triangles]), [text]

@@ -1,19 +1,19 @@
-"""Words of messages about meshes: what is wrong with them, and what was mended."""
+"""Phrases of messages about faults and repairs of meshes."""
 
 import numpy as np
 
 Fault = tuple[str, str]
-"""What is wrong, and a remedy."""
+"""Description of a fault, and its remedy."""
 
-REPAIR = "of a file, `repair = true` does it, or `pellucid mesh FILE --repair --out NEW`"
-"""How a remedy ends that a program can apply."""
+REPAIR = "for a mesh file, set `repair = true`, or run `pellucid mesh FILE --repair --out NEW`"
+"""End of a remedy that the program can apply."""
 
 
 def counted(n: int, one: str, many: str) -> str:
-    """How many there are: "1 element was" or "3 elements were"."""
+    """Return a number with its noun and verb: "1 element was" or "3 elements were"."""
     return f"{n} {one if n == 1 else many}"
 
 
 def in_file(position: np.ndarray) -> str:
-    """Where something is that a reader finds in the file."""
+    """Return the position of something in a file as text."""
     return "at ({:.6g}, {:.6g}, {:.6g}), in the unit of the file".format(*position)

@@ -1,1 +1,1 @@
-"""Files of meshes: one reader for each format, and what all of them give."""
+"""Readers and writers of mesh files, one reader for each format, with common data structures."""

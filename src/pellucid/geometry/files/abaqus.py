@@ -1,4 +1,4 @@
-"""Abaqus input files (also CalculiX): nodes, elements, parts and their instances, sets and surfaces.
+"""Reader of Abaqus input files (also CalculiX): nodes, elements, parts and instances, sets and surfaces.
 
 Source: Abaqus Keywords Reference Guide; element types and faces: Abaqus Analysis User's Guide, element library.
 """
@@ -22,7 +22,7 @@ _NONE = np.zeros(0, np.int64)
 
 
 class _Nodes(NamedTuple):
-    """Nodes of one *NODE: labels, shape (n,), coordinates, shape (n, 3), and the keyword with its data lines."""
+    """Nodes of one *NODE keyword: labels, shape (n,), coordinates, shape (n, 3), and the keyword with its data lines."""
 
     labels: np.ndarray
     places: np.ndarray
@@ -31,14 +31,14 @@ class _Nodes(NamedTuple):
 
 @dataclass
 class _Scope:
-    """Nodes, elements and sets with labels of their own: the file, a part, or an instance of a part."""
+    """A scope with its own labels of nodes, elements and sets: the file, a part, or an instance of a part."""
 
     nodes: list[_Nodes] = field(default_factory=list)
     elements: list[tuple[str, np.ndarray]] = field(default_factory=list)  # kind; rows of a label and the labels of nodes
     sets: dict[tuple[str, str], list[tuple[str, str, list[list[str]], bool]]] = field(default_factory=dict)
-    """By "N" or "E" and the name in capitals: name as written, instance, data lines, whether these are ranges."""
+    """Sets by ("N" or "E", name in capitals): name as written, instance, data lines, True if these are ranges."""
     surfaces: list[tuple[str, bool, list[list[str]]]] = field(default_factory=list)
-    node_labels: np.ndarray = field(default_factory=lambda: _NONE)  # ascending, with the number of each in the mesh
+    node_labels: np.ndarray = field(default_factory=lambda: _NONE)  # ascending; their numbers in the mesh follow
     node_numbers: np.ndarray = field(default_factory=lambda: _NONE)
     element_labels: np.ndarray = field(default_factory=lambda: _NONE)
     element_numbers: np.ndarray = field(default_factory=lambda: _NONE)
@@ -50,7 +50,7 @@ def read_abaqus(path: str) -> Contents:
 
 
 class _Model:
-    """Definitions of the keywords, and the mesh built from them."""
+    """The definitions of all keywords, and the mesh built from them."""
 
     def __init__(self, found: list[Keyword]) -> None:
         self._file, self._parts, self._instances = _Scope(), dict[str, _Scope](), dict[str, _Scope]()
@@ -62,13 +62,13 @@ class _Model:
         for keyword in found:
             name, parameters = keyword.name, keyword.parameters
             if name in _GENERATORS:
-                raise Damaged(f"*{name} in {keyword.where} generates nodes or elements, which cannot be read: list them all")
+                raise Damaged(f"*{name} in {keyword.where} generates nodes or elements, which is not supported: list them all")
             if name == "PART":
                 scope = self._parts.setdefault(parameters.get("NAME", "").upper(), _Scope())
             elif name == "INSTANCE":
                 part = parameters.get("PART", "").upper()
                 if part and part not in self._parts:
-                    raise Damaged(f"*INSTANCE in {keyword.where} places a part that the file does not define")
+                    raise Damaged(f"*INSTANCE in {keyword.where} refers to a part that the file does not define")
                 self._placed.add(part)
                 scope = self._instances[parameters.get("NAME", "").upper()] = _moved(self._parts.get(part, _Scope()), keyword)
             elif name in ("END PART", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"):
@@ -113,7 +113,7 @@ class _Model:
             scope.sets.setdefault((what, name.upper()), []).append(entry)
 
     def contents(self) -> Contents:
-        """Number nodes and elements through, and resolve sets and surfaces."""
+        """Number nodes and elements consecutively, and resolve sets and surfaces."""
         scopes = {"": self._file, **self._instances}
         scopes |= {part: scope for part, scope in self._parts.items() if part not in self._placed and part not in scopes}
         points, rows = [np.zeros((0, 3))], dict[str, list[np.ndarray]]()
@@ -152,14 +152,14 @@ class _Model:
         for name in node_sets.keys() & element_sets.keys():
             nodes = self._nodes_of(element_sets[name])
             if not np.array_equal(nodes, node_sets[name]):
-                self._notes.append(f"the set of nodes and the set of elements `{name}` differ: the set of nodes was read")
-        self._notes += [f"elements of type {kind} were not read: they are no elements of a mesh" for kind in self._left_out]
+                self._notes.append(f"the node set and the element set `{name}` differ: the node set was read")
+        self._notes += [f"elements of type {kind} were not read: they are not mesh elements" for kind in self._left_out]
         skipped = tuple(self._left_out)
         contents = Contents("Abaqus", np.concatenate(points), self._blocks, node_sets, cell_sets, skipped_types=skipped)
         return replace(self._without_reference_points(contents), notes=tuple(self._notes))
 
     def _without_reference_points(self, contents: Contents) -> Contents:
-        """Return the mesh without unused assembly nodes and their sets."""
+        """Remove unused nodes of the assembly, and their sets."""
         lone = np.zeros(len(contents.points), bool)
         lone[self._file.node_numbers] = bool(self._instances)
         for block in contents.blocks:
@@ -169,11 +169,12 @@ class _Model:
         left = with_points(contents, ~lone)
         gone = [name for name, nodes in contents.node_sets.items() if len(nodes) and not len(left.node_sets[name])]
         named = f", with the sets {', '.join(f'`{name[:60]}`' for name in gone)}" if gone else ""
-        self._notes.append(f"nodes of the assembly that no element uses were left out, such as reference points{named}")
+        self._notes.append(f"nodes of the assembly that no element uses, such as reference points, were removed{named}")
         return replace(left, node_sets={name: nodes for name, nodes in left.node_sets.items() if name not in gone})
 
     def _named(self, what: str) -> dict[str, np.ndarray]:
-        """Sets by name. A name that several instances have is that of their union; each of them is `INSTANCE.NAME` too."""
+        """Return the sets by name. A name used by several instances is the union; each one is also available as
+        `INSTANCE.NAME`."""
         found: dict[str, np.ndarray] = {}
         written: dict[str, str] = {}
         owners: dict[str, list[str]] = {}
@@ -191,7 +192,7 @@ class _Model:
         return found
 
     def _members(self, scope: _Scope, what: str, name: str, within: tuple[str, ...]) -> np.ndarray:
-        """Numbers of the nodes ("N") or elements ("E") of a set; sets may name others."""
+        """Return the numbers of the nodes ("N") or elements ("E") of a set, which may include other sets."""
         if name in within:
             raise Damaged(f"the set {name[:60]} contains itself")
         found = [_NONE]
@@ -209,7 +210,7 @@ class _Model:
         return np.unique(np.concatenate(found))
 
     def _named_in(self, scope: _Scope, what: str, word: str, name: str, within: tuple[str, ...]) -> np.ndarray:
-        """Members that a word stands for: `SET`, `INSTANCE.SET`, `INSTANCE.7`, or `<SET`: the nodes of a set of elements."""
+        """Return the members of `SET`, `INSTANCE.SET` or `INSTANCE.7`, or for `<SET` the nodes of an element set."""
         if word.startswith("<"):
             return self._nodes_of(self._named_in(scope, "E", word[1:], name, within))
         upper = word.strip('"').upper()
@@ -220,11 +221,11 @@ class _Model:
             return self._known(self._instances[owner], what, integers([rest], "the members of sets"))
         if owner in self._instances and (what, rest) in self._instances[owner].sets:
             return self._members(self._instances[owner], what, rest, ())
-        self._notes.append(f"the set `{name[:60]}` names `{word[:60]}`, which the file does not define")
+        self._notes.append(f"the set `{name[:60]}` contains `{word[:60]}`, which the file does not define")
         return _NONE
 
     def _known(self, scope: _Scope, what: str, labels: np.ndarray) -> np.ndarray:
-        """Numbers of labels in a scope; elements that were left out, and labels of none, are no part of a set."""
+        """Return the numbers of labels in a scope; skipped elements and undefined labels are omitted."""
         if what == "N":
             known, numbers = scope.node_labels, scope.node_numbers
         else:
@@ -233,7 +234,7 @@ class _Model:
         if (high == low).any() and not self._left_out:
             missing = labels[high == low]
             what_kind = "node" if what == "N" else "element"
-            self._notes.append(f"a set names {what_kind} {missing[0]}, which the file does not define")
+            self._notes.append(f"a set contains {what_kind} {missing[0]}, which the file does not define")
         return numbers[low[high > low]]
 
     def _by_block(self, numbers: np.ndarray) -> list[np.ndarray]:
@@ -242,7 +243,7 @@ class _Model:
         return [numbers[low:high] - start for low, high, start in spans]
 
     def _nodes_of(self, numbers: np.ndarray, face: str = "") -> np.ndarray:
-        """Nodes of elements, or of one of their faces."""
+        """Return the nodes of elements, or of one of their faces."""
         found = [_NONE]
         for block, part in zip(self._blocks, self._by_block(numbers), strict=True):
             if not face or (face in _SIDES and block.base in ("triangle", "quad")):
@@ -252,7 +253,7 @@ class _Model:
         return np.unique(np.concatenate(found))
 
     def _add_surfaces(self, node_sets: dict[str, np.ndarray]) -> None:
-        """Nodes of each surface, by its name; one with a line that cannot be read is named in a note."""
+        """Add the nodes of each surface under its name; note the surfaces that have an unreadable line."""
         for scope in self._scopes.values():
             for name, is_of_nodes, rows in scope.surfaces:
                 parts: list[np.ndarray] = []
@@ -273,11 +274,11 @@ class _Model:
                     if parts:
                         node_sets[name] = np.unique(np.concatenate(parts))
                         continue
-                self._notes.append(f"the surface `{name[:60]}` was not read: it lists no sets or elements with faces")
+                self._notes.append(f"the surface `{name[:60]}` was not read: it does not list sets or elements with faces")
 
 
 def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
-    """Labels and places; of cylindrical (C) and spherical (S) coordinates, angles are in degrees."""
+    """Return labels and coordinates; angles of cylindrical (C) and spherical (S) coordinates are in degrees."""
     words = [[*row[:4], "", "", ""][:4] for row in keyword.words()]
     where = f"the nodes after {keyword.where}"
     labels = integers([row[0] for row in words], where)
@@ -302,32 +303,32 @@ def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rows(keyword: Keyword, width: int) -> np.ndarray:
-    """Labels of elements and of their nodes, shape (m, width); a data line that ends in a comma goes on in the next one."""
+    """Return the labels of elements and of their nodes, shape (m, width); data lines that end with a comma are continued."""
     where = f"the elements after {keyword.where}"
     rows: list[list[str]] = []
     row: list[str] = []
     for line in keyword.lines:
         row += [word for word in (word.strip() for word in line.split(",")) if word]
-        if len(row) >= width:  # further values, as of a beam's direction, are left out
+        if len(row) >= width:  # further values, such as the direction of a beam, are ignored
             rows.append(row[:width])
             row = []
         elif not line.endswith(",") and width <= 15:
-            raise Damaged(f"an element among {where} has {len(row) - 1} nodes, and its type has {width - 1}")
+            raise Damaged(f"an element among {where} has {len(row) - 1} nodes, but its type has {width - 1}")
     if row:
-        raise Damaged(f"{where} break off")
+        raise Damaged(f"the last line of {where} is incomplete")
     return integers([word for some in rows for word in some], where).reshape(-1, width)
 
 
 def _defined_twice(scope: _Scope, labels: np.ndarray, row: int) -> Damaged:
-    """Return the error about a node, by its place among all of the scope, that an earlier line defines elsewhere."""
+    """Return the error about a node, given by its row among all nodes of the scope, that an earlier line defines elsewhere."""
     lines = [(some.keyword, k) for some in scope.nodes for k in range(len(some.labels))]
     before, again = (keyword.line_of(k) for keyword, k in (lines[int(np.argmax(labels == labels[row]))], lines[row]))
-    text = f"{again} defines node {labels[row]} again, at another place than {before}"
-    return Damaged(text, f"remove one of the two lines, or give the node of {again} a number of its own")
+    text = f"{again} defines node {labels[row]} again, at a different position than {before}"
+    return Damaged(text, f"remove one of the two lines, or change the number of the node in {again}")
 
 
 def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
-    """Return the numbers of the nodes of elements, whose rows have the label and those of the nodes. Raises Damaged."""
+    """Return the node numbers of elements, given as rows of the element label and the node labels. Raises Damaged."""
     known, labels = scope.node_labels, table[:, 1:]
     place = np.searchsorted(known, labels).clip(max=max(len(known) - 1, 0))
     if labels.size and (not len(known) or (known[place] != labels).any()):
@@ -339,11 +340,11 @@ def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
 
 
 def _in_range(known: np.ndarray, words: list[str], name: str) -> np.ndarray:
-    """Return the labels of a range from the first to the last one; the step is 1 without a third number."""
+    """Return the labels of a range from the first to the last; the step, a third number, is 1 by default."""
     values = integers(words[:3], f"the ranges of the set {name[:60]}").tolist()
     first, last, step = values[0], values[min(len(values), 2) - 1], values[2] if len(values) > 2 else 1
     if step < 1:
-        raise Damaged(f"the set {name[:60]} has a range in steps of {step}, and these are 1 at least")
+        raise Damaged(f"the set {name[:60]} has a range with a step of {step}, which must be at least 1")
     within = known[(known >= first) & (known <= last)]
     return within[(within - first) % step == 0]
 
@@ -353,7 +354,7 @@ def _numbers_of(lines: Iterable[list[str]], where: str) -> list[list[float]]:
 
 
 def _system(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
-    """Axes in rows and origin of the coordinates of the nodes that follow (*SYSTEM); without data the global ones."""
+    """Return the axes, in rows, and the origin of the local coordinates set by *SYSTEM; without data the global ones."""
     values = [x for row in _numbers_of(keyword.words(), f"the data of *SYSTEM in {keyword.where}") for x in row]
     if not values:
         return np.eye(3), np.zeros(3)
@@ -366,22 +367,22 @@ def _system(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
     axes = np.array([first, second, third])
     lengths = np.linalg.norm(axes, axis=1, keepdims=True)
     if not (lengths > 0.0).all():
-        raise Damaged(f"*SYSTEM in {keyword.where} has points on one line, from which no axes follow")
+        raise Damaged(f"*SYSTEM in {keyword.where} has collinear points, which define no axes")
     return axes / lengths, origin
 
 
 def _moved(part: _Scope, keyword: Keyword) -> _Scope:
-    """An instance of a part: translated by the first data line, then rotated about the axis of the second one."""
+    """Return an instance of a part, translated by the first data line, then rotated about the axis of the second."""
     lines = _numbers_of(keyword.words(), f"the data of *INSTANCE in {keyword.where}")
     shift = np.array([*(lines[0] if lines else []), 0.0, 0.0, 0.0][:3])
     nodes = [some._replace(places=some.places + shift) for some in part.nodes]
     if len(lines) > 1:
         if len(lines[1]) < 7:
-            raise Damaged(f"*INSTANCE in {keyword.where} has a rotation of fewer than 7 numbers: two points and an angle")
+            raise Damaged(f"*INSTANCE in {keyword.where} needs 7 numbers for a rotation, two points and an angle")
         start, end, angle = np.array(lines[1][:3]), np.array(lines[1][3:6]), np.radians(lines[1][6])
         length = float(np.linalg.norm(end - start))
         if not length > 0.0:
-            raise Damaged(f"*INSTANCE in {keyword.where} has a rotation about an axis between equal points")
+            raise Damaged(f"*INSTANCE in {keyword.where} has a rotation axis between two equal points")
         k = (end - start) / length
         cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
         turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross

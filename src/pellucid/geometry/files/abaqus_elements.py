@@ -1,4 +1,4 @@
-"""Types of Abaqus' elements and the names of their faces (Abaqus Analysis User's Guide, element library)."""
+"""Abaqus element types and face names (Abaqus Analysis User's Guide, element library)."""
 
 import re
 
@@ -41,7 +41,7 @@ FACES: dict[str, dict[str, tuple[int, ...]]] = {
 
 
 def kind_of(type_name: str) -> str | None:
-    """The kind of elements of an Abaqus type; None for those that are no part of a mesh, such as springs."""
+    """Return the kind of elements of an Abaqus type; None for types that are not mesh elements, such as springs."""
     name = type_name.strip().upper()
     for pattern, kinds in _TYPES:
         if found := pattern.fullmatch(name):

@@ -1,4 +1,4 @@
-"""Keyword lines and data lines of an Abaqus input file, also of the files that it includes."""
+"""Parser of the keyword and data lines of an Abaqus input file and of the files that it includes."""
 
 import re
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from pellucid.geometry.files.contents import Damaged
 from pellucid.geometry.files.words import text_of
 from pellucid.system.input_files import file_bytes
 
-DEEPEST = 10  # files that include one another
+DEEPEST = 10  # largest depth of nested includes
 _PARAMETER = re.compile(r'(?:[^,"]|"[^"]*")+')
 _INPUT = re.compile(rb"^[ \t]*\*[ \t]*(?:INCLUDE|NODE|ELEMENT|NSET|ELSET)\b[^\n]*?\bINPUT[ \t]*=([^,\r\n]+)", re.I | re.M)
 
@@ -33,19 +33,19 @@ class Keyword:
         return f"line {number}{here}"
 
     def words(self) -> list[list[str]]:
-        """Words of each data line."""
+        """Return the words of each data line."""
         return [[word.strip() for word in line.split(",")] for line in self.lines]
 
 
 def keywords(path: str) -> list[Keyword]:
-    """Read the keywords of a file in order, with those of included files in their places. Raises Damaged."""
+    """Read the keywords of a file in order; those of included files are inserted. Raises Damaged."""
     found: list[Keyword] = []
     _read(Path(path), (Path(path),), found)
     return found
 
 
 def included_files(path: str) -> list[str]:
-    """Return the paths of the files that an Abaqus file includes, also through other files, as far as they are there."""
+    """Return the paths of the existing files that an Abaqus file includes, directly or through other files."""
     found: list[str] = []
     waiting = [path]
     while waiting:
@@ -61,18 +61,18 @@ def included_files(path: str) -> list[str]:
 
 @lru_cache(maxsize=64)
 def _named_files(path: str, changed: int, size: int) -> list[str]:
-    """Names that a file includes; read once for each state of the file."""
+    """Return the names of the files that a file includes, cached for each state of the file."""
     return [match[1].decode("latin-1") for match in _INPUT.finditer(file_bytes(path))]
 
 
 def _read(path: Path, chain: tuple[Path, ...], found: list[Keyword]) -> None:
-    """Append the keywords of a file; data lines at its beginning belong to the last keyword so far.
+    """Append the keywords of a file; data lines at its start belong to the last keyword so far.
 
-    chain: the first file and those through which this one is included, itself the last.
+    chain: the files from the first one to this one, each of which includes the next.
     """
     first = chain[0]
     here = "" if path == first else f" of {path.name}"
-    begun, start = "", 0  # a keyword line that goes on in the next one, and its number
+    begun, start = "", 0  # a keyword line that is continued in the next line, and its number
     for number, raw in enumerate([*text_of(file_bytes(str(path))).splitlines(), "*"], 1):
         line = raw.strip()
         if line.startswith("**") or not line:
@@ -98,16 +98,16 @@ def _included(keyword: Keyword, chain: tuple[Path, ...]) -> Path:
     source, first = keyword.parameters["INPUT"][:80], chain[0]
     inner = _place(source, chain[-1], first)
     if inner is None:
-        text = f"{keyword.where} includes {source}: there is no such file in the folder of {first.name}"
-        raise Damaged(text, f"put {source} in the folder of {first.name}")
+        text = f"{keyword.where} includes {source}, but there is no such file in the folder of {first.name}"
+        raise Damaged(text, f"copy {source} into the folder of {first.name}")
     files = [path.resolve() for path in chain]
     if inner.resolve() in files:
         through = [path.name for path in chain[files.index(inner.resolve()) + 1 :]]
         text = f"{keyword.where}: {inner.name} includes itself" + (f" through {', '.join(through)}" if through else "")
-        raise Damaged(text, f"remove {keyword.where}, or name another file there")
+        raise Damaged(text, f"remove {keyword.where}, or include a different file there")
     if len(chain) > DEEPEST:
-        text = f"{keyword.where} includes {source}: files may include others to a depth of {DEEPEST}"
-        raise Damaged(text, f"replace {keyword.where} by the content of {source}")
+        text = f"{keyword.where} includes {source}, but includes may only be nested to a depth of {DEEPEST}"
+        raise Damaged(text, f"replace {keyword.where} by the contents of {source}")
     return inner
 
 
@@ -121,7 +121,7 @@ def _keyword(line: str, where: str) -> Keyword:
 
 
 def _place(name: str, path: Path, first: Path) -> Path | None:
-    """Return the path of an included file, or None; names start from the folder of the first file, as in Abaqus."""
+    """Return the path of an included file, or None; names are relative to the folder of the first file, as in Abaqus."""
     name = name.strip().strip("\"'").replace("\\", "/")
     for folder in (first.parent, path.parent):
         try:

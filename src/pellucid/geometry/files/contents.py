@@ -1,4 +1,4 @@
-"""Contents of a mesh file, whatever its format."""
+"""Contents of a mesh file, independent of its format."""
 
 import re
 from collections.abc import Mapping
@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 CORNERS = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
-"""Corners of the kinds of elements that are known, in the order of VTK; further nodes of an element follow its corners."""
-MOST_TYPES = 5  # types of elements that a message names
+"""Number of corners of the known element kinds, in the order of VTK; further nodes of an element follow its corners."""
+MOST_TYPES = 5  # largest number of element types that a message lists
 _KIND = re.compile(rf"({'|'.join(CORNERS)})\d*")
 _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "TETRAHEDRON": "tetra"} | {
     kind.upper(): kind for kind in ("hexahedron", "wedge", "pyramid")
@@ -18,9 +18,9 @@ _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "
 
 
 class Damaged(ValueError):
-    """The text or the bytes of a file do not follow its format.
+    """The contents of a file do not follow its format.
 
-    remedy: what to do, where it is more than to write the file again.
+    remedy: what to do, if it is more than writing the file again.
     """
 
     def __init__(self, text: str, remedy: str = "") -> None:
@@ -29,14 +29,14 @@ class Damaged(ValueError):
 
 
 class Block(NamedTuple):
-    """Elements of one kind, such as "tetra10", and the numbers of their nodes from 0, shape (m, nodes of the kind)."""
+    """Elements of one kind, such as "tetra10", and their node numbers from 0, shape (m, nodes of the kind)."""
 
     kind: str
     nodes: np.ndarray
 
     @property
     def base(self) -> str | None:
-        """The kind with nodes at its corners alone; None where it has no such corners, as polyhedra."""
+        """The first-order kind of the elements; None if there is none, as for polyhedra."""
         if found := _KIND.fullmatch(self.kind):
             return found[1]
         return _LAGRANGE.get(self.kind.removeprefix("VTK_LAGRANGE_"))
@@ -46,8 +46,8 @@ class Block(NamedTuple):
 class Contents:
     """Points, shape (n, 3), in the unit of the file, elements and named sets.
 
-    cell_sets: by name, the numbers of the elements of each block; notes: remarks of the reader; is_single: whether the file
-    stores coordinates in single precision; skipped_types: names of the types of elements that were not read.
+    cell_sets: by name, the numbers of the elements of each block; notes: remarks of the reader; is_single: True if the file
+    stores coordinates in single precision; skipped_types: names of the element types that were not read.
     """
 
     format: str
@@ -60,14 +60,14 @@ class Contents:
     skipped_types: tuple[str, ...] = ()
 
     def skipped_elements(self) -> str:
-        """Return a clause about the elements whose types the reader skipped, empty if it skipped none."""
+        """Return a clause about the element types that the reader skipped; empty if there are none."""
         if not self.skipped_types:
             return ""
         named = ", ".join(self.skipped_types[:MOST_TYPES]) + (", ..." if len(self.skipped_types) > MOST_TYPES else "")
-        return f"its elements have types that cannot be read: {named}"
+        return f"its elements have unsupported types: {named}"
 
     def nodes_of_sets(self) -> dict[str, np.ndarray]:
-        """Sets of nodes by name: those of the file, and the nodes of its sets and groups of cells."""
+        """Return the node sets by name, including the nodes of the sets and groups of cells."""
         sets = dict(self.node_sets)
         for name, parts in self.cell_sets.items():
             nodes = [np.asarray(block.nodes)[part].ravel() for block, part in zip(self.blocks, parts, strict=True)]
@@ -76,26 +76,27 @@ class Contents:
 
 
 def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face") -> tuple[Block, ...]:
-    """Faces of any number of corners as quadrilaterals and triangles; those of more corners are cut. Raises Damaged."""
+    """Return faces with any number of corners as quadrilaterals and triangles; larger faces are divided. Raises Damaged."""
     quads = [face for face in faces if len(face) == 4]
     triangles = [face for face in faces if len(face) == 3]
     for number, face in enumerate(faces):
         if len(face) < 3:
-            raise Damaged(f"{where} {number}, counted from 0, has {len(face)} corners, and one has at least 3")
+            raise Damaged(f"{where} {number} (counted from 0) has {len(face)} corners, but at least 3 are needed")
         if len(face) > 4:
-            triangles += _cut(points, face, f"{where} {number}, counted from 0,")
+            triangles += _cut(points, face, f"{where} {number} (counted from 0)")
     found = (("quad", quads, 4), ("triangle", triangles, 3))
     return tuple(Block(kind, np.array(some, np.int64).reshape(-1, corners)) for kind, some, corners in found if some)
 
 
 def _cut(points: np.ndarray, face: list[int], where: str) -> list[list[int]]:
-    """A polygon as a fan of triangles that all turn as it does. Raises Damaged where no corner sees all others."""
+    """Return a polygon as a fan of triangles with the same orientation. Raises Damaged if no corner is visible from all
+    others."""
     if not 0 <= min(face) <= max(face) < len(points):
-        raise Damaged(f"{where} has a corner that is none of the file's {len(points)} points")
+        raise Damaged(f"{where} has a corner that is not one of the {len(points)} points of the file")
     for start in range(len(face)):
         turned = face[start:] + face[:start]
         corners = points[turned] - points[turned[0]]
         areas = np.cross(corners[1:-1], corners[2:])
         if (areas @ areas.sum(axis=0) > 0.0).all():
             return [[turned[0], *pair] for pair in pairwise(turned[1:])]
-    raise Damaged(f"{where} has {len(face)} corners and is not convex: cut it into triangles")
+    raise Damaged(f"{where} has {len(face)} corners and is not convex: divide it into triangles")

@@ -1,4 +1,4 @@
-"""Elements of higher order read for their corners; solid elements of all kinds cut into tetrahedra."""
+"""Reduction of higher-order elements to their corners, and division of solid elements into tetrahedra."""
 
 from dataclasses import replace
 
@@ -25,12 +25,12 @@ _MANY = {
 
 
 def counted(n: int, kind: str) -> str:
-    """How many elements of a kind, in words: "3 hexahedra"."""
+    """Return a number of elements of a kind in words: "3 hexahedra"."""
     return f"{n} {({'quad': 'quadrilateral', 'tetra': 'tetrahedron'}.get(kind, kind)) if n == 1 else _MANY[kind]}"
 
 
 def first_order(contents: Contents) -> Contents:
-    """The same with nodes at the corners of elements alone; those that lie on edges and in the middle are left out."""
+    """Return the contents with only the corner nodes of elements; nodes on edges and in the interior are removed."""
     n, is_corner, is_between = len(contents.points), np.zeros(len(contents.points), bool), np.zeros(len(contents.points), bool)
     blocks, notes = [], []
     for block in contents.blocks:
@@ -41,18 +41,18 @@ def first_order(contents: Contents) -> Contents:
         if base is not None and base != block.kind:
             is_between[block.nodes[:, CORNERS[base] :]] = True
             verb = "was" if len(block.nodes) == 1 else "were"
-            notes.append(f"{counted(len(block.nodes), base)} of higher order ({block.kind}) {verb} read for the corners alone")
+            notes.append(f"{counted(len(block.nodes), base)} of higher order ({block.kind}) {verb} reduced to the corners")
         blocks.append(corners)
     if not notes:
         return contents
     kept = is_corner | ~is_between
     if n > np.count_nonzero(kept):
-        notes[-1] += f"; {n - np.count_nonzero(kept)} nodes between corners were left out"
+        notes[-1] += f"; {n - np.count_nonzero(kept)} nodes between corners were removed"
     return with_points(replace(contents, blocks=tuple(blocks), notes=(*contents.notes, *notes)), kept)
 
 
 def with_points(contents: Contents, kept: np.ndarray) -> Contents:
-    """The same with some of the points alone, where `kept`, shape (n,), which all elements do with."""
+    """Return the contents with only the points in the mask `kept`, shape (n,), which must include all nodes of elements."""
     number = np.cumsum(kept) - 1
     blocks = tuple(
         block._replace(nodes=number[block.nodes]) if block.nodes.dtype.kind in "iu" else block for block in contents.blocks
@@ -62,12 +62,12 @@ def with_points(contents: Contents, kept: np.ndarray) -> Contents:
 
 
 def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
-    """Corners of tetrahedra, shape (c, 4), those that there are before those that other elements are cut into; what to tell
-    of that.
+    """Return tetrahedra, shape (c, 4), and notes: first those of the file, then those into which other elements are divided.
 
-    Every quadrilateral is cut from its corner of the smallest number, so elements on both sides of a face cut it alike, and an
-    element from its own such corner to the triangles of the faces that it is not on. Source: Dompierre, Labbé, Vallet &
-    Camarero 1999, 8th International Meshing Roundtable, 195, for hexahedra without their cut in five.
+    Each quadrilateral is divided from its corner with the smallest number, so that the elements on both sides of a face divide
+    it alike. Each element is divided into tetrahedra from its own corner with the smallest number to the triangles of the other
+    faces. Source: Dompierre, Labbé, Vallet & Camarero 1999, 8th International Meshing Roundtable, 195, for hexahedra without
+    their division into five.
     """
     found, notes = [np.zeros((0, 4), np.int64), *(block.nodes for block in blocks if block.kind == "tetra")], []
     for block in blocks:
@@ -75,16 +75,18 @@ def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
         if block.kind in _FACES and len(corners):
             cut = [_cut(corners, face) for face in _FACES[block.kind]]
             pieces = np.concatenate([piece for pair in cut for piece in pair])
-            apart = (np.diff(np.sort(pieces, axis=1), axis=1) > 0).all(axis=1)  # also of elements with corners drawn together
+            apart = (np.diff(np.sort(pieces, axis=1), axis=1) > 0).all(axis=1)  # also removes those of merged corners
             found.append(pieces[apart])
             verb = "was" if len(corners) == 1 else "were"
-            notes.append(f"{counted(len(corners), block.kind)} {verb} cut into {counted(int(apart.sum()), 'tetra')}")
+            notes.append(f"{counted(len(corners), block.kind)} {verb} divided into {counted(int(apart.sum()), 'tetra')}")
     return np.concatenate(found).astype(np.int64), notes
 
 
 def _cut(corners: np.ndarray, face: tuple[int, ...]) -> list[np.ndarray]:
-    """The tetrahedra between the triangles of a face of m elements and their smallest corners, shape (m, 4) each; those at
-    faces with that corner have it twice."""
+    """Return the tetrahedra between the triangles of a face of m elements and their smallest corners, shape (m, 4) each.
+
+    Tetrahedra at faces that contain that corner have it twice.
+    """
     top = corners.min(axis=1)[:, None]
     nodes = corners[:, face]
     if len(face) == 4:

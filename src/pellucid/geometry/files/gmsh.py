@@ -1,4 +1,4 @@
-"""Gmsh's mesh formats 2, 4.0 and 4.1, text and binary: nodes, elements and physical groups.
+"""Reader of Gmsh's mesh formats 2, 4.0 and 4.1, text and binary: nodes, elements and physical groups.
 
 Other sections, such as data and periodic links, are skipped. Source: Gmsh reference manual, file formats: MSH 4.1, and legacy
 formats 4.0 and 2.
@@ -21,7 +21,7 @@ Layout = tuple[tuple[str, int], ...]
 
 
 def is_gmsh(data: bytes) -> bool:
-    """Return True if a file begins as these formats do."""
+    """Return True if a file starts like these formats."""
     return b"$MeshFormat" in data[:1000]
 
 
@@ -64,8 +64,8 @@ class _Reader:
                 readers[name](_Words(self._data[start:end], name))
             if end < 0:
                 if name in readers or name == "MeshFormat" or not self._elements:
-                    raise Damaged(f"its section ${name} has no end: there is no line $End{name}")
-                notes.append(f"its section ${name} has no end, and was not read")
+                    raise Damaged(f"its section ${name} has no end: the line $End{name} is missing")
+                notes.append(f"its section ${name} was not read, as the line $End{name} is missing")
                 break
             if name == "MeshFormat":
                 self._format(self._data[start:end])
@@ -76,7 +76,7 @@ class _Reader:
             name for name, found in zip(("Nodes", "Elements"), (self._tags[1:], self._elements), strict=True) if not found
         ]
         if not self._version or missing:
-            raise Damaged(f"it has no section ${missing[0] if self._version else 'MeshFormat'}, or nothing in it")
+            raise Damaged(f"its section ${missing[0] if self._version else 'MeshFormat'} is missing or empty")
         return self._assembled(notes)
 
     def _end(self, name: str, at: int) -> int:
@@ -87,17 +87,17 @@ class _Reader:
         version = words[0].decode("latin-1") if words else ""
         if version not in _VERSIONS:
             raise Damaged(
-                f"it has Gmsh's format {version[:8] or 'of no version'}, and 1, 2, 4.0 and 4.1 can be read: "
+                f"its Gmsh format version {version[:8] or '(missing)'} is not supported (supported: 1, 2, 4.0 and 4.1): "
                 "write it with `Mesh.MshFileVersion = 4.1`"
             )
         if len(words) < 3 or words[1] not in (b"0", b"1") or words[2] not in (b"4", b"8"):
-            raise Damaged("its section $MeshFormat has not a version, 0 for text or 1 for binary, and 4 or 8 bytes of a number")
+            raise Damaged("its section $MeshFormat must have a version, 0 (text) or 1 (binary), and a data size of 4 or 8")
         self._version = "2" if version[0] == "2" else "4.1" if version == "4.1" else "4.0"
         self._binary, self._size = words[1] == b"1", int(words[2])
         if self._binary:
             one = section[section.find(b"\n") + 1 :][:4]
             if one not in (b"\x01\x00\x00\x00", b"\x00\x00\x00\x01"):
-                raise Damaged("its section $MeshFormat has not the number 1 from which the order of bytes follows")
+                raise Damaged("its section $MeshFormat does not have the number 1, which defines the byte order")
             self._order = "<" if one[0] else ">"
 
     def _physical_names(self, text: str) -> None:
@@ -105,11 +105,11 @@ class _Reader:
             if not line.strip():
                 continue
             if (found := _NAME.search(line)) is None:
-                raise Damaged(f"line {number} of $PhysicalNames has not a dimension, a number and a quoted name")
+                raise Damaged(f"line {number} of $PhysicalNames must have a dimension, a number and a quoted name")
             self._names[int(found[1]), abs(int(found[2]))] = found[3]
 
     def _entities(self, source: "_Words | _Bytes", partitioned: bool = False) -> None:
-        """Points, curves, surfaces and volumes, with the numbers of their physical groups."""
+        """Read points, curves, surfaces and volumes, with the numbers of their physical groups."""
         if partitioned:
             source.take("size", 1)
             source.take("int", 2 * source.count())
@@ -122,7 +122,7 @@ class _Reader:
                 source.take("float", 3 if dimension == 0 and self._version == "4.1" else 6)
                 self._groups[dimension, tag] = [abs(number) for number in source.take("int", source.count()).tolist()]
                 if dimension:
-                    source.take("int", source.count())  # what bounds it
+                    source.take("int", source.count())  # bounding entities
         source.ended()
 
     def _nodes(self, source: "_Words | _Bytes", parametric: bool = False) -> None:
@@ -177,7 +177,7 @@ class _Reader:
         order = np.argsort(tags, kind="stable")
         ascending = tags[order]
         if (twice := np.flatnonzero(np.diff(ascending) == 0)).size:
-            raise Damaged(f"{twice.size} numbers of nodes are there twice, the first is {ascending[twice[0]]}")
+            raise Damaged(f"{twice.size} node numbers occur twice; the first is {ascending[twice[0]]}")
         none = [np.zeros(0, np.int64) for _ in self._elements]
         sets: dict[str, list[np.ndarray]] = {}
         blocks = []
@@ -186,7 +186,7 @@ class _Reader:
             at = np.searchsorted(ascending, corners).clip(max=len(tags) - 1) if len(tags) else corners
             if corners.size and (not len(tags) or (ascending[at] != corners).any()):
                 wrong = corners[ascending[at] != corners][0] if len(tags) else corners.flat[0]
-                raise Damaged(f"an element ({KINDS[kind]}) has node {wrong}, which is none of the file's {len(tags)} nodes")
+                raise Damaged(f"an element ({KINDS[kind]}) has node {wrong}, which is not one of the {len(tags)} nodes")
             elements, number = once(Elements(order[at], entity, group))
             blocks.append(Block(KINDS[kind], elements.corners))
             for name, members in self._members(kind, number, entity, group).items():
@@ -196,12 +196,12 @@ class _Reader:
             way = (
                 "; format 2 with `Mesh.SaveAll` stores no groups: write format 4.1" if self._version == "2" and not sets else ""
             )
-            notes.append(f"no element belongs to the physical groups {', '.join(empty[:8])}: there are no such sets{way}")
+            notes.append(f"the physical groups {', '.join(empty[:8])} have no elements, so these sets do not exist{way}")
         form = f"Gmsh {self._version}, {'binary' if self._binary else 'text'}"
         return without_lone_vertices(Contents(form, points, tuple(blocks), cell_sets=sets, notes=tuple(notes)))
 
     def _members(self, kind: int, number: np.ndarray, entity: np.ndarray, group: np.ndarray) -> dict[str, np.ndarray]:
-        """Numbers of the elements of a kind in each physical group, by name."""
+        """Return the numbers of the elements of a kind in each physical group, by name."""
         dimension = DIMENSIONS.get(Block(KINDS[kind], number).base or "", 3)
         found: dict[str, list[np.ndarray]] = {}
         owner, which = np.unique(np.column_stack([entity, group]), axis=0, return_inverse=True)
@@ -213,7 +213,7 @@ class _Reader:
 
 
 class _Words:
-    """The numbers of a section of a text file, one after the other."""
+    """Sequential reader of the numbers in a section of a text file."""
 
     def __init__(self, section: bytes, name: str) -> None:
         self._words, self._name, self.at = text_of(section).split(), name, 0
@@ -227,14 +227,14 @@ class _Words:
         return _sound_count(int(self.take("size", 1)[0]), self._name, len(self._words))
 
     counted = count
-    """Read the count that begins a section."""
+    """Read the count at the start of a section."""
 
     def rows(self, n: int, layout: Layout) -> list[np.ndarray]:
-        """Read `n` rows: an array of shape (n, numbers) for each kind of numbers of the layout."""
+        """Read `n` rows; return an array of shape (n, numbers) for each kind of numbers of the layout."""
         widths = [width for _, width in layout]
         end = self.at + n * sum(widths)
         if n < 0 or min(widths) < 0 or end > len(self._words):
-            raise Damaged(f"its section ${self._name} breaks off")
+            raise Damaged(f"its section ${self._name} is truncated")
         words = np.array(self._words[self.at : end], object).reshape(n, sum(widths))
         self.at = end
         read = {"float": floats}
@@ -246,16 +246,16 @@ class _Words:
         ]
 
     def elements(self, n: int) -> Iterator[tuple[int, int, np.ndarray]]:
-        """Read `n` elements of format 2: runs of one kind and number of tags, each with the tags and then the nodes."""
+        """Read `n` elements of format 2; yield runs with the same kind and number of tags, as tags followed by nodes."""
         values = self.take("int", len(self._words) - self.at)
         words, starts, at = values.tolist(), [], 0
         for _ in range(n):
             if at + 3 > len(words) or words[at + 2] < 0:
-                raise Damaged(f"its section ${self._name} breaks off")
+                raise Damaged(f"its section ${self._name} is truncated")
             starts.append(at)
             at += 3 + words[at + 2] + corners_of(words[at + 1])
         if at > len(words):
-            raise Damaged(f"its section ${self._name} breaks off")
+            raise Damaged(f"its section ${self._name} is truncated")
         self.at -= len(words) - at
         where = np.array(starts, np.int64)
         heads = values[where[:, None] + np.arange(1, 3)] if n else np.zeros((0, 2), np.int64)
@@ -266,13 +266,13 @@ class _Words:
                 yield kind, n_tags, values[where[start:end, None] + np.arange(3, 3 + n_tags + corners_of(kind))]
 
     def ended(self) -> None:
-        """Raise Damaged where numbers are left."""
+        """Raise Damaged if numbers are left."""
         if self.at < len(self._words):
             raise Damaged(f"its section ${self._name} has more than it counts")
 
 
 class _Bytes:
-    """The numbers of a section of a binary file, one after the other."""
+    """Sequential reader of the numbers in a section of a binary file; see `_Words`."""
 
     def __init__(self, data: bytes, start: int, order: str, size: int, name: str) -> None:
         self._data, self.at, self._name = data, start, name
@@ -287,21 +287,20 @@ class _Bytes:
         return _sound_count(int(self.take("size", 1)[0]), self._name, len(self._data))
 
     def counted(self) -> int:
-        """Read the count that begins a section of format 2, which is a line of text."""
+        """Read the count at the start of a section of format 2, which is a line of text."""
         end = self._data.find(b"\n", self.at, self.at + 100)
         word = self._data[self.at : end].strip().decode("latin-1")
         if end < 0 or not word.isdecimal():
-            raise Damaged(f"its section ${self._name} does not begin with a count")
+            raise Damaged(f"its section ${self._name} does not start with a count")
         self.at = end + 1
         return _sound_count(int(word), self._name, len(self._data))
 
     def rows(self, n: int, layout: Layout) -> list[np.ndarray]:
-        """See `_Words`."""
         if n < 0 or not all(0 <= width <= len(self._data) - self.at for _, width in layout):
-            raise Damaged(f"its section ${self._name} breaks off")
+            raise Damaged(f"its section ${self._name} is truncated")
         row = np.dtype([(f"f{k}", self._types[kind], (width,)) for k, (kind, width) in enumerate(layout)])
         if n * row.itemsize > len(self._data) - self.at:
-            raise Damaged(f"its section ${self._name} breaks off")
+            raise Damaged(f"its section ${self._name} is truncated")
         table = np.frombuffer(self._data, row, n, self.at) if n * row.itemsize else np.zeros(n, row)
         self.at += n * row.itemsize
         return [
@@ -310,7 +309,6 @@ class _Bytes:
         ]
 
     def elements(self, n: int) -> Iterator[tuple[int, int, np.ndarray]]:
-        """See `_Words`."""
         while n > 0:
             kind, many, n_tags = self.take("int", 3).tolist()
             if many < 1 or n_tags < 0:
@@ -320,7 +318,7 @@ class _Bytes:
             yield kind, n_tags, rows[:, 1:]
 
     def ended(self) -> None:
-        """Raise Damaged where the end of the section does not follow."""
+        """Raise Damaged if the end of the section does not follow."""
         behind = self._data[self.at : self.at + 20].lstrip()
         if behind and not behind.startswith(b"$End"):
             raise Damaged(f"its section ${self._name} has more than it counts")
@@ -328,5 +326,5 @@ class _Bytes:
 
 def _sound_count(count: int, name: str, room: int) -> int:
     if not 0 <= count <= room:
-        raise Damaged(f"its section ${name} has a count of {count}, more than the file has room for")
+        raise Damaged(f"its section ${name} has a count of {count}, which exceeds the size of the file")
     return count

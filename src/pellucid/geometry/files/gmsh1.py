@@ -1,4 +1,4 @@
-"""Gmsh's first format of meshes (`$NOD`, `$ELM`): text, with numbers of physical groups."""
+"""Reader of Gmsh's mesh format 1 (`$NOD`, `$ELM`): text, with numbers of physical groups."""
 
 import numpy as np
 
@@ -8,23 +8,23 @@ from pellucid.geometry.files.words import floats, integers, text_of
 
 
 def is_gmsh1(data: bytes) -> bool:
-    """Return True if a file begins as this format does."""
+    """Return True if a file starts like this format."""
     return data.lstrip()[:4] == b"$NOD"
 
 
 def read_gmsh1(data: bytes) -> Contents:
-    """Read such a file. Raises Damaged."""
+    """Read a Gmsh file of version 1. Raises Damaged."""
     text = text_of(data)
     lines = [line.split() for line in _section(text, "NOD").splitlines()]
     rows = [words for words in lines if words]
     count = int(integers(rows[0][:1] if rows else [], "the count of nodes")[:1].sum())
     if len(rows) != 1 + count or any(len(words) < 4 for words in rows[1:]):
-        raise Damaged(f"it counts {count} nodes, and has {max(len(rows) - 1, 0)} lines of a number and three coordinates")
+        raise Damaged(f"its node count is {count}, but {max(len(rows) - 1, 0)} lines with a number and coordinates follow")
     table = np.array([words[:4] for words in rows[1:]], object).reshape(count, 4)  # parameters on curves may follow
     points = floats(table[:, 1:].ravel().tolist(), "the nodes").reshape(count, 3)
     place = {int(name): k for k, name in enumerate(integers(table[:, 0].tolist(), "the numbers of nodes"))}
     if len(place) != count:
-        raise Damaged(f"{count - len(place)} numbers of nodes are there twice")
+        raise Damaged(f"{count - len(place)} node numbers occur twice")
     return _elements(points, place, integers(_section(text, "ELM").split(), "the elements").tolist())
 
 
@@ -36,25 +36,25 @@ def _section(text: str, name: str) -> str:
 
 
 def _elements(points: np.ndarray, place: dict[int, int], words: list[int]) -> Contents:
-    """Blocks of elements from count, then for each its number, kind, physical and elementary group, count of nodes, nodes."""
+    """Read the elements: a count, then for each its number, kind, physical and elementary group, number of nodes, nodes."""
     found: dict[str, list[list[int]]] = {}
     at, count = 1, 0
     while at < len(words):
         if len(words) < at + 5 or not 0 < words[at + 4] <= len(words) - at - 5:
-            raise Damaged(f"element {count}, counted from 0, breaks off")
+            raise Damaged(f"element {count} (counted from 0) is incomplete")
         kind, group, entity, n = words[at + 1 : at + 5]
         if kind not in FIRST_KINDS:
-            raise Damaged(f"element {count}, counted from 0, is of kind {kind}, and this format has 1 to {len(FIRST_KINDS)}")
+            raise Damaged(f"element {count} (counted from 0) has kind {kind}, but this format has 1 to {len(FIRST_KINDS)}")
         if n != corners_of(kind):
-            raise Damaged(f"element {count}, counted from 0, has {n} nodes, which a {FIRST_KINDS[kind]} has not")
+            raise Damaged(f"element {count} (counted from 0) has {n} nodes, but a {FIRST_KINDS[kind]} has {corners_of(kind)}")
         try:
             nodes = [place[node] for node in words[at + 5 : at + 5 + n]]
         except KeyError:
-            raise Damaged(f"element {count}, counted from 0, has a corner that is none of the file's nodes") from None
+            raise Damaged(f"element {count} (counted from 0) has a corner that is not a node of the file") from None
         found.setdefault(FIRST_KINDS[kind], []).append([entity, abs(group), *nodes])
         at, count = at + 5 + n, count + 1
     if not words or words[0] != count:
-        raise Damaged(f"it counts {words[0] if words else 'no'} elements, and has {count}")
+        raise Damaged(f"its element count is {words[0] if words else 'missing'}, but it has {count} elements")
     blocks, sets = [], dict[str, list[np.ndarray]]()
     for number, (kind_name, rows) in enumerate(found.items()):
         table = np.array(rows, np.int64)

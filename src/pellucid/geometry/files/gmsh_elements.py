@@ -1,4 +1,4 @@
-"""Elements of Gmsh's files of all versions: kinds, physical groups, points of the geometry."""
+"""Elements of all versions of Gmsh files: kinds, physical groups, points of the geometry."""
 
 import re
 from typing import NamedTuple
@@ -19,13 +19,13 @@ _MORE = (
 )
 KINDS = FIRST_KINDS | dict(enumerate(_MORE.split(), 20))
 KINDS |= {36: "quad16", 37: "quad25", 38: "quad36", 90: "wedge40", 91: "wedge75", 92: "hexahedron64", 93: "hexahedron125"}
-"""Kinds of elements by their numbers; corners come first."""
+"""Kinds of elements by their numbers; the corners of an element precede its other nodes."""
 DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2}  # others have 3
 
 
 class Elements(NamedTuple):
-    """Elements of one kind: tags or numbers of their nodes, shape (m, nodes), the entity of the geometry that each belongs to,
-    and its physical group where format 2 states it, shape (m,) each."""
+    """Elements of one kind: tags or numbers of their nodes, shape (m, nodes), the geometric entity of each, and its
+    physical group in format 2, shape (m,) each."""
 
     corners: np.ndarray
     entity: np.ndarray
@@ -33,16 +33,18 @@ class Elements(NamedTuple):
 
 
 def corners_of(kind: int) -> int:
-    """Number of nodes of an element of a kind by its number."""
+    """Return the number of nodes of an element of the kind with this number."""
     if kind not in KINDS:
-        raise Damaged(f"it has an element of kind {kind}, which is none of the {len(KINDS)} kinds that can be read")
+        raise Damaged(f"it has an element of kind {kind}, which is not one of the {len(KINDS)} supported kinds")
     digits = re.sub(r"\D", "", KINDS[kind])
     return int(digits) if digits else CORNERS[KINDS[kind]]
 
 
 def once(elements: Elements) -> tuple[Elements, np.ndarray]:
-    """Elements without those that format 2 lists again for a further group, and the number of each of the given ones in what is
-    left, shape (m,). Elements that are there twice in one group stay."""
+    """Remove elements that format 2 repeats for each further group; return them and the new number of each element, shape (m,).
+
+    Elements that occur twice in one group are kept.
+    """
     corners, entity, group = elements
     numbers = np.arange(len(corners))
     if len(np.unique(group)) < 2 or not entity.any():
@@ -57,8 +59,10 @@ def once(elements: Elements) -> tuple[Elements, np.ndarray]:
 
 
 def without_lone_vertices(contents: Contents) -> Contents:
-    """The same without points of the geometry that no line, surface or solid element uses, such as centres of arcs, which
-    `Mesh.SaveAll` writes."""
+    """Remove points of the geometry that no line, surface or solid element uses, such as centres of arcs.
+
+    `Mesh.SaveAll` writes these points.
+    """
     used, is_vertex = np.zeros(len(contents.points), bool), np.zeros(len(contents.points), bool)
     for block in contents.blocks:
         (is_vertex if block.kind == "vertex" else used)[block.nodes] = True
@@ -78,7 +82,7 @@ def without_lone_vertices(contents: Contents) -> Contents:
     sets = {name: parts for name, parts in sets.items() if f"`{name[:60]}`" not in gone}
     n = int(lone.sum())
     points = "1 point of the geometry was" if n == 1 else f"{n} points of the geometry were"
-    note = f"{points} left out, such as centres of arcs: no line, surface or solid element uses them"
-    note += f"; so are the sets {', '.join(gone)}" if gone else ""
+    note = f"{points} removed, as no line, surface or solid element uses them, such as centres of arcs"
+    note += f"; the sets {', '.join(gone)} were removed too" if gone else ""
     left = Contents(contents.format, contents.points, tuple(blocks), {}, sets, (*contents.notes, note))
     return with_points(left, ~lone)

@@ -1,4 +1,4 @@
-"""Files of meshes in a case: what models of surfaces and of solids say of them, and the state by which a file is known."""
+"""Keys of mesh files in a case, shared by surfaces and solids, and the state that identifies a version of a file."""
 
 from pathlib import Path
 
@@ -14,23 +14,24 @@ FileState = tuple[str, int, int]
 
 
 class MeshFile(Model):
-    """A file of a mesh, and how long its unit is."""
+    """A mesh file and its unit of length."""
 
-    path: InputFile = parameter("", "the file; a relative path starts from the case file's folder")
-    unit: str | None = parameter("", 'the file\'s unit of length, such as "mm"; in its place `scale` may stand', None)
+    path: InputFile = parameter("", "mesh file; a relative path is relative to the folder of the case")
+    unit: str | None = parameter("", 'unit of length of the file, such as "mm"; alternative to `scale`', None)
     scale: float = parameter("", "factor from the file's unit of length to metres, such as 0.001 for millimetres", 1.0, gt=0)
-    offset: Vector = parameter("m", "added to the scaled positions", (0.0, 0.0, 0.0))
-    repair: bool = parameter("", "mend what can be mended, and warn of what was done", False)
+    offset: Vector = parameter("m", "vector added to the scaled positions", (0.0, 0.0, 0.0))
+    repair: bool = parameter("", "repair faults of the mesh if possible, and report the changes as warnings", False)
 
     @check
     def _has_one_unit(self) -> None:
         if self.unit is not None and self.scale != 1.0:
-            text = f"`unit` and `scale` both say how long the file's unit is: {self.unit} and {self.scale:g} m"
-            raise Refusal(text, "keep one of them")
+            text = f"`unit` and `scale` both define the unit of the file: {self.unit} and {self.scale:g} m"
+            raise Refusal(text, "remove one of them")
         self.placed(np.zeros((1, 3)))
 
     def placed(self, points: np.ndarray) -> np.ndarray:
-        """Points of the file in metres, shape (n, 3), moved by `offset`. Raises ValueError where `unit` is no length."""
+        """Return points of the file in metres, shape (n, 3), shifted by `offset`. Raises ValueError if `unit` is not a
+        length."""
         if self.unit is None:
             return points * self.scale + np.array(self.offset)
         from pellucid.units import to_si
@@ -39,7 +40,7 @@ class MeshFile(Model):
 
 
 def states_of_files(model: Model) -> tuple[FileState, ...]:
-    """The states of all files that a model and the models in it name under the key `path`. Raises ValueError for a missing
+    """Return the states of all files given by the key `path` in a model and its submodels. Raises ValueError for a missing
     file."""
     states: list[FileState] = []
     for name, value in model:

@@ -1,4 +1,4 @@
-"""OBJ of Wavefront: vertices and faces; texture, normals, colours, groups and materials are left out."""
+"""Reader of Wavefront OBJ files: vertices and faces; texture, normals, colours, groups and materials are ignored."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ FREE_FORM = {"curv", "surf", "cstype"}
 
 
 def read_obj(data: bytes) -> Contents:
-    """What is in an OBJ file. Raises Damaged."""
+    """Read an OBJ file. Raises Damaged."""
     points: list[list[float]] = []
     faces: list[list[int]] = []
     for line_number, line in _lines(text_of(data)):
@@ -20,24 +20,24 @@ def read_obj(data: bytes) -> Contents:
             points.append(numbers(words[1:4], line_number, 3))  # colours or a weight may follow
         elif words[0] in ("f", "fo"):
             if len(words) < 4:
-                raise Damaged(f"the face in line {line_number} has {len(words) - 1} corners, and one has at least 3")
+                raise Damaged(f"the face in line {line_number} has {len(words) - 1} corners, but at least 3 are needed")
             faces.append([_place(word, line_number, len(points)) for word in words[1:]])
         elif words[0] in FREE_FORM:
-            raise Damaged(f"line {line_number} begins a free-form curve or surface: write it as triangles or quadrilaterals")
+            raise Damaged(f"line {line_number} has a free-form curve or surface: write it as triangles or quadrilaterals")
     places = np.array(points, float).reshape(-1, 3)
     return Contents("OBJ, text", places, flat_blocks(places, faces))
 
 
 def _place(word: str, line: int, so_far: int) -> int:
-    """The vertex of a corner, counted from 0: `7`, `7/1`, `7//3` or `7/1/3`; -1 is the last one so far."""
+    """Return the vertex of a corner, from 0; the formats are `7`, `7/1`, `7//3` and `7/1/3`, and -1 is the latest vertex."""
     number = whole(word.split("/", 1)[0], line)
     if number == 0 or -number > so_far:
-        raise Damaged(f"the face in line {line} names a vertex before the first one; they count from 1, and -1 is the last one")
+        raise Damaged(f"the face in line {line} has an invalid vertex number; vertices count from 1, and -1 is the latest one")
     return number - 1 if number > 0 else so_far + number
 
 
 def _lines(text: str) -> list[tuple[int, str]]:
-    """Lines with their numbers; those that end in a backslash go on in the next one."""
+    """Return lines with their numbers; lines that end with a backslash are continued."""
     found: list[tuple[int, str]] = []
     begun = ""
     for number, line in enumerate(text.splitlines(), 1):

@@ -1,4 +1,4 @@
-"""OFF, the object file format of Geomview: vertices and faces in text; colours, normals and texture are left out."""
+"""Reader of OFF, the object file format of Geomview: vertices and faces in text; colours, normals and texture are ignored."""
 
 import re
 from collections.abc import Iterator
@@ -10,7 +10,8 @@ from pellucid.geometry.files.contents import Block, Contents, Damaged, flat_bloc
 from pellucid.geometry.files.words import numbers, text_of, whole
 
 HEADER = re.compile(r"(?:(ST)?(C)?(N)?(4)?(n)?OFF|off)(?![A-Za-z])")
-"""First word: texture, colours and normals of vertices, fourth coordinates, another number of dimensions. It may be missing."""
+"""First word of the file, which may be missing: prefixes for texture, colours and normals of vertices, fourth coordinates,
+and another number of dimensions."""
 SMALL = {1: "vertex", 2: "line"}
 """Kinds of faces with fewer corners than a triangle."""
 
@@ -23,17 +24,17 @@ class _Line(NamedTuple):
 
 
 def read_off(data: bytes) -> Contents:
-    """Return what is in an OFF file. Raises Damaged."""
+    """Read an OFF file. Raises Damaged."""
     lines = _lines(text_of(data))
     is_homogeneous = _read_header(lines)
     n_vertices, n_faces = _read_counts(lines)
     missing = n_vertices + n_faces - len(lines)
     if missing > 0:
-        text = f"it has {len(lines)} lines after its counts, which are {n_vertices} vertices and {n_faces} faces"
+        text = f"it has {len(lines)} lines after its counts, but {n_vertices} vertices and {n_faces} faces are expected"
         raise Damaged(text, "write the file again with one vertex or face in each line")
     if missing < 0:
         line = lines[n_vertices + n_faces].number
-        raise Damaged(f"line {line} follows the last of {n_vertices} vertices and {n_faces} faces, the counts of the file")
+        raise Damaged(f"line {line} is after the last of the {n_vertices} vertices and {n_faces} faces that the file counts")
     columns = 4 if is_homogeneous else 3
     rows = [numbers(line.words[:columns], line.number, columns) for line in lines[:n_vertices]]
     points = _divided(np.array(rows, float).reshape(-1, columns))
@@ -58,25 +59,25 @@ def _read_header(lines: list[_Line]) -> bool:
     words = [*([rest] if rest else []), *line.words[1:]]
     lines[:1] = [_Line(line.number, words)] if words else []
     if found[5]:
-        raise Damaged("it is of another number of dimensions (nOFF)", "save it as OFF, with three coordinates for each vertex")
+        raise Damaged("its number of dimensions is not 3 (nOFF)", "save it as OFF, with three coordinates for each vertex")
     if words and words[0].upper() == "BINARY":
         raise Damaged("it is a binary OFF file", "save it as text")
     return bool(found[4])
 
 
 def _read_counts(lines: list[_Line]) -> tuple[int, int]:
-    """Remove the counts from the lines; return the numbers of vertices and faces. That of edges may be missing."""
+    """Remove the counts from the lines; return the numbers of vertices and faces. The number of edges may be missing."""
     words: list[str] = []
-    while lines and len(words) < 2:  # each count may stand in a line of its own
+    while lines and len(words) < 2:  # each count may be in a separate line
         number, more = lines.pop(0)
         words += more
     if len(words) < 2:
-        raise Damaged("it breaks off before its counts of vertices and faces")
+        raise Damaged("it ends before its counts of vertices and faces")
     if len(words) == 2 and lines and len(lines[0].words) == 1:
         lines.pop(0)
     n_vertices, n_faces = whole(words[0], number), whole(words[1], number)
     if min(n_vertices, n_faces) < 0 or len(words) > 3:
-        raise Damaged(f"line {number} does not have the counts of vertices, faces and edges, three whole numbers from 0 on")
+        raise Damaged(f"line {number} must have the counts of vertices, faces and edges, three non-negative whole numbers")
     return n_vertices, n_faces
 
 
@@ -86,7 +87,7 @@ def _divided(points: np.ndarray) -> np.ndarray:
         return points
     if (points[:, 3] == 0.0).any():
         raise Damaged(
-            f"vertex {int(np.argmin(points[:, 3] != 0.0))}, counted from 0, has a fourth coordinate of 0: it is nowhere"
+            f"vertex {int(np.argmin(points[:, 3] != 0.0))} (counted from 0) has a fourth coordinate of 0, which is not allowed"
         )
     return points[:, :3] / points[:, 3:]
 

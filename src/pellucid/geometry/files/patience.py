@@ -1,4 +1,4 @@
-"""Work that may never end, of readers that wait for a line that a damaged file has not."""
+"""Time limit for readers that may wait forever for a line that a damaged file does not have."""
 
 import ctypes
 from collections.abc import Callable
@@ -10,22 +10,23 @@ AGAIN = 0.2  # s between two calls to a halt
 
 
 class TooLong(Exception):
-    """Work that had not ended in its time."""
+    """The work did not finish within its time limit."""
 
 
 class _Halt(BaseException):
-    """Ends a thread wherever it is, unless it catches everything."""
+    """Exception that stops a thread wherever it is, unless the thread catches everything."""
 
 
 def within(seconds: float, work: Callable[[], Result]) -> Result:
-    """What `work` returns or raises. Raises TooLong where it takes longer: then it is ended, at its next line of Python."""
+    """Return or raise the result of `work`. Raises TooLong after the time limit; the work is then stopped at its next
+    Python line."""
     found: list[Result] = []
     failed: list[BaseException] = []
 
     def run() -> None:
         try:
             found.append(work())
-        except BaseException as error:  # the program ending included: it is the caller's to decide
+        except BaseException as error:  # including SystemExit, which the caller handles
             failed.append(error)
 
     thread = Thread(target=run, daemon=True)

@@ -1,4 +1,4 @@
-"""PLY, text and binary: vertices, and faces of any number of corners; other elements and properties are left out."""
+"""Reader of PLY, text and binary: vertices, and faces with any number of corners; other elements and properties are ignored."""
 
 from typing import NamedTuple
 
@@ -18,13 +18,13 @@ STRIPS, FANS = ("tristrips", "tristrip", "strips", "strip"), ("trifans", "trifan
 
 
 Column = np.ndarray | list[np.ndarray]
-"""Values of a property, shape (rows, values), or those of each row."""
+"""Values of a property, shape (rows, values), or a list with those of each row."""
 
 
 class _Property(NamedTuple):
     name: str
     type: str
-    """Of numpy, of the items where it is a list."""
+    """NumPy type of the value, or of the items of a list."""
     length: str = ""
     """Type of the length of a list; empty for a single value."""
 
@@ -36,9 +36,9 @@ class _Element(NamedTuple):
 
 
 def read_ply(data: bytes) -> Contents:
-    """Return what is in a PLY file. Raises Damaged."""
+    """Read a PLY file. Raises Damaged."""
     header = data[: data.find(b"end_header")]
-    if b"format ascii" in header and b"\n" not in header:  # lines end with a carriage return alone
+    if b"format ascii" in header and b"\n" not in header:  # lines end with only a carriage return
         data = data.replace(b"\r", b"\n")
     order, elements, start = _header(data)
     source: _Words | _Bytes = _Bytes(data, start, order) if order else _Words(text_of(data[start:]).split())
@@ -58,7 +58,7 @@ def read_ply(data: bytes) -> Contents:
         blocks += (Block("triangle", np.array(more, np.int64)),)
     known = {"vertex", "face", "edge", *STRIPS, *FANS}
     notes = tuple(
-        f"its {len(_lists(table))} rows of `{name[:40]}`, which have lists of vertices, were not read"
+        f"{len(_lists(table))} rows of `{name[:40]}`, which have lists of vertices, were not read"
         for name, table in columns.items()
         if name not in known and len(_lists(table))
     )
@@ -78,7 +78,7 @@ def _blocks(points: np.ndarray, corners: Column) -> tuple[Block, ...]:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
-    """The order of bytes, empty for text; the elements; where they begin."""
+    """Return the byte order (empty for text), the elements, and the start of their data."""
     end = data.find(b"end_header")
     if not data.startswith(b"ply") or end < 0:
         raise Damaged("it has no header from `ply` to `end_header`")
@@ -99,25 +99,25 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
                 pass
             case [word, *_]:
                 what = word if word in ("format", "element", "property") else "line"
-                raise Damaged(f"its header has a {what} that no PLY file has")
+                raise Damaged(f"its header has a {what} that is not part of the PLY format")
     if order is None:
-        raise Damaged("its header does not say which format it has")
+        raise Damaged("its header does not define the format (text or binary)")
     return order, elements, start
 
 
 class _Words:
-    """The values of a text file, one after the other."""
+    """Sequential reader of the values of a text file."""
 
     def __init__(self, words: list[str]) -> None:
         self._words, self.at = words, 0
 
     @property
     def left(self) -> int:
-        """An upper bound of the values that are left."""
+        """Upper bound of the number of values left."""
         return len(self._words) - self.at
 
     def take(self, kind: str, count: int) -> np.ndarray:
-        """The next `count` values."""
+        """Return the next `count` values."""
         if not 0 <= count <= self.left:
             raise Damaged("it ends before its last element, or has a list of less than no values")
         words = self._words[self.at : self.at + count]
@@ -125,8 +125,8 @@ class _Words:
         return floats(words, "its values") if kind[0] == "f" else integers(words, "its whole numbers")
 
     def table(self, layout: list[tuple[str, int]], rows: int) -> tuple[list[np.ndarray], int] | None:
-        """Columns of rows that all have so many values of these types, shape (rows, values) each, and where they end; None
-        without them."""
+        """Return columns, shape (rows, values) each, and their end if all rows have this number of values of these types;
+        else None."""
         widths = [width for _, width in layout]
         if rows * sum(widths) > self.left:
             return None
@@ -137,22 +137,21 @@ class _Words:
             kinds = [float if kind[0] == "f" else np.int64 for kind, _ in layout]
             return [part.astype(kind) for part, kind in zip(parts, kinds, strict=True)], end
         except (ValueError, OverflowError):
-            return None  # rows of other lengths, or damaged: row by row it will be known
+            return None  # rows of different lengths, or damaged: reading row by row decides
 
 
 class _Bytes:
-    """The values of a binary file, one after the other."""
+    """Sequential reader of the values of a binary file; see `_Words`."""
 
     def __init__(self, data: bytes, start: int, order: str) -> None:
         self._data, self.at, self._order = data, start, order
 
     @property
     def left(self) -> int:
-        """An upper bound of the values that are left."""
+        """Upper bound of the number of values left."""
         return len(self._data) - self.at
 
     def take(self, kind: str, count: int) -> np.ndarray:
-        """The next `count` values."""
         found = np.dtype(self._order + kind)
         if not 0 <= count * found.itemsize <= self.left:
             raise Damaged("it ends before its last element, or has a list of less than no values")
@@ -161,7 +160,6 @@ class _Bytes:
         return values
 
     def table(self, layout: list[tuple[str, int]], rows: int) -> tuple[list[np.ndarray], int] | None:
-        """See `_Words`."""
         row = np.dtype([(f"f{place}", self._order + kind, (width,)) for place, (kind, width) in enumerate(layout)])
         if rows * row.itemsize > self.left:
             return None
@@ -170,9 +168,9 @@ class _Bytes:
 
 
 def _columns(source: _Words | _Bytes, element: _Element) -> dict[str, Column]:
-    """The values of an element's properties by name; at once where all lists are as long as those of the first row."""
+    """Return the values of an element's properties by name; read at once if all lists are as long as those of the first row."""
     if element.rows > source.left:
-        raise Damaged(f"its header counts {element.rows} of `{element.name}`, more than the file has room for")
+        raise Damaged(f"its header counts {element.rows} of `{element.name}`, which exceeds the size of the file")
     if not element.rows:
         return {one.name: [] for one in element.properties}
     first = [_next(source, one) for one in element.properties]

@@ -1,4 +1,4 @@
-"""Precision of the coordinates of a file, compared with the edges of its mesh."""
+"""Check of the precision of the coordinates of a file against the edge lengths of its mesh."""
 
 import re
 
@@ -8,16 +8,16 @@ from pellucid.geometry.files.contents import Contents
 from pellucid.geometry.files.words import as_utf8
 from pellucid.system.input_files import file_bytes
 
-WORST = 0.01  # of the edges: spacing of the coordinates above which the mesh is not what was exported
-SHARE = 0.1  # of the edges are shorter than those that the spacing is compared with
-FAR = 100.0  # extents from the origin, beyond which the digits of a text are counted
-MOST_DIGITS = 7  # of a text, as single precision has and many programs write
-MOST_BYTES = 20_000_000  # of a text that are looked at
+WORST = 0.01  # of the edge length: spacing of the coordinates above which the mesh is distorted
+SHARE = 0.1  # quantile of the edge lengths that the spacing is compared with
+FAR = 100.0  # distance from the origin in extents, above which the digits of a text file are counted
+MOST_DIGITS = 7  # digits of single precision, which many programs write to text files
+MOST_BYTES = 20_000_000  # number of bytes of a text file that are examined
 NUMBER = re.compile(rb"(?<![\w.])[-+]?(\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
 
 def precision_notes(path: str, contents: Contents) -> tuple[str, ...]:
-    """Warn where the coordinates of a file are too coarse for its edges, as of single precision far from the origin."""
+    """Warn if the coordinates of a file are too coarse for its edges, e.g. single precision far from the origin."""
     points = contents.points
     edges = [
         np.linalg.norm(points[nodes[:, k]] - points[nodes[:, k - 1]], axis=1)
@@ -34,13 +34,15 @@ def precision_notes(path: str, contents: Contents) -> tuple[str, ...]:
     if not spacing > WORST * typical:
         return ()
     largest = float(np.abs(points).max())
-    text = f"coordinates are known to {spacing:.2g} only ({reason} at {largest:.3g}), and edges are {typical:.2g} long"
-    return (f"{text}, in the unit of the file: move the mesh to the origin before you export it",)
+    text = f"coordinates are only accurate to {spacing:.2g} ({reason} at {largest:.3g}), but edges are {typical:.2g} long"
+    return (f"{text}, in the unit of the file; move the mesh to the origin before exporting it",)
 
 
 def _spacing(path: str, points: np.ndarray, is_single: bool) -> tuple[float, str]:
-    """Distance of neighbouring values at the largest coordinate, in the unit of the file; 0 where the file has more digits than
-    single precision. The reason in words."""
+    """Return the distance of neighbouring values at the largest coordinate, in the unit of the file, and the reason in words.
+
+    The distance is 0 if the file has more digits than single precision.
+    """
     size = np.abs(points)
     largest = float(size.max())
     if not 0.0 < largest < float(np.finfo(np.float32).max):
@@ -58,7 +60,8 @@ def _spacing(path: str, points: np.ndarray, is_single: bool) -> tuple[float, str
 
 
 def _digits(path: str, largest: float) -> int:
-    """Most digits of a coordinate near the largest one in a text file, zeros at the end included; 0 of a binary file."""
+    """Return the largest number of digits of a coordinate near the largest one in a text file, including trailing zeros; 0
+    if binary."""
     data = as_utf8(file_bytes(path)[:MOST_BYTES])
     if b"\0" in data:
         return 0

@@ -1,4 +1,4 @@
-"""Any file of a mesh, by its ending and its first bytes."""
+"""Reading of any mesh file; the format is found from the extension and the first bytes."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -26,9 +26,9 @@ SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), OFF (.off), Gmsh (.msh), VTK (.v
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 ANY = f"{SURFACES}, Abaqus (.inp), Nastran (.bdf, .nas)"
 NODES_OF_ANSYS, HEAD = b"NBLOCK", 100_000
-"""Words that distinguish Ansys files from Abaqus files, both ending with .inp, and the number of bytes searched."""
+"""Word that distinguishes Ansys files from Abaqus files, both with the extension .inp, and the number of bytes searched."""
 FARTHEST = 1e30
-"""Of a coordinate in the file's unit: volumes of such elements, and their squares, are still numbers."""
+"""Largest coordinate in the unit of the file; squares of element volumes do not overflow below it."""
 
 Read = Callable[[bytes], Contents]
 BY_ENDING: dict[str, Read] = {
@@ -43,13 +43,13 @@ BY_BEGINNING: dict[str, tuple[tuple[Callable[[bytes], bool], Read], ...]] = {
     ".msh": ((is_gmsh, read_gmsh), (is_gmsh1, read_gmsh1)),
     ".vtk": ((is_grid, read_grid),),
 }
-"""Readers by ending, each with the test of the first bytes that it applies to."""
+"""Readers by extension, each with a test of the first bytes that selects it."""
 
 
 def read_file(path: str, what: str, readable: str) -> Contents:
-    """Return what is in a file. Raises Refusal if it cannot be read as `what`, a noun with its article.
+    """Read a mesh file. Raises Refusal if it cannot be read as `what`, a noun with its article.
 
-    readable: kinds of files that can be.
+    readable: supported kinds of files, for the message.
     """
     check_there(path)
     ending = Path(path).suffix.lower()
@@ -61,8 +61,8 @@ def read_file(path: str, what: str, readable: str) -> Contents:
         remedy = error.remedy or f"{again}save it as one of {readable}"
         raise Refusal(f"{path} cannot be read as {what}: {error}", remedy) from None
     except (MemoryError, OSError) as error:
-        reason = "it needs more memory than there is" if isinstance(error, MemoryError) else error.strerror or str(error)
-        raise Refusal(f"{path} cannot be read as {what}: {reason}", "mend this, or name another file") from None
+        reason = "there is not enough memory" if isinstance(error, MemoryError) else error.strerror or str(error)
+        raise Refusal(f"{path} cannot be read as {what}: {reason}", "correct this, or use a different file") from None
     return replace(contents, notes=(*contents.notes, *precision_notes(path, contents)))
 
 
@@ -81,34 +81,36 @@ def _read(path: str, ending: str) -> Contents:
         data = file_bytes(path)
         return read(data if read is read_stl else as_utf8(data))
     if ending == ".msh":
-        raise Damaged("it does not hold what .msh files of Gmsh do")
+        raise Damaged("it does not follow the .msh format of Gmsh")
     return read_through_meshlane(path)
 
 
 def _check(contents: Contents) -> None:
-    """Raise Damaged for points nowhere, and for elements with corners that are no points of the file."""
+    """Raise Damaged for invalid coordinates, and for elements with corners that are not points of the file."""
     points, n = contents.points, len(contents.points)
     nowhere = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
     if len(nowhere):
         where = ", ".join(f"{x:.6g}" for x in points[nowhere[0]])
-        raise Damaged(f"point {nowhere[0]}, counted from 0, is at ({where}): coordinates are numbers up to {FARTHEST:g}")
+        raise Damaged(
+            f"point {nowhere[0]} (counted from 0) is at ({where}), but coordinates must be finite and at most {FARTHEST:g}"
+        )
     for block in contents.blocks:
         if block.nodes.dtype.kind not in "iu":
             continue
         if block.nodes.size and not 0 <= block.nodes.min() <= block.nodes.max() < n:
             wrong = int(np.argmax(((block.nodes < 0) | (block.nodes >= n)).reshape(len(block.nodes), -1).any(axis=1)))
-            raise Damaged(f"{block.kind} {wrong}, counted from 0, has a corner that is none of the file's {n} points")
+            raise Damaged(f"{block.kind} {wrong} (counted from 0) has a corner that is not one of the {n} points of the file")
     for name, nodes in contents.node_sets.items():
         if len(nodes) and not 0 <= nodes.min() <= nodes.max() < n:
-            raise Damaged(f"the set `{name[:60]}` has a node that is none of the file's {n} points")
+            raise Damaged(f"the set `{name[:60]}` has a node that is not one of the {n} points of the file")
 
 
 def check_there(path: str) -> None:
-    """Raise Refusal for a missing file, or for what is none."""
+    """Raise Refusal if there is no file at a path."""
     if Path(path).exists() and not Path(path).is_file():
         what = "a folder" if Path(path).is_dir() else "a pipe or a device"
-        raise Refusal(f"{path} is {what}, not a file", "name a file")
+        raise Refusal(f"{path} is {what}, not a file", "set the path of a file")
     if not Path(path).is_file():
         there = [found.name for found in Path(path).parent.glob("*")]
-        remedy = hint(Path(path).name, there) or "a relative path starts from the folder of the case file"
+        remedy = hint(Path(path).name, there) or "correct the path; a relative path is relative to the folder of the case file"
         raise Refusal(f"there is no file {path}", remedy)

@@ -1,4 +1,4 @@
-"""Named sets of what meshlane reads: those of the file, its groups of elements, and what arrays mark."""
+"""Named sets of meshes read by meshlane: sets of the file, element groups, and sets marked by arrays."""
 
 from typing import Any
 
@@ -6,13 +6,13 @@ import numpy as np
 
 GMSH = "gmsh:physical"
 GROUPS = {GMSH, "nastran:ref", "medit:ref"}
-"""Arrays that give each cell the number of its group: in Gmsh's files, Nastran's properties, Medit's references; 0 is none."""
+"""Arrays with the group number of each cell: in Gmsh files, Nastran properties, Medit references; 0 means no group."""
 OF_THE_READER = "gmsh:"
-"""How names begin that are no sets, though they look like some."""
+"""Prefix of names that meshlane adds and that are not sets."""
 
 
 def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
-    """By name, the numbers of nodes."""
+    """Return node numbers by set name."""
     sets = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (mesh.point_sets or {}).items()}
     for name, values in (mesh.point_data or {}).items():
         if (marked := marked_places(values)) is not None:
@@ -21,7 +21,7 @@ def sets_of_nodes(mesh: Any) -> dict[str, np.ndarray]:
 
 
 def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """By name, the numbers of elements of each block."""
+    """Return the element numbers of each block by set name."""
     found = _groups(mesh)
     for name, parts in (mesh.cell_sets or {}).items():
         if not name.startswith(OF_THE_READER):
@@ -35,7 +35,7 @@ def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
 
 
 def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """Numbered groups of elements by their names, or by their numbers where they have none."""
+    """Return the numbered element groups by name, or by number if they have no name."""
     data = mesh.cell_data or {}
     named = (mesh.field_data or {}) if GMSH in data else {}
     names = {(int(number), int(dimension)): name for name, (number, dimension) in named.items()}
@@ -51,7 +51,7 @@ def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
 
 
 def marked_places(values: np.ndarray) -> np.ndarray | None:
-    """Where an array of whole numbers has the larger of its two values 0 and 1, or -1 and 0; None for any other array."""
+    """Return the indices of the larger value in an integer array of 0 and 1, or of -1 and 0; None for any other array."""
     values = np.asarray(values)
     if values.ndim != 1 or values.dtype.kind not in "biu":
         return None

@@ -1,4 +1,4 @@
-"""STL, text and binary. Every triangle repeats its corners."""
+"""Reader of STL files, text and binary. Every triangle repeats its corners."""
 
 import re
 from dataclasses import replace
@@ -8,7 +8,7 @@ import numpy as np
 from pellucid.geometry.files.contents import Block, Contents, Damaged
 from pellucid.geometry.files.words import as_utf8, numbers, text_of
 
-BEGIN = 1000  # bytes in which a text says what it is
+BEGIN = 1000  # number of bytes that identify a text file
 FACET_OF_TEXT = re.compile(rb"^\s*facet\s+normal\b", re.IGNORECASE | re.MULTILINE)
 UNCOUNTED = (0, 2**32 - 1)
 HEADER = 84  # bytes: a text and the number of facets
@@ -24,13 +24,13 @@ def read_stl(data: bytes) -> Contents:
         if is_text(text):
             return _text(text_of(text))
     if count < 0:
-        raise Damaged("it is neither text with lines `facet` and `vertex` nor as long as the header of a binary file")
+        raise Damaged("it is not text with `facet` and `vertex` lines, and shorter than the header of a binary file")
     notes: tuple[str, ...] = ()
     if count in UNCOUNTED and there and not left:  # written before the number was known
-        notes = (f"its header counts {count} facets; all {there} that follow were read",)
+        notes = (f"its header counts {count} facets, but {there} follow; all of these were read",)
         count = there
     if count > there:
-        raise Damaged(f"its header counts {count} facets, and {there} are there: it is cut off, or no STL file")
+        raise Damaged(f"its header counts {count} facets, but {there} follow: it is truncated, or not an STL file")
     corners = np.frombuffer(data, FACET, count, HEADER)["corners"].astype(float)
     behind = len(data) - HEADER - count * FACET.itemsize
     if behind:
@@ -40,7 +40,7 @@ def read_stl(data: bytes) -> Contents:
 
 
 def is_text(data: bytes) -> bool:
-    """Return True if bytes are a text STL file, which begins with `solid` or `facet`, maybe after comments."""
+    """Return True if bytes are a text STL file, which starts with `solid` or `facet`, possibly after comments."""
     for line in data[:BEGIN].lower().splitlines():
         words = line.split()
         if not words or words[0][:1] in (b"#", b";", b"%") or words[0].startswith(b"//"):
@@ -52,7 +52,7 @@ def is_text(data: bytes) -> bool:
 
 
 def _text(text: str) -> Contents:
-    """Facets by their words: lines may break anywhere, and `end loop` is as good as `endloop`."""
+    """Read facets word by word, as lines may break anywhere; `end loop` is accepted as `endloop`."""
     corners: list[list[float]] = []
     start, line_number, finished, begun = 0, 0, False, False
     for line_number, line in enumerate(text.splitlines(), 1):
@@ -81,10 +81,10 @@ def _text(text: str) -> Contents:
                 break
             place += 1
     if len(corners) != start:
-        raise Damaged(f"it breaks off within a facet, in line {line_number}")
+        raise Damaged(f"it ends within a facet, in line {line_number}")
     if not corners:
-        raise Damaged("it holds no facet")
-    notes = () if finished else ("it has no `endsolid`: it may be cut off",)
+        raise Damaged("it contains no facets")
+    notes = () if finished else ("the final `endsolid` is missing; the file may be truncated",)
     return _contents("STL, text", np.array(corners).reshape(-1, 3, 3), notes)
 
 

@@ -1,14 +1,16 @@
-"""Strips and fans of triangles, as PLY and VTK files have them."""
+"""Triangle strips and fans, as in PLY and VTK files."""
 
 from itertools import pairwise
 
 RESTART = -1
-"""Number that ends a strip and starts another one in the same list."""
+"""Number that separates two strips in one list."""
 
 
 def triangles_of_strip(strip: list[int]) -> list[list[int]]:
-    """Return the triangles of a strip: every second one is turned, so that all face one side; those without area, by which
-    programs join strips, are left out."""
+    """Return the triangles of a strip. Every second one is reversed, so that all have the same orientation.
+
+    Triangles without area, which programs insert to join strips, are omitted.
+    """
     triangles: list[list[int]] = []
     for part in _parts(strip):
         corners = zip(part, part[1:], part[2:], strict=False)
@@ -18,7 +20,7 @@ def triangles_of_strip(strip: list[int]) -> list[list[int]]:
 
 
 def triangles_of_fan(fan: list[int]) -> list[list[int]]:
-    """Return the triangles of a fan, which all have its first vertex."""
+    """Return the triangles of a fan, which share its first vertex."""
     triangles = [[part[0], a, b] for part in _parts(fan) for a, b in pairwise(part[1:])]
     return [triangle for triangle in triangles if len(set(triangle)) == 3]
 

@@ -1,4 +1,4 @@
-"""Formats that meshlane reads: VTK, Nastran, Medit and more."""
+"""Formats read by meshlane: VTK, Nastran, Medit and others."""
 
 import io
 import re
@@ -21,33 +21,32 @@ from pellucid.system.extras import install_command
 from pellucid.system.input_files import file_bytes
 
 FORMS = {".inp": "ansysInp"}
-"""Formats of endings that several programs use."""
+"""Formats of extensions that several programs use."""
 NASTRAN, BEGIN_BULK = "nastran", re.compile(rb"^\s*BEGIN\s+BULK", re.IGNORECASE | re.MULTILINE)
 MEDIT, BINARY_MEDIT = "medit", ".meshb"
 MEDIT_MARKS = re.compile(r"Required[A-Z]|Corners|Ridges|Normal|Tangent|Parallel")
-"""Sections of Medit files, as remeshers write them, that have no elements of their own."""
+"""Sections of Medit files written by remeshers that have no elements of their own."""
 MEDIT_VERSION = re.compile(r"MeshVersionFormatted\s+(\d)")
-"""The reader knows versions up to 2; the text of later ones is the same."""
+"""meshlane reads versions up to 2; the text format of later versions is the same."""
 LEAST_TIME, SLOWEST = 4.0, 100_000.0  # s and bytes/s: readers of text take 1 to 2 MB/s
-"""Time that a reader has, as some of them wait for ever for the end of a section that a damaged file has not."""
+"""Time limit of a reader: some readers wait forever for the end of a section that a damaged file does not have."""
 LONGEST = 200
-"""Characters of what a reader says."""
+"""Largest number of characters of a reader's output in a message."""
 
 
 def read_through_meshlane(path: str) -> Contents:
-    """Return what is in a file. Raises Damaged, and Refusal if meshlane is missing.
+    """Read a mesh file with meshlane. Raises Damaged, and Refusal if meshlane is missing.
 
-    What the readers print does not reach the terminal: it is told in the error, or as a note where the file can be read all
-    the same.
+    Output of the readers is not printed. It becomes part of the error, or a note if the file can be read.
     """
     if find_spec("meshlane") is None:
-        raise Refusal(f"reading {path} needs meshlane", install_command("mesh"))
+        raise Refusal(f"the package meshlane, which is needed to read {path}, is not installed", install_command("mesh"))
     import meshlane
 
     endings = Path(path).name.lower().split(".")[1:]
     known = [ending for k in range(len(endings)) if (ending := "." + ".".join(endings[k:])) in meshlane.extension_to_filetypes]
     if not known:
-        raise Damaged(f"no format of meshes has the ending .{endings[-1]}" if endings else "its name has no ending")
+        raise Damaged(f"the file name ending .{endings[-1]} is not known" if endings else "its file name has no ending")
     form = FORMS.get(known[0], meshlane.extension_to_filetypes[known[0]][0])
     said, ended = io.StringIO(), io.StringIO()
     seconds = LEAST_TIME + Path(path).stat().st_size / SLOWEST
@@ -65,23 +64,23 @@ def read_through_meshlane(path: str) -> Contents:
         with redirect_stdout(said), redirect_stderr(ended):
             contents = within(seconds, read)
     except TooLong:
-        raise Damaged(f"its reader has not come to an end in {seconds:.0f} s, as where an end is missing in the file") from None
-    except (Exception, SystemExit) as error:  # its readers raise whatever their parsing meets, or end the program
+        raise Damaged(f"its reader did not finish in {seconds:.0f} s; the end of a section may be missing") from None
+    except (Exception, SystemExit) as error:  # meshlane's readers raise any exception of their parser, or exit
         found = said.getvalue() if isinstance(error, SystemExit) else str(error)
-        reason = cut(" ".join(found.split()).rstrip("."), LONGEST) or f"it does not hold what {Path(path).suffix} files do"
+        reason = cut(" ".join(found.split()).rstrip("."), LONGEST) or f"it does not follow the format of {Path(path).suffix}"
         if isinstance(error, OSError) and error.strerror:
             reason = error.strerror
         elif not isinstance(error, SystemExit | meshlane.ReadError):
-            reason = "it breaks off or is damaged"  # the message itself may have what is in the file
+            reason = "it is truncated or damaged"  # the original message may quote the contents of the file
         raise Damaged(reason) from None
     noted = " ".join((said.getvalue() + ended.getvalue()).split())
     return replace(contents, notes=(cut(noted, LONGEST),) if noted else ())
 
 
 def _corrected(path: str, form: str) -> bytes | None:
-    """Return text that its reader can read, if it cannot read the file as it is; None otherwise.
+    """Return a corrected text if the reader cannot read the file as it is; None otherwise.
 
-    It reads neither UTF-16 nor cards of Nastran in lower case or without their first line. Of Medit files see `_plain_medit`.
+    meshlane reads neither UTF-16 nor Nastran cards in lower case or without the first line. For Medit files see `_plain_medit`.
     """
     data = file_bytes(path)
     text = as_utf8(data)
@@ -94,7 +93,7 @@ def _corrected(path: str, form: str) -> bytes | None:
 
 
 def _plain_medit(text: str) -> str:
-    """Return a Medit file with each count in a line of its own and without comments and sections of `MEDIT_MARKS`."""
+    """Return a Medit file with each count in a separate line and without comments and sections in `MEDIT_MARKS`."""
     found: list[str] = []
     is_kept = True
     for line in text.splitlines():
@@ -111,12 +110,12 @@ def _plain_medit(text: str) -> str:
 
 
 def _block(kind: str, nodes: np.ndarray) -> Block:
-    """Elements as they are, where they have whole numbers for all of their corners. Raises ReadError."""
+    """Return elements, after a check that they have whole numbers for all corners. Raises ReadError."""
     import meshlane
 
     block = Block(kind, nodes)
     if block.base is not None and not (nodes.dtype.kind in "iu" and nodes.ndim == 2 and nodes.shape[1] >= CORNERS[block.base]):
-        raise meshlane.ReadError(f"its elements of type {kind} have not all their corners")
+        raise meshlane.ReadError(f"corners are missing in its elements of type {kind}")
     return block
 
 

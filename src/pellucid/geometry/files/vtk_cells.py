@@ -1,4 +1,4 @@
-"""Cells and arrays of VTK's unstructured grids, from legacy and XML files, as blocks and sets.
+"""Conversion of cells and arrays of VTK unstructured grids, from legacy and XML files, to blocks and sets.
 
 Source: Schroeder, Martin & Lorensen, The VTK User's Guide, file formats; vtkCellType.h.
 """
@@ -18,7 +18,7 @@ _KINDS |= {13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8"
 _KINDS |= {26: "wedge15", 27: "pyramid13", 28: "quad9", 29: "hexahedron27", 30: "quad6", 31: "wedge12", 32: "wedge18"}
 _KINDS |= {33: "hexahedron24", 34: "triangle7", 35: "line4", 37: "pyramid19"}
 _OF_ANY_ORDER = {68: "line", 69: "triangle", 70: "quad", 71: "tetra", 72: "hexahedron", 73: "wedge", 74: "pyramid"}
-_OF_ANY_ORDER |= {number + 7: kind for number, kind in _OF_ANY_ORDER.items()}  # Bézier's, after Lagrange's
+_OF_ANY_ORDER |= {number + 7: kind for number, kind in _OF_ANY_ORDER.items()}  # Bézier cells, after Lagrange cells
 _ALONG_AXES = {8: [0, 1, 3, 2], 11: [0, 1, 3, 2, 4, 5, 7, 6]}
 """Corners of pixels and voxels in the order of quadrilaterals and hexahedra."""
 _POINTS, _LINES, _STRIP, _POLYGON = 2, 4, 6, 7
@@ -34,15 +34,15 @@ def grid_contents(
     arrays: tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]],
     is_single: bool,
 ) -> Contents:
-    """Return the cells of a grid by kinds. Raises Damaged.
+    """Return the cells of a grid by kind. Raises Damaged.
 
-    points: shape (n, 3); connectivity: the points of all cells; ends: where each cell ends in it; types: of each cell; arrays:
-    of points and of cells by name, those of whole numbers that mark sets.
+    points: shape (n, 3); connectivity: the points of all cells; ends: end of each cell in it; types: type of each cell; arrays:
+    arrays of points and of cells by name; integer arrays may mark sets.
     """
     if len(ends) != len(types):
-        raise Damaged(f"it has {len(types)} types of cells, and {len(ends)} cells")
+        raise Damaged(f"it has {len(types)} cell types for {len(ends)} cells")
     if len(ends) and not ((np.diff(ends, prepend=0) >= 0).all() and ends[-1] <= len(connectivity)):
-        raise Damaged("the places where its cells end do not ascend to their end")
+        raise Damaged("the offsets of its cells are not ascending, or exceed the connectivity")
     starts = np.concatenate([[0], ends[:-1]]).astype(np.int64)
     lengths = ends - starts
     rows: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}  # cells of each kind, their nodes and their numbers in the file
@@ -72,7 +72,7 @@ def _sets(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
 
 
 def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
-    """Groups by their numbers, of arrays in which programs that convert other formats keep them."""
+    """Yield numbered groups from arrays in which programs that convert other formats store them."""
     for name in sorted(GROUPS & arrays.keys()):
         values = np.asarray(arrays[name])
         for number in np.unique(values[values != 0]).tolist():
@@ -80,23 +80,23 @@ def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]
 
 
 def _kind(number: int, length: int) -> str:
-    """The kind of cells of a type and a number of points; a name that no body has of others, such as polyhedra."""
+    """Return the kind of cells of a type and number of points; unsupported types, such as polyhedra, get a name of no body."""
     if number in _OF_ANY_ORDER:
         base = _OF_ANY_ORDER[number]
         if length < CORNERS[base]:
-            raise Damaged(f"a cell of type {number} has {length} points, and one has at least {CORNERS[base]}")
+            raise Damaged(f"a cell of type {number} has {length} points, but needs at least {CORNERS[base]}")
         return base if length == CORNERS[base] else f"{base}{length}"
     if number not in _KINDS:
         return "polyhedron" if number in (41, 42) else f"VTK {number}"
     kind = _KINDS[number]
     digits = re.sub(r"\D", "", kind)
     if length != (needed := int(digits) if digits else CORNERS[kind]):
-        raise Damaged(f"a cell of type {number} has {length} points, and one has {needed}")
+        raise Damaged(f"a cell of type {number} has {length} points, but needs {needed}")
     return kind
 
 
 def _simple(number: int, points: np.ndarray, corners: list[int]) -> list[tuple[str, np.ndarray]]:
-    """Points, lines, strips and polygons of any number of corners as elements."""
+    """Return points, lines, strips and polygons with any number of corners as elements."""
     if number == _POLYGON:
         return [(block.kind, block.nodes) for block in flat_blocks(points, [corners], "a polygon")]
     if number == _STRIP:

@@ -1,4 +1,4 @@
-"""Legacy VTK files of polygons and of unstructured grids, text and binary, versions up to 5.1."""
+"""Reader of legacy VTK files with polygons or unstructured grids, text and binary, versions up to 5.1."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -19,18 +19,18 @@ LISTS = (POLYGONS, STRIPS, "LINES", "VERTICES", CELLS)
 DATASETS = ((b"DATASET", b"POLYDATA"), (b"DATASET", b"UNSTRUCTURED_GRID"))
 DATA = ("POINT_DATA", "CELL_DATA")
 WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1}
-"""Numbers of a row of an array by its keyword; its name and type follow."""
-UNREAD = "some of its arrays were not read, and sets that they mark are missing"
+"""Numbers per row of an array by its keyword; the name and type of the array follow the keyword."""
+UNREAD = "some of its arrays were not read, so sets that they mark are missing"
 
 
 def is_grid(data: bytes) -> bool:
-    """Return True if a file begins as one of these kinds."""
+    """Return True if a file starts like one of these kinds."""
     head = data.upper().split()
     return head[:4] == [b"#", b"VTK", b"DATAFILE", b"VERSION"] and any(pair in DATASETS for pair in pairwise(head))
 
 
 def read_grid(data: bytes) -> Contents:
-    """Read such a file. Raises Damaged."""
+    """Read a legacy VTK file. Raises Damaged."""
     return _Reader(data).contents()
 
 
@@ -88,7 +88,7 @@ class _Reader:
             pass
 
     def _read_arrays(self, words: list[str]) -> tuple[str, ...]:
-        """Read arrays up to one that cannot be read, of which a note tells."""
+        """Read arrays up to one that cannot be read, and return a note about it."""
         arrays, n = self._arrays[DATA[0]], 0
         try:
             while True:
@@ -104,7 +104,7 @@ class _Reader:
                 elif key == "TEXTURE_COORDINATES":
                     self._array(arrays, words[1], n, _count(words[2]), words[3])
                 elif key == "SCALARS":
-                    self._source.line()  # the name of a table of colours
+                    self._source.line()  # the name of a colour table
                     self._array(arrays, words[1], n, _count(words[3]) if len(words) > 3 else 1, words[2])
                 elif key in ("COLOR_SCALARS", "LOOKUP_TABLE"):
                     size = _count(words[2]) * (n if key == "COLOR_SCALARS" else 4)
@@ -123,7 +123,7 @@ class _Reader:
                 if head:
                     self._skip_metadata()
                 if self._source.ended:
-                    raise Damaged("a field breaks off")
+                    raise Damaged("a field is truncated")
             self._array(arrays, head[0], _count(head[2]), _count(head[1]), head[3])
 
     def _array(self, arrays: dict[str, np.ndarray], name: str, n: int, width: int, kind: str) -> None:
@@ -133,41 +133,41 @@ class _Reader:
 
 
 def _old_lists(source: "_Source", count: int, size: int, binary: bool) -> list[list[int]]:
-    """Each list as its length and its numbers, `size` of all in all."""
+    """Read lists stored as length and numbers, with `size` values in total."""
     values = source.values(size, "int", binary).tolist()
     lists, at = [], 0
     for _ in range(count):
         n = values[at] if at < size else -1
         if not 0 <= n <= size - at - 1:
-            raise Damaged("a list of corners breaks off")
+            raise Damaged("a list of corners is truncated")
         lists.append(values[at + 1 : at + 1 + n])
         at += 1 + n
     return lists
 
 
 def _new_lists(source: "_Source", count: int, size: int, binary: bool) -> list[list[int]]:
-    """Where each list begins, one more than there are lists, then all numbers."""
+    """Read lists stored as the start of each list, one more than the number of lists, then all numbers."""
     parts = []
     for name, n in (("OFFSETS", count), ("CONNECTIVITY", size)):
         while not (words := source.line()) and not source.ended:
-            pass  # a line that is full is followed by an empty one
+            pass  # a full line is followed by an empty one
         if len(words) != 2 or words[0].upper() != name:
-            raise Damaged(f"{name} does not stand where it belongs")
+            raise Damaged(f"{name} is missing or misplaced")
         parts.append(source.values(n, words[1], binary))
     ends, corners = parts
     if len(ends) and not (ends[0] == 0 and (np.diff(ends) >= 0).all() and ends[-1] == size):
-        raise Damaged("the places where its lists begin do not ascend from 0 to their end")
+        raise Damaged("the offsets of its lists are not ascending from 0 to the number of corners")
     return [part.tolist() for part in np.split(corners, ends[1:-1])] if len(ends) > 1 else []
 
 
 def _count(word: str) -> int:
     if not word.isdecimal() or len(word) > 18:
-        raise Damaged("something else stands where a count belongs")
+        raise Damaged("a count is missing or invalid")
     return int(word)
 
 
 class _Source:
-    """Lines and values of a file, one after the other."""
+    """Sequential reader of the lines and values of a file."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, 0
@@ -178,20 +178,20 @@ class _Source:
         return self._at >= len(self._data)
 
     def line(self) -> list[str]:
-        """The words of the next line; none at the end of the file."""
+        """Return the words of the next line; empty at the end of the file."""
         end = self._data.find(b"\n", self._at)
         end = len(self._data) if end < 0 else end
         line, self._at = self._data[self._at : end], end + 1
         return text_of(line).split()
 
     def values(self, count: int, kind: str, binary: bool) -> np.ndarray:
-        """The next `count` values; binary ones have their highest byte first."""
+        """Return the next `count` values; binary values are big-endian."""
         if kind.lower() not in TYPES:
-            raise Damaged("its points or lists have a type of numbers that VTK has not")
+            raise Damaged("its points or lists have an unknown VTK data type")
         found = np.dtype(">" + TYPES[kind.lower()])
         if binary:
             if count * found.itemsize > len(self._data) - self._at:
-                raise Damaged(f"it ends within {count} values")
+                raise Damaged(f"it is truncated within {count} values")
             values = np.frombuffer(self._data, found, count, self._at)
             self._at += count * found.itemsize
             if self._data[self._at : self._at + 1] == b"\n":
@@ -201,5 +201,5 @@ class _Source:
         while len(words) < count and self._at < len(self._data):
             words += self.line()
         if len(words) != count:
-            raise Damaged(f"it has not the {count} values that it counts, or more in their last line")
+            raise Damaged(f"it does not have the {count} values that it counts, or has more in their last line")
         return floats(words, "its points") if found.kind == "f" else integers(words, "its lists")

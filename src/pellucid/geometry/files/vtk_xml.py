@@ -1,4 +1,4 @@
-"""VTK's XML files of polygons (.vtp) and of unstructured grids (.vtu): text, binary and appended, packed or not."""
+"""Reader of VTK XML files with polygons (.vtp) or unstructured grids (.vtu): text, binary and appended, compressed or not."""
 
 import base64
 import binascii
@@ -23,7 +23,7 @@ TYPES |= {"Float32": "f4", "Float64": "f8"}
 
 
 def lz4_block(data: bytes, most: int) -> bytes:
-    """Unpack a block of LZ4 (LZ4 block format description, Y. Collet) of at most so many bytes. Raises Damaged."""
+    """Decompress an LZ4 block (LZ4 block format description, Y. Collet) of at most `most` bytes. Raises Damaged."""
     out, at = bytearray(), 0
 
     def length(first: int) -> int:
@@ -61,7 +61,7 @@ PACKERS: dict[str, Callable[[bytes, int], bytes]] = {
 }
 APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_")
 PACKED = 1000
-"""What is unpacked is at most so many times as long as it was: VTK packs blocks of 32 kB, and zlib packs no better."""
+"""Largest ratio of decompressed to compressed length: VTK compresses blocks of 32 kB, and zlib achieves no higher ratio."""
 
 
 def read_vtp(data: bytes) -> Contents:
@@ -75,25 +75,25 @@ def read_vtu(data: bytes) -> Contents:
 
 
 class _Reader:
-    """The tree of a file, and what is appended to it."""
+    """The XML tree of a file, and its appended data."""
 
     def __init__(self, data: bytes, kind: str) -> None:
         self._appended = b""
         found = APPENDED.search(data)
-        if found:  # raw bytes are no XML
+        if found:  # raw bytes are not valid XML
             end = data.rfind(b"</AppendedData>")
             self._appended = data[found.end() : end if end > found.end() else len(data)]
             data = data[: found.end() - 1] + b"</AppendedData></VTKFile>"
         if b"<!DOCTYPE" in data[:1000] or b"<!ENTITY" in data:
-            raise Damaged("it declares entities, which no VTK file does")
+            raise Damaged("it declares XML entities, which are not allowed in VTK files")
         try:
             self._root = ElementTree.fromstring(data)
         except ElementTree.ParseError as error:
-            raise Damaged(f"it is no XML from line {error.position[0]} on") from None
+            raise Damaged(f"line {error.position[0]} is not valid XML") from None
         if self._root.tag != "VTKFile" or self._root.get("type") != kind:
-            raise Damaged(f"it is no VTKFile of type {kind}")
+            raise Damaged(f"it is not a VTKFile of type {kind}")
         if (packer := self._root.get("compressor", "")) and packer not in PACKERS:
-            raise Damaged("it is packed in another way than by zlib, LZ4 or LZMA")
+            raise Damaged("its compression is not supported (supported: zlib, LZ4 and LZMA)")
         self._unpack = PACKERS.get(packer)
         self._order = ">" if self._root.get("byte_order") == "BigEndian" else "<"
         self._header = np.dtype(self._order + TYPES.get(self._root.get("header_type", "UInt32"), "u4"))
@@ -101,7 +101,7 @@ class _Reader:
         self._raw = encoding is not None and encoding.get("encoding") == "raw"
 
     def grid(self) -> Contents:
-        """Points, cells and arrays of all pieces."""
+        """Return the points, cells and arrays of all pieces."""
         points, corners, ends, types = [np.zeros((0, 3))], [_NONE], [_NONE], [_NONE]
         arrays: tuple[dict[str, list[np.ndarray]], dict[str, list[np.ndarray]]] = ({}, {})
         pieces = self._root.findall("UnstructuredGrid/Piece")
@@ -116,7 +116,7 @@ class _Reader:
                 self._values(cells[name]).astype(np.int64) for name in ("connectivity", "offsets", "types")
             )
             if own.size and not 0 <= own.min() <= own.max() < len(here):
-                raise Damaged(f"a cell has a corner that is none of the {len(here)} points of its piece")
+                raise Damaged(f"a cell has a corner that is not one of the {len(here)} points of its piece")
             ends.append(own_ends + sum(map(len, corners)))
             corners.append(own + n)
             types.append(own_types)
@@ -139,17 +139,17 @@ class _Reader:
         return replace(contents, notes=(UNREAD,)) if unread else contents
 
     def _points(self, piece: ElementTree.Element) -> tuple[np.ndarray, bool]:
-        """Points of a piece, shape (n, 3), and whether they are binary numbers of single precision."""
+        """Return the points of a piece, shape (n, 3), and True if they are binary single-precision numbers."""
         table = piece.find("Points/DataArray")
         if table is None:
             return np.zeros((0, 3)), False
         values = self._values(table).astype(float)
         if len(values) % 3:
-            raise Damaged("its points have not three coordinates each")
+            raise Damaged("its points do not have three coordinates each")
         return values.reshape(-1, 3), table.get("type") == "Float32" and table.get("format", "ascii") != "ascii"
 
     def polygons(self) -> Contents:
-        """Points and polygons of all pieces."""
+        """Return the points and polygons of all pieces."""
         points, faces, n, is_single = [np.zeros((0, 3))], list[list[int]](), 0, False
         for piece in self._root.findall("PolyData/Piece"):
             here, single = self._points(piece)
@@ -170,13 +170,13 @@ class _Reader:
             return []
         corners, ends = (self._values(tables[name]).astype(np.int64) for name in ("connectivity", "offsets"))
         if len(ends) and not ((np.diff(ends, prepend=0) >= 0).all() and ends[-1] == len(corners)):
-            raise Damaged("the places where its lists end do not ascend to their end")
+            raise Damaged("the offsets of its lists are not ascending, or exceed the connectivity")
         return [part.tolist() for part in np.split(corners, ends[:-1])] if len(ends) else []
 
     def _values(self, table: ElementTree.Element) -> np.ndarray:
         kind = TYPES.get(table.get("type", ""))
         if kind is None:
-            raise Damaged("a table has a type of numbers that VTK has not")
+            raise Damaged("a table has an unknown VTK data type")
         form = table.get("format", "ascii")
         if form == "ascii":
             words = (table.text or "").split()
@@ -184,7 +184,7 @@ class _Reader:
         if form == "appended":
             offset = table.get("offset", "")
             if not offset.isdecimal() or int(offset) >= len(self._appended):
-                raise Damaged("a table begins behind the end of the file")
+                raise Damaged("a table starts after the end of the file")
             source = _Bytes(self._appended[int(offset) :], self._raw)
         else:
             source = _Bytes((table.text or "").strip().encode(), raw=False)
@@ -195,7 +195,8 @@ class _Reader:
         return np.frombuffer(data, found).astype(found.newbyteorder("="))
 
     def _unpacked(self, source: "_Bytes") -> bytes:
-        """Blocks behind their count, their length, that of the last one, and the length of each when packed."""
+        """Decompress blocks, stored after their count, block size, size of the last block, and compressed size of each
+        block."""
         head = np.frombuffer(source.take(3 * self._header.itemsize, peek=True), self._header)
         n = int(head[0])
         sizes = np.frombuffer(source.take((3 + n) * self._header.itemsize), self._header)[3:].astype(np.int64)
@@ -211,20 +212,20 @@ class _Reader:
 
 
 class _Bytes:
-    """Bytes, or their text in base 64, whose parts are encoded each by itself."""
+    """Sequential reader of raw bytes, or of base 64 text in which each part is encoded separately."""
 
     def __init__(self, data: bytes, raw: bool) -> None:
         self._data, self._raw, self._at = data, raw, 0
 
     def take_behind_count(self, header: np.dtype) -> bytes:
-        """What follows its length in bytes; in base 64 both are encoded together."""
+        """Return the bytes that follow their length; in base 64 both are encoded together."""
         count = int(np.frombuffer(self.take(header.itemsize, peek=True), header)[0])
         return self.take(header.itemsize + count)[header.itemsize :]
 
     def take(self, count: int, peek: bool = False) -> bytes:
-        """The next `count` bytes. Raises Damaged."""
+        """Return the next `count` bytes. Raises Damaged."""
         if count < 0:
-            raise Damaged("a table has a length below 0")
+            raise Damaged("a table has a negative length")
         length = count if self._raw else -(-count // 3) * 4
         part = self._data[self._at : self._at + length]
         try:
@@ -232,6 +233,6 @@ class _Bytes:
         except (binascii.Error, ValueError):
             raise Damaged("a table in base 64 is damaged") from None
         if len(found) != count:
-            raise Damaged("a table ends before its end")
+            raise Damaged("a table is truncated")
         self._at += 0 if peek else length
         return found

@@ -1,4 +1,4 @@
-"""Surfaces and solids written to files: STL, OBJ and PLY by the package, other formats through meshlane."""
+"""Writing of surfaces and solids to files: STL, OBJ and PLY directly, other formats through meshlane."""
 
 from collections.abc import Mapping
 from importlib.util import find_spec
@@ -11,25 +11,26 @@ from pellucid.geometry.meshes.cells import cut_in_two
 from pellucid.system.extras import install_command
 
 BY_MESHLANE = {".msh": "gmsh22", ".vtk": "vtk", ".vtu": "vtu", ".inp": "abaqus"}
-"""Its names of formats that hold tetrahedra with sets, and surfaces."""
+"""meshlane's names of formats that can store tetrahedra with sets, and surfaces."""
 SURFACE_ENDINGS = (".stl", ".obj", ".ply", *BY_MESHLANE)
 SOLID_ENDINGS = tuple(BY_MESHLANE)
 
 
 def check_ending(name: str, is_solid: bool) -> None:
-    """Raise Refusal for a file that would hold what its format cannot."""
+    """Raise Refusal if the format of a file cannot store a solid or a surface."""
     endings = SOLID_ENDINGS if is_solid else SURFACE_ENDINGS
     if (ending := Path(name).suffix.lower()) not in endings:
         what = "a solid" if is_solid else "a surface"
         text = f"{what} cannot be written to a file with {f'the ending {ending}' if ending else 'no ending'}"
-        raise Refusal(text, f"take one of {', '.join(endings)}")
+        raise Refusal(text, f"use one of {', '.join(endings)}")
     if ending in BY_MESHLANE and find_spec("meshlane") is None:
         remedy = install_command("mesh")
-        raise Refusal(f"writing {ending} files needs meshlane", remedy if is_solid else f"{remedy}, or take .stl, .obj or .ply")
+        text = f"the package meshlane, which is needed to write {ending} files, is not installed"
+        raise Refusal(text, remedy if is_solid else f"{remedy}, or use .stl, .obj or .ply")
 
 
 def write_surface(path: Path, ending: str, vertices: np.ndarray, quads: np.ndarray, triangles: np.ndarray) -> None:
-    """Write a surface; STL has its quadrilaterals cut in two."""
+    """Write a surface; in STL its quadrilaterals are divided into triangles."""
     if ending in BY_MESHLANE:
         _through_meshlane(path, ending, vertices, [("quad", quads), ("triangle", triangles)], {})
         return
@@ -51,8 +52,10 @@ def write_surface(path: Path, ending: str, vertices: np.ndarray, quads: np.ndarr
 
 
 def write_solid(path: Path, ending: str, nodes: np.ndarray, cells: np.ndarray, sets: Mapping[str, np.ndarray]) -> None:
-    """Write tetrahedra with their sets of nodes: in Gmsh's format as physical groups of points, in VTK's as arrays of 0 and 1,
-    whose names have no spaces."""
+    """Write tetrahedra with their node sets: physical groups of points in Gmsh files, arrays of 0 and 1 in VTK files.
+
+    Names of arrays in VTK files have underscores instead of spaces.
+    """
     _through_meshlane(path, ending, nodes, [("tetra", cells)], sets)
 
 

@@ -1,1 +1,1 @@
-"""Meshes as data: vertices, elements, and how these are linked."""
+"""Mesh data structures: vertices, elements and their connectivity."""

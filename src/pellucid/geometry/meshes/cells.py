@@ -1,10 +1,10 @@
-"""Cells over the points of a body: what its files and pictures show between the points."""
+"""Cells between the points of a body, for output files and pictures."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-MOST_NODES = 2**21 - 1  # for three of whose numbers there is a whole number of 63 bits
+MOST_NODES = 2**21 - 1  # largest number of nodes for which three node numbers can be packed into 63 bits
 
 
 def _none(corners: int) -> np.ndarray:
@@ -12,7 +12,7 @@ def _none(corners: int) -> np.ndarray:
 
 
 class Cells(NamedTuple):
-    """Cells by kind; a row numbers the corners of a cell in the order of the body's points.
+    """Cells by kind; each row lists the corners of a cell as numbers of the body's points.
 
     Triangles and quadrilaterals are counterclockwise about their normal. The fourth corner of a tetrahedron lies on the side
     from which its first three are counterclockwise.
@@ -26,33 +26,34 @@ class Cells(NamedTuple):
 
     @classmethod
     def of_points(cls, n: int) -> "Cells":
-        """Every one of `n` points is a cell."""
+        """Return one point cell for each of `n` points."""
         return cls(points=np.arange(n).reshape(-1, 1))
 
     def renumbered(self, number: np.ndarray) -> "Cells":
-        """The same cells, whose point p has the number number[p]."""
+        """Return the cells after point p is renumbered to number[p]."""
         return Cells(*(number[corners] for corners in self))
 
     def surface(self) -> np.ndarray:
-        """Triangles that show the body, shape (m, 3): quadrilaterals cut in two, then triangles, then faces of tetrahedra.
+        """Return the triangles of the visible surface, shape (m, 3): halves of quadrilaterals, then triangles, then tetrahedron
+        faces.
 
-        A face between two tetrahedra is left out; the others turn their normals outwards.
+        Only faces that belong to one tetrahedron are included, with outward normals.
         """
         return np.concatenate([cut_in_two(self.quadrilaterals), self.triangles, outer_faces(self.tetrahedra)])
 
 
 def cut_in_two(quads: np.ndarray) -> np.ndarray:
-    """Two triangles for each quadrilateral, one after the other, shape (2 q, 3)."""
+    """Return two triangles for each quadrilateral, one after the other, shape (2 q, 3)."""
     return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 
 
 def outer_faces(tetrahedra: np.ndarray) -> np.ndarray:
-    """The faces that belong to one tetrahedron only, with outward normals, shape (m, 3)."""
+    """Return the faces that belong to only one tetrahedron, with outward normals, shape (m, 3)."""
     return outer_faces_of_cells(tetrahedra)[0]
 
 
 def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same, and the tetrahedron of each, shape (m,)."""
+    """Return the outer faces, see `outer_faces`, and the tetrahedron of each, shape (m,)."""
     faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
     a, b, c = np.sort(faces, axis=1).T
     n = int(tetrahedra.max(initial=0)) + 1
@@ -68,19 +69,19 @@ def outer_faces_of_cells(tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def cells_of_faces(tetrahedra: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """The tetrahedra of outer faces, shape (f, 3), in any order of their corners: shape (f,)."""
+    """Return the tetrahedra of outer faces, shape (f, 3), whose corners may be in any order: shape (f,)."""
     every, cells = outer_faces_of_cells(tetrahedra)
     keys = {tuple(face): cell for face, cell in zip(np.sort(every, axis=1).tolist(), cells.tolist(), strict=True)}
     return np.array([keys[tuple(face)] for face in np.sort(faces, axis=1).tolist()], np.int64)
 
 
 def vector_areas(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Areas of triangles between places [m], shape (n, 3), along their normals [m²], shape (m, 3)."""
+    """Return the vector areas [m²], shape (m, 3), of triangles between positions [m], shape (n, 3)."""
     a, b, c = places[triangles[:, 0]], places[triangles[:, 1]], places[triangles[:, 2]]
     return np.asarray(0.5 * np.cross(b - a, c - a))
 
 
 def corner_areas(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Thirds of the vector areas of the triangles about each of n places [m²], shape (n, 3)."""
+    """Return one third of the vector areas of the triangles around each of n positions [m²], shape (n, 3)."""
     thirds = np.repeat(vector_areas(places, triangles) / 3.0, 3, axis=0)
     return np.stack([np.bincount(triangles.ravel(), part, len(places)) for part in thirds.T], axis=1)

@@ -1,19 +1,18 @@
-"""Points and nodes at one place."""
+"""Coincident points and nodes."""
 
 import numpy as np
 
 from pellucid.geometry.meshes.triangulation import pieces
 
-NEAR = 1e-6  # of the mean edge: below, two points are one place
+NEAR = 1e-6  # of the mean edge: points at a smaller distance are coincident
 SINGLE = 2.0**-22  # of the largest coordinate: two units in the last place of single precision, as of binary STL
 MOST = 1e-3  # of the mean edge, however far from the origin the mesh lies
 
 
 def width_of_place(points: np.ndarray, elements: list[np.ndarray]) -> float:
-    """Distance below which two of n points [any unit], shape (n, 3), are at one place: as wide as the precision of a file may
-    make it.
+    """Return the distance [unit of the points] below which two of n points, shape (n, 3), are coincident.
 
-    elements: corners, shape (m, corners) each.
+    It allows for the precision of a file. elements: corners, shape (m, corners) each.
     """
     edges = [np.linalg.norm(points[corners] - np.roll(points[corners], 1, axis=1), axis=2).ravel() for corners in elements]
     lengths = np.concatenate([np.zeros(0), *edges])
@@ -25,7 +24,7 @@ def width_of_place(points: np.ndarray, elements: list[np.ndarray]) -> float:
 
 
 def same_place(points: np.ndarray, elements: list[np.ndarray]) -> np.ndarray:
-    """For each of n points [any unit], shape (n, 3), the smallest number of a point at its place, shape (n,).
+    """Return for each of n points [any unit], shape (n, 3), the smallest number of a coincident point, shape (n,).
 
     elements: corners, shape (m, corners) each.
     """
@@ -38,13 +37,13 @@ def same_place(points: np.ndarray, elements: list[np.ndarray]) -> np.ndarray:
     return pieces(cKDTree(points).query_pairs(limit, output_type="ndarray").reshape(-1, 2), len(points))
 
 
-COINCIDENT = 1e-6  # of the mean length of the lines between neighbours: far above rounding, far below any spacing that is meant
+COINCIDENT = 1e-6  # of the mean distance between neighbours: far above rounding errors, far below any intended spacing
 
 
 def coincident(places: np.ndarray, sides: np.ndarray) -> tuple[int, int] | None:
-    """The first two of n nodes at places [m], shape (n, d), that are at one place, be they neighbours or not; None without.
+    """Return the first two coincident nodes, neighbours or not, of n positions [m], shape (n, d); None if there are none.
 
-    sides: corners of the elements between them, shape (m, corners); their mean length says what one place is.
+    sides: corners of the elements between the nodes, shape (m, corners); their mean length sets the tolerance.
     """
     from scipy.spatial import cKDTree
 

@@ -1,4 +1,4 @@
-"""Vertices of a surface joined by place, while layers that lie on each other stay apart."""
+"""Merging of coincident vertices of a surface; layers that lie on each other stay separate."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ from pellucid.geometry.meshes.coincident import SINGLE
 from pellucid.geometry.meshes.surface_mesh import Mesh
 from pellucid.geometry.meshes.triangulation import directed_edges, first_of_each, pieces
 
-ROUNDING = 1e-9  # of the mean edge: distance below which two points of a file are one place
-MOST = 1e-6  # the same of files in single precision, however far from the origin they lie
+ROUNDING = 1e-9  # of the mean edge: distance below which two points of a file are coincident
+MOST = 1e-6  # upper bound of this distance for files in single precision, at any distance from the origin
 
 
 def rounding_of(points: np.ndarray, elements: list[np.ndarray], is_single: bool) -> float:
-    """Distance below which two points of a file differ by rounding alone, in the unit of the points.
+    """Return the distance below which two points of a file differ only by rounding, in the unit of the points.
 
-    elements: corners, shape (m, corners) each; is_single: whether the file stores single precision.
+    elements: corners, shape (m, corners) each; is_single: True if the file stores single precision.
     """
     edges = [np.linalg.norm(points[corners] - points[np.roll(corners, 1, axis=1)], axis=2).ravel() for corners in elements]
     lengths = np.concatenate([np.zeros(0), *edges])
@@ -22,7 +22,7 @@ def rounding_of(points: np.ndarray, elements: list[np.ndarray], is_single: bool)
 
 
 def place_of_each(points: np.ndarray, limit: float) -> np.ndarray:
-    """For each of n points, shape (n, 3), the smallest number of a point no further away than `limit`, shape (n,)."""
+    """Return for each of n points, shape (n, 3), the smallest number of a point no farther away than `limit`, shape (n,)."""
     from scipy.spatial import cKDTree
 
     different, first, which = np.unique(points + 0.0, axis=0, return_index=True, return_inverse=True)  # + 0.0: -0.0 is 0.0
@@ -37,13 +37,13 @@ def place_of_each(points: np.ndarray, limit: float) -> np.ndarray:
 def joined(
     points: np.ndarray, quads: np.ndarray, triangles: np.ndarray, limit: float, closed: bool = False
 ) -> tuple[np.ndarray, int]:
-    """Return for each of n points the number of the point that it becomes, shape (n,), and how many vertices stay apart from
-    another one at their place.
+    """Return for each of n points the number of the point it is merged into, shape (n,), and the number of coincident vertices
+    that stay separate.
 
-    Points at one place, no further apart than `limit`, become the first of them. Where elements would then lie on each other
-    although the file has them with vertices of their own, as the two layers of a flat bag, only vertices on the rims of its
-    sheets are joined. The layers have their rim in common in the file, or the surface is said to be closed: a sheet that a
-    file has twice is no bag.
+    Points at a distance of at most `limit` are merged into the first of them. If elements with separate vertices would then
+    coincide, as the two layers of a flat bag do, only vertices on the rims of the sheets are merged. This requires that the
+    layers share their rim in the file or that the surface is `closed`; otherwise a sheet that is stored twice would become a
+    bag.
     """
     place = place_of_each(points, limit)
     if not _is_crowded(place[quads], place[triangles], len(points)):
@@ -57,7 +57,7 @@ def joined(
     inner = np.flatnonzero(is_used & ~is_rim)
     apart = place.copy()
     apart[inner] = inner
-    first = np.zeros(len(points), np.int64)  # one of the inner vertices at each place
+    first = np.zeros(len(points), np.int64)  # one of the inner vertices at each position
     first[place[inner]] = inner
     is_inner_place = np.zeros(len(points), bool)
     is_inner_place[place[inner]] = True
@@ -69,11 +69,11 @@ def joined(
 
 
 def layers_parted(mesh: Mesh) -> Mesh | None:
-    """Return a mesh whose elements are there twice, turned to opposite sides, as two layers that are joined at their rim; None
-    where these are no such layers.
+    """Return a mesh in which elements that occur twice, with opposite orientation, form two layers joined at their rim.
 
-    A file that repeats the corners of every element (STL) stores a flat bag so. Elements are neighbours across an edge where
-    they turn the same way and are not the two of one place, but at the rim, where there are no others.
+    Returns None if the elements do not form such layers. Files that repeat the corners of every element (STL) store a flat bag
+    this way. Elements are neighbours across an edge if they have the same orientation and are not the two coincident elements,
+    except at the rim, where only these two exist.
     """
     corners = [*mesh.quads.tolist(), *mesh.triangles.tolist()]
     twins: dict[frozenset[int], list[int]] = {}
@@ -116,7 +116,7 @@ def layers_parted(mesh: Mesh) -> Mesh | None:
 
 
 def _is_crowded(quads: np.ndarray, triangles: np.ndarray, n: int) -> bool:
-    """Return True if elements are there twice, or an edge has more than two."""
+    """Return True if elements occur twice, or an edge has more than two elements."""
     if not (first_of_each(quads).all() and first_of_each(triangles).all()):
         return True
     edges = np.concatenate([directed_edges(quads), directed_edges(triangles)])

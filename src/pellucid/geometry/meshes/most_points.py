@@ -1,4 +1,4 @@
-"""The largest mesh that is made."""
+"""Upper limit of the size of generated meshes."""
 
 from abc import abstractmethod
 
@@ -6,18 +6,19 @@ from pellucid.findings import Refusal
 from pellucid.model import Model, check
 
 MOST_POINTS = 2_000_000
-"""Vertices or nodes: surfaces are made in about 3 s then, solids of twelve tetrahedra a cube with about 1 GB."""
+"""Largest number of vertices or nodes. Surfaces of this size take about 3 s, solids with twelve tetrahedra per cube about 1 GB.
+"""
 
 
 def refuse_too_many(points: float) -> None:
-    """Raise Refusal for more points than a mesh can have."""
+    """Raise Refusal if the number of points exceeds the limit."""
     if not points <= MOST_POINTS:
-        text = f"a mesh of about {points:.3g} points, and one has at most {MOST_POINTS:.3g}"
-        raise Refusal(text, "make it coarser")
+        text = f"the mesh would have about {points:.3g} points, but at most {MOST_POINTS:.3g} are allowed"
+        raise Refusal(text, "make the mesh coarser")
 
 
 class Countable(Model):
-    """A surface or a mesh of a case, whose number of points is known, and limited, before any are made."""
+    """A generated surface or mesh of a case; its number of points is checked before it is generated."""
 
     @check
     def _can_be_held(self) -> None:
@@ -25,4 +26,4 @@ class Countable(Model):
 
     @abstractmethod
     def expected_points(self) -> float:
-        """About how many vertices or nodes it has, found without making them."""
+        """Return the approximate number of vertices or nodes, without generating the mesh."""

@@ -1,4 +1,4 @@
-"""Nodes and the simplices between them: the background mesh of a meshless solid, triangles in a plane or tetrahedra."""
+"""Simplex mesh: the background mesh of a meshless solid, made of triangles in a plane or of tetrahedra."""
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
@@ -10,19 +10,19 @@ if TYPE_CHECKING:
     from scipy import sparse
 
 
-TOGETHER = 1 << 13  # cells that are looked at together, so that they stay in the cache
+TOGETHER = 1 << 13  # cells per block, so that a block fits into the cache
 
 
 def in_parts(n: int) -> Iterator[slice]:
-    """Slices of n cells, one after the other."""
+    """Yield consecutive slices that cover n cells."""
     return (slice(start, start + TOGETHER) for start in range(0, n, TOGETHER))
 
 
 class SimplexMesh:
     """Nodes [m], shape (n, 3), and cells, shape (c, 3) or (c, 4): triangles in the plane z = 0, or tetrahedra.
 
-    The corners of a triangle are counterclockwise; of a tetrahedron, the fourth lies on the side from which the first three
-    are counterclockwise. sets: numbers of nodes by the name that a file gives them.
+    The corners of a triangle are counterclockwise. The fourth corner of a tetrahedron lies on the side from which the first
+    three are counterclockwise. sets: node numbers by set name.
     """
 
     def __init__(self, nodes: np.ndarray, cells: np.ndarray, sets: Mapping[str, np.ndarray] | None = None) -> None:
@@ -50,8 +50,8 @@ class SimplexMesh:
 
     @cached_property
     def incidence(self) -> "sparse.csr_array":
-        """1 where a cell has a node, shape (n, c)."""
-        from scipy import sparse  # heavy: only where a mesh is worked on, not where a case is read
+        """Sparse node-cell incidence matrix: 1 if a cell contains a node, shape (n, c)."""
+        from scipy import sparse  # slow import, not needed to read a case
 
         n, corners = len(self.cells), self.cells.shape[1]
         ones = np.ones(n * corners, np.int32), (self.cells.ravel(), np.repeat(np.arange(n), corners))
@@ -59,7 +59,7 @@ class SimplexMesh:
 
     @cached_property
     def neighbours(self) -> "sparse.csr_array":
-        """Nonzero where two nodes share a cell, on the diagonal too, shape (n, n)."""
+        """Sparse matrix that is nonzero if two nodes share a cell, including the diagonal, shape (n, n)."""
         return _sorted(self.incidence @ self.incidence.T)
 
     @cached_property
@@ -72,8 +72,11 @@ class SimplexMesh:
 
     @cached_property
     def faces(self) -> tuple[np.ndarray, np.ndarray]:
-        """The faces of the cells, edges of triangles: their nodes in ascending order, shape (f, d), and their two cells,
-        shape (f, 2), the second -1 on the boundary."""
+        """Faces of the cells (edges of triangles): their nodes in ascending order, shape (f, d), and their two cells, shape (f,
+        2).
+
+        The second cell of a boundary face is -1.
+        """
         corners = self.cells.shape[1]
         every, owner = faces_of_cells(self.cells), np.tile(np.arange(len(self.cells)), corners)
         order = np.lexsort(every.T[::-1])
@@ -88,13 +91,15 @@ class SimplexMesh:
 
     @property
     def boundary(self) -> np.ndarray:
-        """Numbers of the faces that belong to one cell only."""
+        """Numbers of the faces that belong to only one cell."""
         return np.flatnonzero(self.faces[1][:, 1] < 0)
 
 
 def faces_of_cells(cells: np.ndarray) -> np.ndarray:
-    """The faces across from the first corners of all cells, then those across from the second ones ..., with their nodes in
-    ascending order: shape (corners c, corners - 1)."""
+    """Return the faces opposite the first corners of all cells, then those opposite the second corners, and so on.
+
+    Their nodes are in ascending order: shape (corners c, corners - 1).
+    """
     corners = range(cells.shape[1])
     return np.sort(np.concatenate([np.delete(cells, left_out, axis=1) for left_out in corners]), axis=1)
 

@@ -1,4 +1,4 @@
-"""Triangles that share vertices: edges, pieces, normals."""
+"""Triangulations: edges, connected components, normals."""
 
 from typing import NamedTuple
 
@@ -13,18 +13,22 @@ class Triangulation(NamedTuple):
 
 
 def bounding_box(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corner of places, shape (n, d): shape (d,) each."""
+    """Return the lower and upper corner of positions, shape (n, d): shape (d,) each."""
     return places.min(axis=0), places.max(axis=0)
 
 
 def directed_edges(elements: np.ndarray) -> np.ndarray:
-    """The edges of m elements of k corners in their turn, shape (k m, 2): all the first ones, then all the second ones ..."""
+    """Return the directed edges of m elements with k corners, shape (k m, 2): the first edges of all elements, then the second
+    ones, ..."""
     return np.concatenate([np.stack(pair, axis=1) for pair in zip(elements.T, np.roll(elements, -1, axis=1).T, strict=True)])
 
 
 def pair_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The edges that two of t triangles have, and the same edges of the other triangle, shape (h,) each: their places among
-    those of `directed_edges`, t k + number of the triangle for its edge k. triangles: shape (t, 3), of one orientation."""
+    """Return the edges shared by two of t triangles, and the same edges in the other triangle, shape (h,) each.
+
+    Edges are numbered as in `directed_edges`: t k + number of the triangle for its edge k. triangles: shape (t, 3),
+    consistently oriented.
+    """
     ends = directed_edges(triangles)
     code = triangles.max(initial=0) + 1
     forth, back = ends[:, 0] * code + ends[:, 1], ends[:, 1] * code + ends[:, 0]
@@ -36,14 +40,14 @@ def pair_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def first_of_each(elements: np.ndarray) -> np.ndarray:
-    """Which of m elements are the first with their corners, in whatever order these are, shape (m,)."""
+    """Return a mask of the elements that are the first with their set of corners, in any order, shape (m,)."""
     first = np.zeros(len(elements), bool)
     first[np.unique(np.sort(elements, axis=1), axis=0, return_index=True)[1]] = True
     return first
 
 
 def two_across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors that with the direction of `normal` make a right-handed frame, shape (3,) each."""
+    """Return two unit vectors that form a right-handed frame with the direction of `normal`, shape (3,) each."""
     direction = normal / np.linalg.norm(normal)
     first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
     first /= np.linalg.norm(first)
@@ -51,8 +55,8 @@ def two_across(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pieces(links: np.ndarray, n: int) -> np.ndarray:
-    """For each of n vertices the smallest vertex that is linked to it, shape (n,), by links, shape (m, 2), over any number."""
-    from scipy.sparse import coo_array, csgraph  # heavy: only where a mesh is worked on
+    """Label connected components: return for each of n vertices the smallest vertex connected to it by links, shape (m, 2)."""
+    from scipy.sparse import coo_array, csgraph  # slow import, not needed to read a case
 
     graph = coo_array((np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(n, n))
     number = csgraph.connected_components(graph, directed=False)[1]
@@ -61,10 +65,10 @@ def pieces(links: np.ndarray, n: int) -> np.ndarray:
 
 
 def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Unit normals at vertices [m], shape (n, 3), of a closed surface of triangles, shape (m, 3): shape (n, 3).
+    """Return unit normals at the vertices [m], shape (n, 3), of a closed surface of triangles, shape (m, 3): shape (n, 3).
 
-    The cross products of the edges at a vertex, over the squares of their lengths: exact on a sphere, of second order on smooth
-    surfaces (Max 1999, J. Graph. Tools 4(2), 1).
+    The cross products of the edges at a vertex are divided by the squares of their lengths: exact on a sphere, second order on
+    smooth surfaces (Max 1999, J. Graph. Tools 4(2), 1).
     """
     normals = np.zeros_like(vertices)
     for corner in range(3):

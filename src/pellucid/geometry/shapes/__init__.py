@@ -1,1 +1,1 @@
-"""Regions of space that bodies fill: balls, boxes, cylinders and more, as cases describe them."""
+"""Regions of space that bodies fill: balls, boxes, cylinders and other shapes of a case."""

@@ -1,8 +1,9 @@
-"""Points on the boundary of a region, each with its share of the vector area, found from what the region contains alone.
+"""Points on the boundary of a region with their shares of the vector area, computed only from a point-in-region test.
 
-A lattice of lines along each axis is followed. Where one enters or leaves the region a point lies, found by bisection, and
-others beside it tell the slope of the boundary. Lines along axis d meet a boundary with unit normal n at a density |n_d|/s²
-(s/spacing), so that the share s² |n_d| of each makes the sum over the three families Σ n_d² = 1: areas are exact on planes.
+Lattice lines along each axis are followed. A point is placed by bisection where a line enters or leaves the region; the slope
+of the boundary is found from neighbouring crossings. Lines along axis d intersect a boundary with unit normal n with a density
+|n_d|/s² (s: spacing), so that the share s² |n_d| of each point makes the sum over the three families Σ n_d² = 1: areas of
+planes are exact.
 """
 
 from collections.abc import Callable
@@ -12,18 +13,18 @@ import numpy as np
 from pellucid.geometry.shapes.contract import ActiveAxes
 
 BISECTIONS = 40
-BESIDE = 1e-3  # of the spacing: how far beside a point the boundary is looked for to tell its slope
-PHASE = 0.5  # of the spacing, by which lines lie off the lower corner: a face on the lattice lies between two lines
+BESIDE = 1e-3  # of the spacing: distance from a point at which the boundary is located again to find its slope
+PHASE = 0.5  # of the spacing: offset of the lines from the lower corner, so that a face on the lattice lies between two lines
 Contains = Callable[[np.ndarray], np.ndarray]
 
 
 def boundary_points(
     contains: Contains, lower: np.ndarray, upper: np.ndarray, spacing: float, active: ActiveAxes, thickness: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Places [m] and outward vector areas [m²] of points about a spacing [m] apart, shape (n, 3) each.
+    """Return positions [m] and outward vector areas [m²] of points on the boundary, shape (n, 3) each.
 
-    contains: which places, shape (m, 3), lie in the region; lower, upper: of a box about it; thickness: of the region along
-    each axis that is not active [m].
+    contains: returns a mask of the positions, shape (m, 3), that lie in the region; lower, upper: corners of a box around the
+    region [m]; spacing: approximate distance between points [m]; thickness: of the region along each inactive axis [m].
     """
     axes = [d for d in range(3) if active[d]]
     counts = {d: max(1, round(float(upper[d] - lower[d]) / spacing)) for d in axes}
@@ -61,7 +62,7 @@ def boundary_points(
 def _crossing(
     contains: Contains, start: np.ndarray, enters: np.ndarray, d: int, low: float | np.ndarray, high: float | np.ndarray
 ) -> np.ndarray:
-    """How far beyond each start along axis d the boundary lies [m], shape (n,), between two distances."""
+    """Return the distance from each start to the boundary along axis d [m], shape (n,), by bisection between two distances."""
     lo, hi = np.broadcast_to(low, len(start)).copy(), np.broadcast_to(high, len(start)).copy()
     for _ in range(BISECTIONS):
         mid = 0.5 * (lo + hi)
@@ -75,8 +76,10 @@ def _crossing(
 def _slope(
     contains: Contains, start: np.ndarray, enters: np.ndarray, found: np.ndarray, d: int, e: int, steps: dict[int, float]
 ) -> np.ndarray:
-    """The derivative of where the boundary lies along axis d by the place along axis e, shape (n,): from both sides, or beside
-    an edge from one."""
+    """Return the derivative of the boundary position along axis d with respect to axis e, shape (n,).
+
+    A central difference is used, or a one-sided one next to an edge.
+    """
     beside, room = BESIDE * steps[e], 0.2 * steps[d]
     rises, known = [], []
     for side in (-1.0, 1.0):
@@ -89,5 +92,5 @@ def _slope(
         rises.append(side * (_crossing(contains, moved, enters, d, found - room, found + room) - found) / beside)
     one, other = known
     both = np.where(one & other, 0.5 * (rises[0] + rises[1]), np.where(one, rises[0], np.where(other, rises[1], 0.0)))
-    sharp = one & other & (np.abs(rises[0] - rises[1]) > 0.5)  # an edge lies between: the flatter side is this face
+    sharp = one & other & (np.abs(rises[0] - rises[1]) > 0.5)  # an edge lies between the two: the flatter side is this face
     return np.where(sharp, np.where(np.abs(rises[0]) < np.abs(rises[1]), rises[0], rises[1]), both)

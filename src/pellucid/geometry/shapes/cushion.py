@@ -1,4 +1,4 @@
-"""The inside of two sheets that are joined at their edges: a bag that lies flat, or nearly."""
+"""Cushion: the inside of two sheets joined at their edges, i.e. a flat or slightly inflated bag."""
 
 from typing import Annotated, Literal
 
@@ -8,7 +8,7 @@ from pydantic import AfterValidator, PositiveFloat
 from pellucid.geometry.shapes.contract import AXES, ActiveAxes, Geometry
 from pellucid.model import Model, Vector, parameter
 
-STEPS = 4001  # along a side, in which its reach is looked for: good to 1e-7 of the height
+STEPS = 4001  # samples along a side in the search for the reach: accurate to 1e-7 of the height
 
 
 def _each_once(axes: tuple[str, ...]) -> tuple[str, ...]:
@@ -18,15 +18,15 @@ def _each_once(axes: tuple[str, ...]) -> tuple[str, ...]:
 
 
 Halves = Annotated[tuple[Literal["x", "y", "z"], ...], AfterValidator(_each_once)]
-"""Axes along which only the upper half of something is kept."""
+"""Axes along which only the upper half is kept."""
 
 
 class CushionDimensions(Model):
-    """Where a cushion is and how large: what its inside and its surface have in common."""
+    """Position and size of a cushion, shared by its inside and its surface."""
 
     centre_: Vector = parameter("m", "middle of the cushion", alias="centre")
     sides: tuple[PositiveFloat, PositiveFloat] = parameter("m", "lengths along x and y")
-    height: float = parameter("m", "distance of the sheets in the middle", gt=0)
+    height: float = parameter("m", "distance between the sheets in the middle", gt=0)
     halved: Halves = parameter(
         "", "axes along which only the upper half is kept, for a model with planes of symmetry through the centre", ()
     )
@@ -35,8 +35,8 @@ class CushionDimensions(Model):
 class Cushion(CushionDimensions, Geometry):
     """The inside of two domed rectangular sheets that are joined at their four edges.
 
-    At distances ξ and η from the middle, as shares of half the sides, they are ± height/2 (1 - ξ²)(1 - η²) apart from the plane
-    of their edges. A rectangle where z is thin; where x or y is, its section through the middle.
+    At distances ξ and η from the middle, divided by half the sides, the sheets lie at ± height/2 (1 - ξ²)(1 - η²) from the
+    plane of their edges. The shape is a rectangle if z is thin; if x or y is, it is the section through the middle.
     """
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -44,7 +44,7 @@ class Cushion(CushionDimensions, Geometry):
         return np.array(self.centre_) - np.where(kept, 0.0, half), np.array(self.centre_) + half
 
     def reach(self, direction: np.ndarray) -> float:
-        """Over η in fine steps; over ξ, where a ξ + k (1 - ξ²) is largest at ξ = a/2k or at an end, exactly."""
+        """Sample η finely; over ξ, the maximum of a ξ + k (1 - ξ²) is exact: at ξ = a/2k or at an end."""
         first, kept = np.array([-1.0, -1.0, -1.0]), [axis in self.halved for axis in AXES]
         first[kept] = 0.0
         a, b, c = direction * 0.5 * np.array([*self.sides, self.height])
@@ -63,13 +63,12 @@ class Cushion(CushionDimensions, Geometry):
         return np.asarray(inside)
 
     def measure(self, active: ActiveAxes) -> float:
-        """Length, area or volume over the active axes; over a side the mean of 1 - ξ² is 2/3."""
         x, y, z = active
         across = self.sides[0] ** x * self.sides[1] ** y
-        up = self.height * (2.0 / 3.0) ** (x + y) if z else 1.0
+        up = self.height * (2.0 / 3.0) ** (x + y) if z else 1.0  # the mean of 1 - ξ² is 2/3
         return across * up * 0.5 ** sum(active[AXES.index(axis)] for axis in self.halved)
 
 
 def dome(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-    """Height over the middle's at shares ξ and η of half the sides."""
+    """Return the height divided by the height in the middle, at distances ξ and η divided by half the sides."""
     return np.asarray((1.0 - xi**2) * (1.0 - eta**2))

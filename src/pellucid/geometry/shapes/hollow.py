@@ -1,4 +1,4 @@
-"""Hollow balls and hollow cylinders."""
+"""Hollow spheres and hollow cylinders."""
 
 from typing import Literal
 
@@ -13,15 +13,15 @@ from pellucid.model import AtLeastOne, AtLeastThree, Vector, check, parameter
 class Hollow(Centred):
     """The region between an inner and an outer radius."""
 
-    centre_: Vector = parameter("m", "centre; of a pipe the middle of its axis", alias="centre")
+    centre_: Vector = parameter("m", "centre; for a pipe, the middle of its axis", alias="centre")
     outer_radius: float = parameter("m", "outer radius", gt=0)
-    inner_radius: float = parameter("m", "inner radius, below the outer one", gt=0)
+    inner_radius: float = parameter("m", "inner radius, smaller than the outer radius", gt=0)
 
     @check
     def _has_a_wall(self) -> None:
         if self.inner_radius >= self.outer_radius:
-            text = f"inner_radius = {self.inner_radius:g} m leaves no wall inside outer_radius = {self.outer_radius:g} m"
-            raise ValueError(f"{text}; make it smaller")
+            text = f"inner_radius = {self.inner_radius:g} m must be smaller than outer_radius = {self.outer_radius:g} m"
+            raise ValueError(f"{text}; decrease `inner_radius`")
 
     def _in_the_wall(self, offset: np.ndarray) -> np.ndarray:
         distance = np.einsum("ij,ij->i", offset, offset)
@@ -29,49 +29,45 @@ class Hollow(Centred):
 
 
 class Shell(Hollow):
-    """A hollow ball; a ring where one axis is thin, two segments where two are."""
+    """A hollow sphere; a ring if one axis is thin, two segments if two axes are."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """The bounds of the outer ball."""
         return self.centre() - self.outer_radius, self.centre() + self.outer_radius
 
     def reach(self, direction: np.ndarray) -> float:
-        """The reach of the outer ball."""
         return Sphere(centre_=self.centre_, radius=self.outer_radius).reach(direction)
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        """Which points lie in the wall."""
         return self._in_the_wall((points - self.centre())[:, np.array(active)])
 
     def measure(self, active: ActiveAxes) -> float:
-        """The measure of the outer ball without that of the inner one."""
         n = sum(active)
         unit = (0.0, 2.0, np.pi, 4.0 / 3.0 * np.pi)[n]
         return float(unit * (self.outer_radius**n - self.inner_radius**n))
 
 
 class Pipe(Hollow):
-    """A hollow circular cylinder; a ring where its axis is thin. With `points` it has a lattice of its own, in rings."""
+    """A hollow circular cylinder; a ring if its axis is thin. With `points` it is filled by its own lattice, in rings."""
 
     axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
-    height: float = parameter("m", "length along the axis; does not count where that axis is thin", 0.0, ge=0)
+    height: float = parameter("m", "length along the axis; ignored if that axis is thin", 0.0, ge=0)
     points: tuple[AtLeastOne, AtLeastThree, AtLeastOne] | None = parameter(
-        "", "points across the wall, around and along; without it the points of the grid's lattice that lie inside", None
+        "",
+        "number of points across the wall, around the circumference and along the axis. "
+        "Default: the points of the grid's lattice that lie inside",
+        None,
     )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """The bounds of the full cylinder."""
         half = np.full(3, self.outer_radius)
         half[AXES.index(self.axis)] = 0.5 * self.height
         return self.centre() - half, self.centre() + half
 
     def reach(self, direction: np.ndarray) -> float:
-        """The reach of the full cylinder."""
         full = Cylinder(centre_=self.centre_, radius=self.outer_radius, axis=self.axis, height=self.height)
         return full.reach(direction)
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        """Which points lie in the wall."""
         along = AXES.index(self.axis)
         offset = points - self.centre()
         inside = self._in_the_wall(offset[:, [a for a in range(3) if a != along and active[a]]])
@@ -80,7 +76,6 @@ class Pipe(Hollow):
         return inside
 
     def measure(self, active: ActiveAxes) -> float:
-        """Cross-section times height."""
         along = AXES.index(self.axis)
         across = sum(active[a] for a in range(3) if a != along)
         section = (0.0, 2.0, np.pi)[across] * (self.outer_radius**across - self.inner_radius**across)
@@ -88,7 +83,7 @@ class Pipe(Hollow):
 
     def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
         along = AXES.index(self.axis)
-        if not all(active):  # in a section across, the walls of the pipe are known by the points of their surface
+        if not all(active):  # the points of the surface already represent the walls of a cross-section
             return no_edges()
         half = 0.5 * self.height * np.eye(3)[along]
         radii = (self.outer_radius, -self.inner_radius)
@@ -96,13 +91,12 @@ class Pipe(Hollow):
         return edges_of_rims(ends, along, spacing)
 
     def n_own_points(self) -> int | None:
-        """The product of `points`."""
         return None if self.points is None else int(np.prod(self.points))
 
     def own_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points in the middle of equal parts of the wall's thickness, the circumference and the height.
+        """Place points in the middle of equal parts of the wall thickness, the circumference and the height.
 
-        The volume of each is exactly that of its sector of its ring, θ (r₁² - r₀²) Δz / 2.
+        The volume of each point is exactly the volume of its ring sector, θ (r₁² - r₀²) Δz / 2.
         """
         if self.points is None:
             raise ValueError("a pipe without `points` has no lattice of its own")

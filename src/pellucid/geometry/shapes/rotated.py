@@ -1,4 +1,4 @@
-"""A shape that is turned about axes."""
+"""A shape rotated about axes."""
 
 import numpy as np
 
@@ -9,33 +9,31 @@ from pellucid.model import parameter
 
 
 class Rotated(Geometry):
-    """A shape turned about axes. On a grid with a thin axis it can be turned about that axis alone."""
+    """A shape rotated about axes. On a grid with a thin axis it can only be rotated about that axis."""
 
-    shape: Geometry = parameter("", "what is turned")
-    rotate: Rotations = parameter("", "the rotations, in their order")
+    shape: Geometry = parameter("", "shape that is rotated")
+    rotate: Rotations = parameter("", "the rotations, in order of application")
 
     @property
     def turn(self) -> Turn:
-        """The rotation from where the shape would be to where it is."""
+        """The rotation from the original to the rotated position."""
         return turn_about(self.rotate, self.shape.centre())
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """A box about the turned shape, from how far the shape reaches along directions that are turned back."""
+        """Return a box around the rotated shape, computed from the reach of the original along directions rotated back."""
         turn = self.turn
         start = turn.after - turn.matrix @ turn.before
         lower, upper = [-self.shape.reach(-row) for row in turn.matrix], [self.shape.reach(row) for row in turn.matrix]
         return start + lower, start + upper
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        """Which points lie in the shape when turned back."""
         return self.shape.contains(self.turn.back(points), active)
 
     def measure(self, active: ActiveAxes) -> float:
-        """The same as of the shape before it was turned."""
         return self.shape.measure(active)
 
     def centre(self) -> np.ndarray:
-        """Where the shape's centre comes to [m], shape (3,)."""
+        """Return the centre of the shape after the rotation [m], shape (3,)."""
         return self.turn.after
 
     def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
@@ -45,14 +43,11 @@ class Rotated(Geometry):
         )
 
     def in_own_frame(self, points: np.ndarray) -> tuple[Geometry, np.ndarray]:
-        """See `Geometry`."""
         return self.shape.in_own_frame(self.turn.back(points))
 
     def n_own_points(self) -> int | None:
-        """The same as of the shape before it was turned."""
         return self.shape.n_own_points()
 
     def own_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """The points of the shape, turned, and their volumes."""
         points, volumes = self.shape.own_points()
         return self.turn.forth(points), volumes

@@ -1,4 +1,4 @@
-"""Sharp edges and corners of shapes, by which rigid bodies bear on others."""
+"""Sharp edges and corners of shapes, at which rigid bodies make contact."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -8,28 +8,28 @@ import numpy as np
 from pellucid.geometry.meshes.triangulation import Triangulation
 
 SHARP = np.cos(np.radians(30.0))
-"""Cosine of the angle between the normals of two faces below which the edge between them is sharp; facets of curved faces meet
-at smaller angles."""
-FLAT = 1e-3  # angle between the normals of facets of one plane [rad]; files in single precision need some room
-BEHIND = 1e-5  # of the size of a shape, by which a corner may lie in front of a plane of a convex one
+"""An edge is sharp if the cosine of the angle between the normals of its two faces is below this value. The facets of curved
+faces meet at smaller angles."""
+FLAT = 1e-3  # largest angle between the normals of facets of one plane [rad]; files in single precision need this tolerance
+BEHIND = 1e-5  # of the size of a shape: tolerance by which a corner of a convex shape may lie in front of one of its planes
 
 
 class SharpEdges(NamedTuple):
-    """The convex edges and corners of a shape; in a plane its corners alone.
+    """The convex edges and corners of a shape; in two dimensions only its corners.
 
     Attributes
     ----------
     corner : ndarray, shape (c, 3)
-        Places of the corners and of the ends of edges [m].
+        Positions of the corners and of the ends of edges [m].
     corner_normal : ndarray, shape (c, 3)
-        Unit mean of the outward normals of the faces that meet there; zero at joints of a smooth edge, which are no corners.
+        Normalised mean of the outward normals of the adjacent faces; zero at joints of a smooth edge, which are no corners.
     edge : ndarray, shape (e, 2)
         Corners at the ends of each edge.
     edge_normal : ndarray, shape (e, 3)
-        Unit mean of the outward normals of both faces.
+        Normalised mean of the outward normals of both faces.
     face : ndarray, shape (k, 3)
-        Three corners of each plane, counterclockwise as seen from outside; in a plane two corners and -1, the outside to the
-        right. Only of convex shapes that planes alone bound, else without rows.
+        Three corners of each plane, counterclockwise seen from outside; in two dimensions two corners and -1, with the outside
+        to the right. No rows unless the shape is convex and bounded only by planes.
     """
 
     corner: np.ndarray
@@ -40,12 +40,12 @@ class SharpEdges(NamedTuple):
 
 
 def no_edges() -> SharpEdges:
-    """Return the edges of a shape that has none."""
+    """Return an empty set of edges."""
     return SharpEdges(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2), int), np.zeros((0, 3)), np.zeros((0, 3), int))
 
 
 def edges_of_rectangle(lower: np.ndarray, upper: np.ndarray, thin: int) -> SharpEdges:
-    """Return the corners of a rectangle between two corners [m] across a thin axis."""
+    """Return the corners of a rectangle between two corners [m], perpendicular to a thin axis."""
     first, second = (thin + 1) % 3, (thin + 2) % 3
     sign = np.zeros((4, 3))
     sign[:, first], sign[:, second] = (-1, 1, 1, -1), (-1, -1, 1, 1)
@@ -64,10 +64,10 @@ def edges_of_box(lower: np.ndarray, upper: np.ndarray) -> SharpEdges:
 
 
 def edges_of_rims(rims: Sequence[tuple[np.ndarray, float, float]], axis: int, spacing: float) -> SharpEdges:
-    """Return circular edges about an axis in chords of at most a spacing [m].
+    """Return circular edges about an axis, divided into chords of at most `spacing` [m].
 
-    rims: of each the centre [m], shape (3,); its radius [m], negative where the body lies outside of it; and the direction
-    along the axis in which the other face looks, 1 or -1.
+    rims: for each circle the centre [m], shape (3,); the radius [m], negative if the body lies outside the circle; and the
+    direction of the normal of the adjacent end face along the axis, 1 or -1.
     """
     corners, normals = list[np.ndarray](), list[np.ndarray]()
     edges, count = list[np.ndarray](), 0
@@ -90,7 +90,7 @@ def edges_of_rims(rims: Sequence[tuple[np.ndarray, float, float]], axis: int, sp
 
 
 def edges_of_triangles(triangulation: Triangulation) -> SharpEdges:
-    """Return the sharp convex edges of a closed surface, whose triangles look outwards."""
+    """Return the sharp convex edges of a closed surface with outward normals."""
     place, triangles = triangulation
     normal = np.cross(place[triangles[:, 1]] - place[triangles[:, 0]], place[triangles[:, 2]] - place[triangles[:, 0]])
     size = np.linalg.norm(normal, axis=1)
@@ -127,7 +127,7 @@ def _units(vectors: np.ndarray) -> np.ndarray:
 
 
 def _planes(place: np.ndarray, triangles: np.ndarray, normal: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """Three corners of each plane about a convex shape, numbered as `corner`; no rows where it is not convex."""
+    """Return three corners of each plane that bounds a convex shape, as indices into `corner`; no rows if it is not convex."""
     slack = BEHIND * float(np.ptp(place[corner], axis=0).max(initial=0.0))
     found: list[np.ndarray] = []
     left = np.ones(len(triangles), bool)

@@ -1,4 +1,4 @@
-"""A shape that is moved: the image of one across a seam of a periodic grid."""
+"""A translated shape: its image across a periodic boundary of the grid."""
 
 import numpy as np
 
@@ -7,24 +7,20 @@ from pellucid.model import Vector, parameter
 
 
 class Shifted(Geometry):
-    """A shape moved along axes."""
+    """A translated shape."""
 
-    shape: Geometry = parameter("", "what is moved")
-    by: Vector = parameter("m", "how far")
+    shape: Geometry = parameter("", "shape that is translated")
+    by: Vector = parameter("m", "translation")
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of the shape, moved."""
         lower, upper = self.shape.bounds()
         return lower + self.by, upper + self.by
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        """Which points lie in the shape when moved back."""
         return self.shape.contains(points - np.array(self.by), active)
 
     def measure(self, active: ActiveAxes) -> float:
-        """That of the shape."""
         return self.shape.measure(active)
 
     def centre(self) -> np.ndarray:
-        """Where the shape's centre comes to [m], shape (3,)."""
         return self.shape.centre() + np.array(self.by)

@@ -1,4 +1,4 @@
-"""Boxes, balls and cylinders: what they contain, their exact measure, their bounds."""
+"""Boxes, balls and cylinders with their exact measures and bounds."""
 
 from typing import Literal
 
@@ -10,7 +10,7 @@ from pellucid.model import Vector, parameter
 
 
 class Box(Geometry):
-    """An axis-parallel box. Along an axis that is one cell thick its extent does not count."""
+    """An axis-parallel box."""
 
     lower: Vector = parameter("m", "lower corner")
     upper: Vector = parameter("m", "upper corner")
@@ -24,7 +24,6 @@ class Box(Geometry):
         return np.all(((points >= lower) & (points <= upper))[:, keep], axis=1)
 
     def measure(self, active: ActiveAxes) -> float:
-        """Length, area or volume over the active axes."""
         lower, upper = self.bounds()
         return float(np.prod((upper - lower)[np.array(active)]))
 
@@ -35,17 +34,16 @@ class Box(Geometry):
 
 
 class Centred(Geometry):
-    """A shape about a centre that the case gives."""
+    """A shape whose centre is given in the case."""
 
     centre_: Vector = parameter("m", "centre", alias="centre")
 
     def centre(self) -> np.ndarray:
-        """The centre [m], shape (3,)."""
         return np.array(self.centre_)
 
 
 class Sphere(Centred):
-    """A ball; a disc where one axis is thin, a segment where two are."""
+    """A ball; a disc if one axis is thin, a segment if two axes are."""
 
     radius: float = parameter("m", "radius", gt=0)
 
@@ -64,12 +62,12 @@ class Sphere(Centred):
 
 
 class Cylinder(Centred):
-    """A circular cylinder along an axis; `centre` is the middle of its axis. A disc where that axis is thin."""
+    """A circular cylinder along an axis; `centre` is the middle of its axis. It is a disc if that axis is thin."""
 
     centre_: Vector = parameter("m", "middle of the axis", alias="centre")
     radius: float = parameter("m", "radius", gt=0)
     axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
-    height: float = parameter("m", "length along the axis; does not count where that axis is thin", 0.0, ge=0)
+    height: float = parameter("m", "length along the axis; ignored if that axis is thin", 0.0, ge=0)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         half = np.full(3, self.radius)

@@ -1,1 +1,1 @@
-"""Meshes of tetrahedra, as cases describe them, and how each is made."""
+"""Tetrahedral meshes of a case, and their generation."""

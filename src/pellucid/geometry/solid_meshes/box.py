@@ -1,4 +1,5 @@
-"""Tetrahedra that fill a box: a body-centred lattice, whose tetrahedra are nearly regular and all alike but at the faces."""
+"""Tetrahedral mesh of a box on a body-centred lattice, whose tetrahedra are nearly regular and, except at the faces,
+congruent."""
 
 from math import prod
 from typing import Annotated, ClassVar
@@ -17,30 +18,30 @@ EVEN = (1.0, 1.0, 1.0)
 
 
 class BoxMesh(Tetrahedral):
-    """A box of tetrahedra."""
+    """A tetrahedral mesh of a box."""
 
     lower: Vector = parameter("m", "lower corner")
     upper: Vector = parameter("m", "upper corner")
-    cells: tuple[AtLeastOne, AtLeastOne, AtLeastOne] = parameter("", "cubes along x, y, z, of twelve tetrahedra each")
+    cells: tuple[AtLeastOne, AtLeastOne, AtLeastOne] = parameter(
+        "", "number of cubes along x, y, z; each is divided into twelve tetrahedra"
+    )
     grading: tuple[Ratio, Ratio, Ratio] = parameter(
-        "", "width of the last cube over that of the first, along x, y, z; in between it grows by a constant factor", EVEN
+        "", "ratio of the last to the first cube width along x, y, z; the widths grow by a constant factor", EVEN
     )
 
     @check
     def _has_volume(self) -> None:
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             if high <= low:
-                text = f"upper must lie above lower along {axis}: {high:g} m is not above {low:g} m"
-                raise Refusal(text, "exchange the two, or move one of them")
+                text = f"`upper` must exceed `lower` along {axis}: {high:g} m is not greater than {low:g} m"
+                raise Refusal(text, "exchange the two values, or correct one of them")
 
     def expected_points(self) -> float:
-        """See `Tetrahedral`."""
         return 2.0 * prod(map(float, self.cells))
 
     is_pattern: ClassVar[bool] = True
 
     def make(self) -> SimplexMesh:
-        """Its nodes and tetrahedra."""
         lower, upper = np.array(self.lower), np.array(self.upper)
         if self.grading == EVEN:
             return box_mesh(lower, upper, self.cells)
@@ -51,19 +52,19 @@ class BoxMesh(Tetrahedral):
 
 
 def graded(n: int, ratio: float) -> np.ndarray:
-    """Ends of n intervals of a length of 1, shape (n + 1,), each wider than the one before by a constant factor.
+    """Return the ends of n intervals of total length 1, shape (n + 1,), whose widths grow by a constant factor.
 
-    ratio: width of the last over that of the first.
+    ratio: width of the last interval over the width of the first.
     """
     widths = ratio ** (np.arange(n) / max(n - 1, 1))
     return np.asarray(np.append(0.0, np.cumsum(widths)) / widths.sum())
 
 
 def box_mesh(lower: np.ndarray, upper: np.ndarray, counts: Counts) -> SimplexMesh:
-    """A mesh of the box between two corners [m], with so many cubes along each axis: a node at each corner and each middle.
+    """Return a mesh of the box between two corners [m] with the given number of cubes along each axis.
 
-    Four tetrahedra stand about the line between the middles of neighbouring cubes; at the faces of the box the pyramid over
-    a square is cut in two.
+    There is a node at each corner and each centre of a cube. Four tetrahedra surround the line between the centres of
+    neighbouring cubes; at the faces of the box the pyramid over a square is divided into two.
     """
     shape = np.array(counts)
     corners = np.stack(np.meshgrid(*(np.arange(n + 1) for n in counts), indexing="ij"), -1).reshape(-1, 3)

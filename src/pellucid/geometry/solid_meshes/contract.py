@@ -1,4 +1,4 @@
-"""What every mesh of a solid can do."""
+"""Interface of the meshes of solids."""
 
 import warnings
 from abc import abstractmethod
@@ -12,23 +12,25 @@ from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 
 class Tetrahedral(Countable):
-    """A mesh of tetrahedra of a case."""
+    """A tetrahedral mesh of a case."""
 
     @abstractmethod
     def make(self) -> SimplexMesh:
-        """Its nodes and tetrahedra. Raises ValueError where there can be none."""
+        """Build the nodes and tetrahedra. Raises ValueError if the mesh cannot be built."""
 
-    # whether its tetrahedra follow a pattern that fills the solid: then coordinates alone can be wrong
+    # True if the tetrahedra follow a pattern that fills the solid, so that only coordinates can be wrong
     is_pattern: ClassVar[bool] = False
 
     @property
     def origin(self) -> str:
-        """The file whose tetrahedra they are, for messages; empty where they are made here."""
+        """The path of the mesh file, for messages; empty if the mesh is generated."""
         return ""
 
     def mesh(self) -> SimplexMesh:
-        """The nodes and tetrahedra, made once while the files that the case names do not change. All callers share the arrays,
-        so none may write to them. Warns of pieces that do not hold together."""
+        """Return the nodes and tetrahedra, cached until a file of the case changes; warn if the mesh has unconnected pieces.
+
+        All callers share the arrays and must not write to them.
+        """
         return _made(self, states_of_files(self))
 
 

@@ -1,4 +1,4 @@
-"""A circular cylinder of tetrahedra: a box whose cross-section is drawn out to a disc."""
+"""Tetrahedral mesh of a circular cylinder: a box mesh whose square cross-section is mapped to a disc."""
 
 from typing import Literal
 
@@ -12,23 +12,22 @@ from pellucid.model import Vector, parameter
 
 
 class CylinderMesh(Tetrahedral):
-    """A circular cylinder of tetrahedra."""
+    """A tetrahedral mesh of a circular cylinder."""
 
-    base: Vector = parameter("m", "middle of its lower face")
+    base: Vector = parameter("m", "centre of the lower face")
     radius: float = parameter("m", "radius", gt=0)
-    height: float = parameter("m", "height along its axis", gt=0)
-    axis: Literal["x", "y", "z"] = parameter("", "its axis", "z")
-    across: int = parameter("", "cubes across the diameter, of twelve tetrahedra each", ge=1)
-    along: int = parameter("", "cubes along the axis", ge=1)
+    height: float = parameter("m", "height along the axis", gt=0)
+    axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
+    across: int = parameter("", "number of cubes across the diameter; each is divided into twelve tetrahedra", ge=1)
+    along: int = parameter("", "number of cubes along the axis", ge=1)
 
     def expected_points(self) -> float:
-        """See `Tetrahedral`."""
         return 2.0 * self.across**2 * self.along
 
     def make(self) -> SimplexMesh:
-        """Its nodes and tetrahedra; the square [-1, 1]² becomes the disc by (x √(1 - y²/2), y √(1 - x²/2))."""
+        """Map the square [-1, 1]² of a box mesh to the disc by (x √(1 - y²/2), y √(1 - x²/2))."""
         square = box_mesh(np.array([-1.0, -1.0, 0.0]), np.ones(3), (self.across, self.across, self.along))
         x, y, z = square.nodes.T
         disc = self.radius * x * np.sqrt(1.0 - 0.5 * y * y), self.radius * y * np.sqrt(1.0 - 0.5 * x * x), self.height * z
-        turned = np.roll(np.stack(disc, axis=1), AXES.index(self.axis) - 2, axis=1)  # a turn of the axes keeps cells upright
+        turned = np.roll(np.stack(disc, axis=1), AXES.index(self.axis) - 2, axis=1)  # a cyclic permutation inverts no cell
         return SimplexMesh(np.array(self.base) + turned, square.cells)

@@ -1,4 +1,4 @@
-"""Tetrahedra that fill any shape."""
+"""Tetrahedral mesh that fills a shape."""
 
 from math import prod
 
@@ -13,15 +13,15 @@ from pellucid.geometry.surfaces.inside import Inside, closed_triangles
 from pellucid.model import check, parameter
 
 SPACE = (True, True, True)
-MOST_OFF = 0.1  # of the volume
+MOST_OFF = 0.1  # largest relative error of the volume
 
 
 class FillMesh(Tetrahedral):
     """A shape filled by a lattice of tetrahedra whose outer nodes are moved to its boundary; sharp edges are cut off."""
 
-    shape: Shape = parameter("", "what is filled, a shape as of material points")
+    shape: Shape = parameter("", "shape that is filled, as for material points")
     size: float = parameter(
-        "m", "edge of a cube of the lattice, which holds twelve tetrahedra; at most half of what is thin", gt=0
+        "m", "edge of a cube of the lattice (twelve tetrahedra); at most half the thickness of thin parts", gt=0
     )
 
     @check
@@ -29,22 +29,21 @@ class FillMesh(Tetrahedral):
         self.mesh()
 
     def expected_points(self) -> float:
-        """See `Tetrahedral`."""
         lower, upper = self.shape.geometry().bounds()
         return 2.0 * prod(extent / self.size + 1.0 for extent in (upper - lower).tolist())
 
     def make(self) -> SimplexMesh:
-        """A lattice whose middle is that of the shape. Raises ValueError where it is too coarse or too fine."""
+        """Centre the lattice on the shape. Raises ValueError if it is too coarse or too fine."""
         geometry, chosen = self.shape.geometry(), self.shape.chosen()
         if isinstance(chosen, Inside):
             closed_triangles(chosen.surface)
         lower, upper = geometry.bounds()
-        n = np.ceil((upper - lower) / self.size).astype(int) + 1  # half a cube of room at both ends
+        n = np.ceil((upper - lower) / self.size).astype(int) + 1  # margin of half a cube at both ends
         counts = int(n[0]), int(n[1]), int(n[2])
         start = 0.5 * (lower + upper - self.size * n)
         mesh = stuffed(lambda points: geometry.contains(points, SPACE), start, counts, self.size)
         share = float(mesh.volumes.sum()) / geometry.measure(SPACE)
         if abs(share - 1.0) > MOST_OFF:
-            text = f"tetrahedra in cubes of {self.size:g} m have {100.0 * share:.0f} % of the volume of the shape"
-            raise Refusal(f"{text}, which must be within {100.0 * MOST_OFF:.0f} %", "make `size` smaller")
+            text = f"with `size` = {self.size:g} m the mesh has {100.0 * share:.0f} % of the volume of the shape"
+            raise Refusal(f"{text}; the error must be at most {100.0 * MOST_OFF:.0f} %", "decrease `size`")
         return mesh

@@ -1,4 +1,4 @@
-"""A heart with two ventricles of truncated ellipsoids, as tetrahedra with named sets of nodes."""
+"""Tetrahedral mesh of a heart with two ventricles, built from truncated ellipsoids, with named node sets."""
 
 import numpy as np
 
@@ -8,29 +8,30 @@ from pellucid.geometry.solid_meshes.contract import Tetrahedral
 from pellucid.geometry.solid_meshes.stuffing import stuffed
 from pellucid.model import check, parameter
 
-LEFT, LEFT_WALL = np.array([0.022, 0.022, 0.045]), 0.005  # semi-axes of the cavity, and the thickness about it [m]
+LEFT, LEFT_WALL = np.array([0.022, 0.022, 0.045]), 0.005  # semi-axes of the cavity, and thickness of the wall [m]
 RIGHT, RIGHT_WALL = np.array([0.032, 0.023, 0.043]), 0.004
-OFFSET = np.array([0.010, 0.0, 0.0])  # of the middle of the right ventricle [m]
-WIDTH, HEIGHT = 0.07, 0.062  # of all of it [m]
-BASE = 0.010  # height of the plane that ends the heart [m]
-PATCH_HEIGHT = -0.015  # of the middle of the patch [m]
+OFFSET = np.array([0.010, 0.0, 0.0])  # of the centre of the right ventricle [m]
+WIDTH, HEIGHT = 0.07, 0.062  # of the whole heart [m]
+BASE = 0.010  # height of the plane of the base [m]
+PATCH_HEIGHT = -0.015  # of the centre of the patch [m]
 
 
 class HeartMesh(Tetrahedral):
-    """A heart with two ventricles, ellipsoids about the z axis cut at z = 10 mm, 62 mm high; the right one lies towards +x.
+    """A heart with two ventricles, ellipsoids about the z axis truncated at z = 10 mm, 62 mm high; the right one lies towards
+    +x.
 
-    Sets of nodes: base, apex, epi, lv-endo, rv-endo, rv-patch.
+    Node sets: base, apex, epi, lv-endo, rv-endo, rv-patch.
     """
 
     size: float = parameter(
         "m",
-        "edge of a cube of the lattice; at 1.5 mm three edges or more lead through the right wall below the base",
+        "edge of a cube of the lattice; at 1.5 mm there are at least three edges through the right wall below the base",
         gt=0,
         le=0.0035,
     )
-    apex_height: float = parameter("m", "height of the cap at the apex whose outer nodes are the set apex", 0.005, gt=0)
+    apex_height: float = parameter("m", "height of the cap at the apex; its outer nodes form the set apex", 0.005, gt=0)
     patch_radius: float = parameter(
-        "m", "radius of the patch on the right wall whose outer nodes are the set rv-patch", 0.010, gt=0
+        "m", "radius of the patch on the right wall; its outer nodes form the set rv-patch", 0.010, gt=0
     )
 
     @check
@@ -42,16 +43,15 @@ class HeartMesh(Tetrahedral):
             ("rv-patch", "patch_radius", float(_from_patch(outer).min())),
         ):
             if not len(sets[name]):
-                text = f"`{key}` = {getattr(self, key):g} m reaches no outer node of this mesh: the set {name} has none"
-                raise Refusal(text, f"let `{key}` be {least * 1.01:.3g} m or more, or make `size` smaller")
+                text = f"`{key}` = {getattr(self, key):g} m is too small: no outer node lies within it, so set {name} is empty"
+                raise Refusal(text, f"set `{key}` to at least {least * 1.01:.3g} m, or decrease `size`")
 
     def expected_points(self) -> float:
-        """See `Tetrahedral`."""
         across = WIDTH / self.size
         return 2.0 * across * across * (HEIGHT / self.size)
 
     def make(self) -> SimplexMesh:
-        """Its nodes and tetrahedra; the base is flat, other boundary nodes lie on the ellipsoids."""
+        """Build the mesh; nodes of the base lie in a plane, other boundary nodes on the ellipsoids."""
         lower = np.minimum(-LEFT - LEFT_WALL, OFFSET - RIGHT - RIGHT_WALL)
         upper = np.maximum(LEFT + LEFT_WALL, OFFSET + RIGHT + RIGHT_WALL)
         upper[2] = BASE
@@ -74,27 +74,29 @@ class HeartMesh(Tetrahedral):
 
 
 def _above_apex(places: np.ndarray) -> np.ndarray:
-    """Heights of places [m], shape (n, 3), above the apex [m], shape (n,)."""
+    """Return the heights of positions [m], shape (n, 3), above the apex [m], shape (n,)."""
     return np.asarray(places[:, 2] + (LEFT + LEFT_WALL)[2])
 
 
 def _from_patch(places: np.ndarray) -> np.ndarray:
-    """Distances of places [m], shape (n, 3), from the middle of the patch [m], shape (n,)."""
+    """Return the distances of positions [m], shape (n, 3), from the centre of the patch [m], shape (n,)."""
     semi = RIGHT + RIGHT_WALL
     middle = OFFSET + np.array([semi[0] * np.sqrt(1.0 - (PATCH_HEIGHT / semi[2]) ** 2), 0.0, PATCH_HEIGHT])
     return np.asarray(np.linalg.norm(places - middle, axis=1))
 
 
 def _boundaries(points: np.ndarray) -> np.ndarray:
-    """Heights inside the outer surface, and outside the left and the right cavity, of points [m], about in metres, shape
-    (3, n); all are positive in the walls."""
+    """Return approximate distances of points to the outer surface, the left and the right cavity [m], shape (3, n).
+
+    All three are positive in the walls.
+    """
     left = _inside(points, LEFT + LEFT_WALL)
     outer = np.maximum(left, _inside(points - OFFSET, RIGHT + RIGHT_WALL))
     return np.stack([outer, -_inside(points, LEFT), np.maximum(-_inside(points - OFFSET, RIGHT), left)])
 
 
 def _inside(points: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
-    """How far inside an ellipsoid, to first order in the distance [m], shape (n,)."""
+    """Return the depth inside an ellipsoid, to first order in the distance [m], shape (n,)."""
     squares = np.sum((points / semi_axes) ** 2, axis=1)
     slope = np.linalg.norm(points / semi_axes**2, axis=1)
     return np.asarray(0.5 * (1.0 - squares) / np.maximum(slope, 1.0 / semi_axes.max()))

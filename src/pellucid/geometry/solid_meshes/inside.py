@@ -1,4 +1,4 @@
-"""Tetrahedra that fill a closed surface to its very triangles, by TetGen (Si 2015, ACM Trans. Math. Softw. 41, 11)."""
+"""Tetrahedral mesh that fills a closed surface and keeps its triangles, by TetGen (Si 2015, ACM Trans. Math. Softw. 41, 11)."""
 
 import subprocess
 import sys
@@ -23,10 +23,10 @@ from pellucid.system.extras import install_command
 
 REGULAR = 6.0 * np.sqrt(2.0)  # cube of the edge of a regular tetrahedron over its volume
 ROUNDING = 1e-9  # of the volume
-AWAY = 1e-6  # of the extent: how far from the surface, in the mean, the mesh may end where triangles meet at almost 180 degrees
+AWAY = 1e-6  # of the extent: largest mean distance between mesh and surface where triangles meet at almost 180 degrees
 MOST_OFF = 1e-5  # of the volume
 
-# TetGen ends the whole process on some surfaces that cross themselves, hence a process of its own
+# TetGen terminates the whole process on some self-intersecting surfaces, so it runs in a separate process
 _TETGEN = """
 import sys, numpy, tetgen
 given = numpy.load(sys.argv[1])
@@ -39,24 +39,24 @@ numpy.savez(sys.argv[2], nodes=nodes, cells=cells)
 
 
 class InsideMesh(Tetrahedral):
-    """A closed surface, such as an STL file, filled with tetrahedra by TetGen; its vertices are nodes, and edges stay sharp."""
+    """A closed surface, such as an STL file, filled with tetrahedra by TetGen; its vertices become nodes, and sharp edges
+    are kept."""
 
-    surface: Surface = parameter("", "the closed surface; a piece inside another piece is a hole")
-    size: float = parameter("m", "about the edge of the largest tetrahedra", gt=0)
+    surface: Surface = parameter("", "closed surface; a piece inside another piece is a hole")
+    size: float = parameter("m", "approximate edge length of the largest tetrahedra", gt=0)
 
     @check
     def _can_be_made(self) -> None:
         self.mesh()
 
     def expected_points(self) -> float:
-        """See `Tetrahedral`."""
         corners = self.surface.mesh().vertices
         return prod(extent / self.size + 1.0 for extent in np.ptp(corners, axis=0).tolist())
 
     def make(self) -> SimplexMesh:
-        """Its nodes and tetrahedra. Raises ValueError where TetGen is missing, or the surface has no inside."""
+        """Run TetGen. Raises ValueError if TetGen is not installed, or the surface is not closed."""
         if find_spec("tetgen") is None:
-            raise Refusal("filling a surface with tetrahedra needs tetgen", install_command("mesh"))
+            raise Refusal("the package tetgen, which is needed to fill a surface, is not installed", install_command("mesh"))
         surface = closed_triangles(self.surface)
         largest, reason = self.size**3 / REGULAR, Refusal("", "")
         for apart in (False, True):
@@ -72,11 +72,13 @@ class InsideMesh(Tetrahedral):
 
 
 def _off(mesh: SimplexMesh, surface: Triangulation, slack: float | None) -> Refusal | None:
-    """By how much the volume of the mesh differs from the volume inside the surface, in words; None below a share `slack`.
+    """Return a refusal if the volume of the mesh differs from the volume inside the surface by more than a tolerance; else
+    None.
 
-    Without one, the mesh may end as far from the surface as flat parts are uneven when a file rounds their corners to six
-    digits: TetGen takes triangles that meet at more than 179.9 degrees for one flat part, and does not keep the edges within
-    it; to keep them, as is done where this is too far, takes up to five times as many tetrahedra, of worse shape.
+    The tolerance is a fraction `slack` of the volume. If it is None, the mesh may deviate from the surface as much as flat
+    parts are uneven when a file rounds their corners to six digits: TetGen treats triangles that meet at more than 179.9
+    degrees as one flat part and does not keep the edges inside it. If that deviates too much, the edges are kept, which takes
+    up to five times as many tetrahedra, of lower quality.
     """
     volume, found = enclosed_volume(*surface), float(mesh.volumes.sum())
     area = float(np.linalg.norm(vector_areas(*surface), axis=1).sum())
@@ -84,17 +86,17 @@ def _off(mesh: SimplexMesh, surface: Triangulation, slack: float | None) -> Refu
     limit = slack * volume if slack is not None else min(AWAY * extent * area, MOST_OFF * volume)
     if abs(found - volume) <= limit:
         return None
-    text = f"the tetrahedra have {found:.10g} m^3, and the surface encloses {volume:.10g} m^3"
-    return Refusal(text, "look whether pieces of it overlap")
+    text = f"the volume of the tetrahedra is {found:.10g} m^3, but the surface encloses {volume:.10g} m^3"
+    return Refusal(text, "check whether pieces of the surface overlap, and remove one of them")
 
 
 def _filled(surface: Triangulation, volume: float, apart: bool) -> SimplexMesh:
-    """Tetrahedra of at most so much volume [m³] inside a closed surface, of which every edge is kept where `apart`."""
+    """Return tetrahedra of at most `volume` [m³] inside a closed surface; `apart`: keep every edge."""
     with TemporaryDirectory() as folder:
         given, made = Path(folder, "given.npz"), Path(folder, "made.npz")
         np.savez(given, vertices=surface.vertices, triangles=surface.triangles.astype(np.int32), volume=volume, apart=apart)
         call = [sys.executable, "-c", _TETGEN, str(given), str(made)]
-        done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=folder)  # it leaves files when it fails
+        done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=folder)  # a failed run leaves files behind
         if done.returncode or not made.is_file():
             raise _refusal(surface, done.stderr)
         with np.load(made) as found:
@@ -107,7 +109,7 @@ def _filled(surface: Triangulation, volume: float, apart: bool) -> SimplexMesh:
 def _refusal(surface: Triangulation, said: str) -> Refusal:
     place = self_crossing(surface)
     if place is not None:
-        text = f"the surface crosses itself near ({', '.join(f'{x:.4g}' for x in place)}) m"
-        return Refusal(text, "mend it there, or keep one of two pieces that overlap")
-    last = said.strip().splitlines()[-1] if said.strip() else "it gave no reason"
-    return Refusal(f"TetGen could not fill the surface: {last}", "mend the surface, or take `fill`, which asks less of it")
+        text = f"the surface intersects itself near ({', '.join(f'{x:.4g}' for x in place)}) m"
+        return Refusal(text, "repair it there, or remove one of two overlapping pieces")
+    last = said.strip().splitlines()[-1] if said.strip() else "no reason reported"
+    return Refusal(f"TetGen could not fill the surface: {last}", "repair the surface, or use the more robust mesh `fill`")

@@ -1,4 +1,4 @@
-"""Meshes of solids, and the regions that they fill; a new one is one class in a file of its own and one line here."""
+"""Meshes of solids. To add one, define a class in its own file and add one line here."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -26,7 +26,7 @@ from pellucid.model import parameter
 
 
 class SolidMesh(Choice):
-    """A table with one key that names the mesh of a solid."""
+    """A table with exactly one key, which selects the mesh of a solid."""
 
     what: ClassVar[str] = "the mesh of a solid"
     beside: ClassVar[tuple[str, ...]] = ("rotate",)
@@ -40,12 +40,12 @@ class SolidMesh(Choice):
     rotate: Rotations = rotate_parameter("the mesh")
 
     def mesh(self) -> SimplexMesh:
-        """Its nodes and tetrahedra, made once; whoever asks shares them."""
+        """Return the nodes and tetrahedra. The result is cached and shared by all callers."""
         chosen: Tetrahedral = self.chosen()
         return _turned(chosen.mesh(), self.rotate)
 
     def faults(self) -> Iterator[Fault]:
-        """Everything wrong with them, as text, which names the file that they are from, and remedy."""
+        """Return the faults of the mesh, as text, which names its file, and remedy."""
         chosen: Tetrahedral = self.chosen()
         before = f"{chosen.origin}: " if chosen.origin else ""
         return ((before + text, remedy) for text, remedy in _faults(self.mesh(), chosen.is_pattern))
@@ -61,24 +61,21 @@ def _turned(mesh: SimplexMesh, rotate: Rotations) -> SimplexMesh:
 
 @lru_cache(maxsize=8)
 def _faults(mesh: SimplexMesh, is_pattern: bool) -> tuple[Fault, ...]:
-    """Found once for each mesh: reading a case asks for them several times."""
+    """Cache the faults of each mesh, as reading a case needs them several times."""
     return tuple(solid_faults(mesh, is_pattern))
 
 
 class MeshRegion(Geometry):
-    """What the tetrahedra of a mesh fill, on a grid without thin axes."""
+    """The region filled by the tetrahedra of a mesh, for grids without thin axes."""
 
-    mesh: SolidMesh = parameter("", "its tetrahedra")
+    mesh: SolidMesh = parameter("", "tetrahedral mesh")
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of the nodes."""
         return bounding_box(self.mesh.mesh().nodes)
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        """Which points lie within its outer faces."""
         mesh = self.mesh.mesh()
         return inside(points, mesh.nodes, outer_faces(mesh.cells))
 
     def measure(self, active: ActiveAxes) -> float:
-        """Its volume [m³]."""
         return float(self.mesh.mesh().volumes.sum())

@@ -1,4 +1,4 @@
-"""Tetrahedra that fill a region: a body-centred lattice, cut where it leaves the region."""
+"""Isosurface stuffing: tetrahedra that fill a region, from a body-centred lattice cut at the boundary."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -13,17 +13,17 @@ from pellucid.geometry.solid_meshes.box import Counts, box_mesh
 Contains = Callable[[np.ndarray], np.ndarray]
 Corners = tuple[np.ndarray, ...]
 
-HALVINGS = 36  # of an edge that leaves the region, so that where is known to 1e-11 of it
+HALVINGS = 36  # bisections of an edge that crosses the boundary, which locate the crossing to 1e-11 of its length
 NEAR_LONG, NEAR_SHORT = 0.24999, 0.41189
-"""A node nearer to the boundary is moved there: as shares of an edge of a cube, and of one from a corner to a middle
-(Labelle & Shewchuk 2007, for the best bound on dihedral angles)."""
-LONG = 0.9  # of a cube's edge: short edges have 0.87
+"""Nodes closer to the boundary are moved there: fractions of a cube edge and of an edge from a corner to a centre (Labelle
+& Shewchuk 2007, for the best bound on dihedral angles)."""
+LONG = 0.9  # of a cube edge: longer lattice edges are cube edges, the others have a length of 0.87
 _PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
 class _Cuts(NamedTuple):
-    """Edges that leave the region, in the order of their numbers: inner and outer node, shape (k,) each, where they leave it
-    [m], shape (k, 3), and that as a share of the edge from the inner node, shape (k,)."""
+    """Sorted edges that cross the boundary: inner and outer node, shape (k,) each, crossing [m], shape (k, 3), and its
+    distance from the inner node as a fraction of the edge, shape (k,)."""
 
     inner: np.ndarray
     outer: np.ndarray
@@ -32,19 +32,19 @@ class _Cuts(NamedTuple):
 
 
 def stuffed(contains: Contains, lower: np.ndarray, counts: Counts, size: float) -> SimplexMesh:
-    """A mesh of what a box of so many cubes of edge `size` [m] above `lower` [m] holds of a region: isosurface stuffing.
+    """Return a mesh of the part of a region that lies in a box of cubes with edge `size` [m] above `lower` [m].
 
-    `contains` says which of points [m], shape (n, 3), lie inside, shape (n,). Nodes of the boundary lie on that of the region;
-    what is sharp there is cut off within a cube, but faces of the box are flat and end sharp. Raises ValueError where no node
-    of the lattice lies inside.
+    `contains` returns a mask of the points [m], shape (n, 3), that lie inside, shape (n,). Boundary nodes lie on the boundary
+    of the region. Its sharp edges are cut off within a cube; the faces of the box stay flat with sharp edges. Raises ValueError
+    if no node of the lattice lies inside.
 
-    Source: Labelle & Shewchuk 2007, ACM Transactions on Graphics 26, 57; but quadrilaterals are cut from their deeper corner,
-    which on the shapes tried gives larger angles than they guarantee (10.7 degrees).
+    Source: Labelle & Shewchuk 2007, ACM Transactions on Graphics 26, 57; but quadrilaterals are divided from their deeper
+    corner, which in tests gave larger angles than the guaranteed 10.7 degrees.
     """
     lattice = box_mesh(lower, lower + size * np.array(counts), counts)
     nodes, sign = lattice.nodes.copy(), np.where(contains(lattice.nodes), 1, -1)
     if not (sign > 0).any():
-        raise Refusal(f"no node of a lattice with cubes of {size:g} m lies inside", "make `size` smaller")
+        raise Refusal(f"`size` = {size:g} m is too large: no node of the lattice lies inside the region", "decrease `size`")
     cuts = _cuts(contains, nodes, lattice.cells, sign)
     places = np.round((nodes - lower) / (0.5 * size)).astype(int)
     _move(nodes, sign, cuts, _limits(nodes, cuts, size), (places == 0, places == 2 * np.array(counts)))
@@ -75,14 +75,17 @@ def _cuts(contains: Contains, nodes: np.ndarray, cells: np.ndarray, sign: np.nda
 
 
 def _limits(nodes: np.ndarray, cuts: _Cuts, size: float) -> np.ndarray:
-    """The share of each cut edge within which a node is moved, shape (k,)."""
+    """Return the fraction of each cut edge within which a node is moved, shape (k,)."""
     length = np.linalg.norm(nodes[cuts.outer] - nodes[cuts.inner], axis=1)
     return np.where(length > LONG * size, NEAR_LONG, NEAR_SHORT)
 
 
 def _move(nodes: np.ndarray, sign: np.ndarray, cuts: _Cuts, limits: np.ndarray, faces: tuple[np.ndarray, np.ndarray]) -> None:
-    """Move nodes near the boundary there, each along its shortest cut edge; their sign becomes 0. A node of a face of the box,
-    shape (n, 3) each for the lower and upper ones, stays on it. A node once moved is no end of a cut edge."""
+    """Move nodes near the boundary onto it, each along its shortest cut edge, and set their sign to 0.
+
+    A node on a face of the box (faces: masks of the lower and upper faces, shape (n, 3) each) stays on it. A moved node is no
+    longer the end of a cut edge.
+    """
     node, other = np.concatenate([cuts.inner, cuts.outer]), np.concatenate([cuts.outer, cuts.inner])
     share, edge = np.concatenate([cuts.share, 1.0 - cuts.share]), np.tile(np.arange(len(cuts.inner)), 2)
     near = share < limits[edge]
@@ -96,10 +99,10 @@ def _move(nodes: np.ndarray, sign: np.ndarray, cuts: _Cuts, limits: np.ndarray, 
 
 
 def _pieces(nodes: np.ndarray, cells: np.ndarray, sign: np.ndarray, cuts: _Cuts) -> np.ndarray:
-    """What is left of cells that are cut, as tetrahedra; a cut edge's point has the number of nodes and its own, shape (m, 4).
+    """Return the inner parts of cut cells as tetrahedra, shape (m, 4); crossings are numbered after the nodes.
 
-    A quadrilateral on a face of the lattice is cut from the deeper of its inner nodes, of two as deep from that of the smaller
-    number. Both cells at the face agree on that, and round a prism such cuts never run in a circle.
+    A quadrilateral on a face of the lattice is divided from the deeper of its inner nodes, or from the smaller number if they
+    are equally deep. Both cells at the face choose the same diagonal, and the diagonals of a prism never form a cycle.
     """
     n = len(nodes)
     code = cuts.inner * n + cuts.outer
@@ -133,7 +136,7 @@ def _pieces(nodes: np.ndarray, cells: np.ndarray, sign: np.ndarray, cuts: _Cuts)
 
 
 def _better(nodes: np.ndarray, one: tuple[Corners, Corners], other: tuple[Corners, Corners]) -> list[Corners]:
-    """Of two ways to cut pyramids in two, for each the one whose angles are further from 0 and 180 degrees."""
+    """Return for each pyramid the division whose dihedral angles are farther from 0 and 180 degrees."""
     margins = []
     for pair in (one, other):
         angles = np.concatenate([dihedral_angles(nodes, np.stack(corners, axis=1)) for corners in pair], axis=1)
@@ -143,8 +146,10 @@ def _better(nodes: np.ndarray, one: tuple[Corners, Corners], other: tuple[Corner
 
 
 def _joined(nodes: np.ndarray, cells: np.ndarray, spare: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """The cells with those spare ones, all of whose nodes were moved, that lie at edges where two parts of the boundary would
-    touch, as in a narrow notch. Raises ValueError where parts touch all the same."""
+    """Add spare cells, whose nodes were all moved, at edges where two parts of the boundary would touch, as in a narrow notch.
+
+    Raises ValueError if parts still touch.
+    """
     while True:
         faces, count = np.unique(faces_of_cells(cells[moved[cells].sum(axis=1) >= 2]), axis=0, return_counts=True)
         edges = faces[count == 1][:, _PAIRS[:2] + _PAIRS[3:4]].reshape(-1, 2)
@@ -156,12 +161,12 @@ def _joined(nodes: np.ndarray, cells: np.ndarray, spare: np.ndarray, moved: np.n
         wanted = np.isin(at_spare, touching @ [len(nodes), 1]).any(axis=1)
         if not wanted.any():
             place = "({:.6g}, {:.6g}, {:.6g}) m".format(*nodes[touching[0]].mean(axis=0))
-            raise Refusal(f"parts of the mesh touch along an edge alone at {place}", "make `size` smaller")
+            raise Refusal(f"two parts of the mesh are connected only by an edge at {place}", "decrease `size`")
         cells, spare = np.concatenate([cells, spare[wanted]]), spare[~wanted]
 
 
 def _upright(nodes: np.ndarray, cells: np.ndarray) -> SimplexMesh:
-    """The nodes that cells have, and the cells with their corners in an order that makes their volumes positive."""
+    """Return a mesh of the used nodes, with the corners of cells ordered so that volumes are positive."""
     used, which = np.unique(cells, return_inverse=True)
     cells = which.reshape(cells.shape)
     turned = SimplexMesh(nodes[used], cells).volumes < 0.0

@@ -1,1 +1,1 @@
-"""Surfaces that membranes and films lie on, as cases describe them, and the meshes that are made of them."""
+"""Surfaces of membranes and films in a case, and their meshes."""

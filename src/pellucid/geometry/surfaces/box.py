@@ -1,4 +1,4 @@
-"""The surface of a box as a membrane."""
+"""Surface of a box."""
 
 from typing import Literal
 
@@ -12,20 +12,21 @@ FACES: tuple[Face, ...] = ("x-lower", "x-upper", "y-lower", "y-upper", "z-lower"
 
 
 class BoxSurface(Meshed):
-    """The six faces of a box, or some of them, of quadrilaterals that share the points of the edges; normals outward."""
+    """All or some of the six faces of a box, of quadrilaterals that share the points of the edges; normals point outward."""
 
     lower: Vector = parameter("m", "lower corner")
-    upper: Vector = parameter("m", "upper corner, above the lower one along every axis")
-    points: tuple[AtLeastTwo, AtLeastTwo, AtLeastTwo] = parameter("", "points along x, y and z")
-    open: tuple[Face, ...] = parameter("", 'faces that are left out, such as ["z-lower", "z-upper"] for a band', ())
+    upper: Vector = parameter("m", "upper corner; must exceed the lower corner along every axis")
+    points: tuple[AtLeastTwo, AtLeastTwo, AtLeastTwo] = parameter("", "number of points along x, y and z")
+    open: tuple[Face, ...] = parameter("", 'omitted faces, such as ["z-lower", "z-upper"] for a band', ())
 
     @check
     def _has_faces(self) -> None:
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             if low >= high:
-                raise ValueError(f"upper is not above lower along {axis}: {high:g} m and {low:g} m; exchange or move them")
+                text = f"`upper` must exceed `lower` along {axis}: {high:g} m is not greater than {low:g} m"
+                raise ValueError(f"{text}; exchange the two values, or correct one of them")
         if not self._faces:
-            raise ValueError("open names all six faces, which leaves no surface; keep one of them")
+            raise ValueError("`open` lists all six faces, so no surface is left; remove at least one face from `open`")
 
     @property
     def _faces(self) -> list[Face]:
@@ -33,23 +34,23 @@ class BoxSurface(Meshed):
 
     @property
     def closed(self) -> bool:
-        """Whether no face is open."""
+        """True if no face is open."""
         return len(self._faces) == len(FACES)
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         x, y, z = map(float, self.points)
         return 2.0 * (x * y + y * z + z * x)
 
     def mesh(self) -> Mesh:
-        """The points in the order x, y, z, the last one fastest; the faces in the order of their names."""
+        """Order the points by x, y, z, with z fastest, and the faces as in `FACES`."""
         lattice, quads = lattice_faces(self.points, self._faces)
         low, high = np.array(self.lower), np.array(self.upper)
         return Mesh(low + lattice / (np.array(self.points) - 1.0) * (high - low), quads)
 
 
 def lattice_faces(points: tuple[int, int, int], faces: list[Face]) -> tuple[np.ndarray, np.ndarray]:
-    """Places of the points on faces of a box, from 0 to points - 1 along each axis, shape (n, 3), and quads, shape (q, 4)."""
+    """Return integer positions of the points on faces of a box (0 to points - 1 along each axis), shape (n, 3), and quads,
+    shape (q, 4)."""
     strides = np.array([points[1] * points[2], points[2], 1])
     found = []
     for face in faces:

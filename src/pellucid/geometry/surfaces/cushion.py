@@ -1,4 +1,4 @@
-"""Two sheets that are joined at their edges: a bag that lies flat, or nearly."""
+"""Surface of a cushion: two sheets joined at their edges, i.e. a flat or slightly inflated bag."""
 
 import numpy as np
 
@@ -8,42 +8,42 @@ from pellucid.model import AtLeastTwo, check, parameter
 
 
 class CushionSurface(CushionDimensions, Meshed):
-    """Two rectangular sheets parallel to x and y, domed and joined at their four edges, of quadrilaterals; normals outward.
+    """Two domed rectangular sheets parallel to x and y, joined at their four edges, of quadrilaterals; normals point outward.
 
-    At distances ξ and η from the middle, as shares of half the sides, they are ± height/2 (1 - ξ²)(1 - η²) apart from the plane
-    of their edges.
+    At distances ξ and η from the middle, divided by half the sides, the sheets lie at ± height/2 (1 - ξ²)(1 - η²) from the
+    plane of their edges.
     """
 
     points: tuple[AtLeastTwo, AtLeastTwo] = parameter(
-        "", "points along x and y of a sheet, or of its upper half; two whole sheets need three or more"
+        "", "number of points along x and y of a sheet, or of its upper half; at least 3 if both sheets are whole"
     )
 
     @check
     def _sheets_lie_apart(self) -> None:
         for axis, n in zip("xy", self.points, strict=True):
             if n == 2 and axis not in self.halved and "z" not in self.halved:
-                text = f"2 points along {axis} all lie on the common edges, where the two sheets are one"
+                text = f"with 2 points along {axis} all points lie on the common edges, so the two sheets coincide"
                 raise ValueError(f"{text}; use at least 3, or halve the cushion along {axis} or z")
 
     @property
     def closed(self) -> bool:
-        """Whether it is whole."""
+        """True if no part is cut off by `halved`."""
         return not self.halved
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         return 2.0 * self.points[0] * self.points[1]
 
     def mesh(self) -> Mesh:
-        """The upper sheet row by row along y, then the points of the lower one that are not on its edges."""
+        """List the points of the upper sheet row by row along y, then the points of the lower sheet that are not on its
+        edges."""
         x, y = (np.linspace(0.0 if axis in self.halved else -1.0, 1.0, n) for axis, n in zip("xy", self.points, strict=True))
         first, second = (a.ravel() for a in np.meshgrid(x, y, indexing="ij"))
         bulge = dome(first, second)
         half = 0.5 * np.array([*self.sides, self.height])
         upper = np.stack([first, second, bulge], axis=1) * half
         quads = grid_quads(*self.points, wrapped=False)
-        # at a corner of the cushion three of the vertices of a quadrilateral belong to both sheets: cut in two, it must be cut
-        # through the fourth, or the triangle between the three would be there twice
+        # at a corner of the cushion three vertices of a quadrilateral belong to both sheets: it must be divided through the
+        # fourth vertex, otherwise the triangle of the three would occur twice
         inner = bulge > 0.0
         within = inner[quads]
         fourth = (within.sum(axis=1) == 1) & within[:, [1, 3]].any(axis=1)

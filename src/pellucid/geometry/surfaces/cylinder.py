@@ -1,4 +1,4 @@
-"""A circular cylinder with its lids as a membrane."""
+"""Surface of a circular cylinder with its end faces."""
 
 from typing import Literal
 
@@ -12,23 +12,25 @@ from pellucid.model import AtLeastTwo, parameter
 
 
 class CylinderSurface(BetweenEnds):
-    """A circular cylinder: quadrilaterals round it, lids of triangles that share the points of the rims; normals outward."""
+    """A circular cylinder: a mantle of quadrilaterals, and end faces (lids) of triangles that share its edge points;
+    outward normals."""
 
-    rings: int = parameter("", "rings of points about the centre of a lid; 6 rings points go round the cylinder", ge=1, le=1000)
-    along: AtLeastTwo = parameter("", "points along the axis, both rims included")
+    rings: int = parameter(
+        "", "number of rings of points around the centre of a lid; the circumference has 6 × `rings` points", ge=1, le=1000
+    )
+    along: AtLeastTwo = parameter("", "number of points along the axis, including both ends")
     open: tuple[Literal["start", "end"], ...] = parameter("", "ends without a lid", ())
 
     @property
     def closed(self) -> bool:
-        """Whether both ends have lids."""
+        """True if both ends have lids."""
         return not self.open
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         return 6.0 * self.rings * (self.along + self.rings)
 
     def mesh(self) -> Mesh:
-        """Points of the mantle in lines along the axis, then those of the lid at the start, then of the lid at the end."""
+        """List the points of the mantle in lines along the axis, then those of the lid at the start, then at the end."""
         axis = np.array(self.end) - np.array(self.start)
         side, up = two_across(axis)
         plane, lid = rings_of_a_disc(self.rings)

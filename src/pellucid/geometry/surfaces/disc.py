@@ -1,4 +1,4 @@
-"""A flat disc of triangles."""
+"""Flat disc of triangles."""
 
 from typing import ClassVar
 
@@ -11,12 +11,12 @@ from pellucid.model import Vector, parameter
 
 
 class Disc(Meshed):
-    """A flat disc in rings of 6, 12, 18, ... points about its centre: 1 + 3 n (n + 1) points for n rings."""
+    """A flat disc with rings of 6, 12, 18, ... points around its centre: 1 + 3 n (n + 1) points for n rings."""
 
     centre: Vector = parameter("m", "centre")
-    normal: Vector = parameter("", "direction of the normal; its length does not matter")
+    normal: Vector = parameter("", "direction of the normal; its length is ignored")
     radius: float = parameter("m", "radius", gt=0)
-    rings: int = parameter("", "number of rings of points about the centre; the last lies on the edge", ge=1, le=1000)
+    rings: int = parameter("", "number of rings of points around the centre; the last one lies on the edge", ge=1, le=1000)
 
     closed: ClassVar[bool] = False
 
@@ -24,15 +24,14 @@ class Disc(Meshed):
     @classmethod
     def _has_a_direction(cls, value: Vector) -> Vector:
         if not any(value):
-            raise ValueError("normal is zero; give a direction such as [0, 0, 1]")
+            raise ValueError("`normal` has zero length; set a direction, such as [0, 0, 1]")
         return value
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         return 3.0 * self.rings * (self.rings + 1.0) + 1.0
 
     def mesh(self) -> Mesh:
-        """The centre, then ring by ring outward; edges of triangles are between 1 and 1.45 times radius / rings long."""
+        """List the centre, then the rings outward; edges are between 1 and 1.45 times radius / rings long."""
         first, second = two_across(np.array(self.normal))
         plane, triangles = rings_of_a_disc(self.rings)
         vertices = np.array(self.centre) + self.radius * (plane[:, :1] * first + plane[:, 1:] * second)
@@ -40,7 +39,7 @@ class Disc(Meshed):
 
 
 def rings_of_a_disc(rings: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points of a unit disc, shape (n, 2), the centre and then ring by ring outward, and triangles, shape (m, 3)."""
+    """Return the points of a unit disc, shape (n, 2), the centre and then the rings outward, and triangles, shape (m, 3)."""
     points, triangles = [np.zeros((1, 2))], []
     for ring in range(1, rings + 1):
         angle = np.arange(6 * ring) * (np.pi / (3 * ring))
@@ -50,7 +49,7 @@ def rings_of_a_disc(rings: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _between_rings(ring: int) -> np.ndarray:
-    """The triangles between a ring and the one before it, in six sectors; ring 0 is the centre."""
+    """Return the triangles between a ring and the previous one, in six sectors; ring 0 is the centre."""
     sector, step = (a.ravel() for a in np.meshgrid(np.arange(6), np.arange(ring), indexing="ij"))
 
     def point(ring: int, sector: np.ndarray, step: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Surfaces from files: STL, OBJ, PLY, OFF, Gmsh, VTK and what else meshlane reads."""
+"""Surfaces from mesh files: STL, OBJ, PLY, OFF, Gmsh, VTK and other formats that meshlane reads."""
 
 import warnings
 from functools import lru_cache
@@ -17,41 +17,45 @@ from pellucid.geometry.meshes.surface_mesh import NO_QUADS, NO_TRIANGLES, Mesh, 
 from pellucid.model import InputFile, check, parameter
 
 FLAT = ("quad", "triangle")
-BESIDE = ("vertex", "line")  # what a file may hold beside the elements of a surface
+BESIDE = ("vertex", "line")  # elements that are ignored in the file of a surface
 
 
 class SurfaceFile(MeshFile, Meshed):
-    """A surface file. Vertices at the same place become one, as STL repeats them."""
+    """A surface mesh file. Coincident vertices, as in STL files, are merged."""
 
-    path: InputFile = parameter("", "STL, OBJ, PLY, OFF, Gmsh or VTK file; a relative path starts from the case file's folder")
-    close_holes: int = parameter("", "with `repair`: holes of up to so many edges are closed", 0, ge=0, le=MOST_EDGES)
-    closed: bool = parameter("", "whether the surface encloses a volume: without holes; doubled elements are layers", False)
-    reverse: bool = parameter("", "turn all elements round, where the file's normals point inward", False)
+    path: InputFile = parameter(
+        "", "STL, OBJ, PLY, OFF, Gmsh or VTK file; a relative path is relative to the folder of the case"
+    )
+    close_holes: int = parameter("", "largest number of edges of a hole that `repair` closes", 0, ge=0, le=MOST_EDGES)
+    closed: bool = parameter(
+        "", "true if the surface encloses a volume: it must have no holes, and duplicate elements become separate layers", False
+    )
+    reverse: bool = parameter("", "reverse all elements, for a file whose normals point inward", False)
 
     @check
     def _can_be_read(self) -> None:
         if self.close_holes and not self.repair:
-            raise Refusal("`close_holes` is a part of the repair", "add `repair = true`, or leave it out")
+            raise Refusal("`close_holes` is given without `repair`", "set `repair = true`, or remove `close_holes`")
         self.mesh()
 
     def expected_points(self) -> float:
-        """No points are expected: the number is known when the file has been read."""
+        """Return 0, as the number of points is known only after the file has been read."""
         return 0.0
 
     def mesh(self) -> Mesh:
-        """Vertices in the order of their first mention. Raises ValueError where the file cannot be read."""
+        """Order the vertices by their first use. Raises ValueError if the file cannot be read."""
         (vertices, quads, triangles), _ = _read(states_of_files(self), self.repair, self.close_holes, self.closed)
         mesh = Mesh(self.placed(vertices), quads.copy(), triangles.copy())
         return mesh.reversed() if self.reverse else mesh
 
     def sets(self) -> dict[str, np.ndarray]:
-        """Numbers of the vertices of the sets of nodes, and of the groups of elements, that the file names."""
+        """Return the vertex numbers of the node sets and element groups in the file."""
         return _read(states_of_files(self), self.repair, self.close_holes, self.closed)[1]
 
 
 @lru_cache(maxsize=8)
 def _read(states: tuple[FileState, ...], repair: bool, close_holes: int, closed: bool) -> tuple[Mesh, dict[str, np.ndarray]]:
-    """The file's elements and sets, read once for each of its states, in its unit."""
+    """Return the elements and sets of the file, in its unit, cached for each state of the file."""
     path = states[0][0]
     contents = first_order(read_file(path, "a surface", SURFACES))
     number: np.ndarray | None
@@ -60,7 +64,7 @@ def _read(states: tuple[FileState, ...], repair: bool, close_holes: int, closed:
     if closed and (parted := layers_parted(mesh)) is not None:
         apart = len(parted.vertices) - len(mesh.vertices)
         mesh, number = parted, None
-        notes.append(f"two layers at one place are kept apart and joined at their rim; {apart} vertices were doubled for that")
+        notes.append(f"two coincident layers were separated and stay joined at their rim; {apart} vertices were duplicated")
     if repair:
         before = mesh
         mesh, done = mended(path, mesh, close_holes)
@@ -72,8 +76,11 @@ def _read(states: tuple[FileState, ...], repair: bool, close_holes: int, closed:
 
 
 def _sets_of(contents: Contents, vertices: np.ndarray, number: np.ndarray | None) -> dict[str, np.ndarray]:
-    """Its sets by the numbers of the vertices: those of its points, or without these the vertices at the same places; what is
-    at none of them is no part of the surface."""
+    """Return the named sets as vertex numbers.
+
+    number: vertex of each point of the file; if it is None, vertices are found by position, and positions that are not on the
+    surface are dropped.
+    """
     named = contents.nodes_of_sets()
     if not named:
         return {}
@@ -86,9 +93,10 @@ def _sets_of(contents: Contents, vertices: np.ndarray, number: np.ndarray | None
 
 
 def surface_of(path: str, contents: Contents, closed: bool = False) -> tuple[Mesh, np.ndarray, list[str]]:
-    """The surface elements of a file with one vertex at each place, the vertex of each of its points, and remarks.
+    """Return the surface elements of a file with merged vertices, the vertex of each point of the file, and notes.
 
-    Layers that the file keeps apart stay apart, see `joined`. Raises Refusal for other elements, or where none is.
+    Layers that are separate in the file stay separate, see `joined`. Raises Refusal if the file contains other elements, or no
+    surface element.
     """
     points, blocks = contents.points, contents.blocks
     flat = [block for block in blocks if block.kind in FLAT]
@@ -97,31 +105,32 @@ def surface_of(path: str, contents: Contents, closed: bool = False) -> tuple[Mes
             flat += flat_blocks(points, np.asarray(block.nodes).tolist(), "polygon")
     strange = sorted({block.kind for block in blocks if len(block.nodes)} - {*FLAT, *BESIDE, "polygon"})
     if strange:
-        text = f"{path} holds cells of type {', '.join(strange)}; a membrane needs triangles or quadrilaterals alone"
-        raise Refusal(text, "leave these cells out of the file, or save the surface of the solid alone")
+        text = f"{path} contains cells of type {', '.join(strange)}; a surface may only have triangles and quadrilaterals"
+        raise Refusal(text, "remove these cells from the file, or save only the surface of the solid")
     none = {"quad": NO_QUADS, "triangle": NO_TRIANGLES}
     quads, triangles = (
         np.concatenate([none[kind], *(block.nodes for block in flat if block.kind == kind)]).astype(np.int64) for kind in FLAT
     )
     if not len(quads) + len(triangles):
         if skipped := contents.skipped_elements():
-            text = f"{path} holds no triangle and no quadrilateral: {skipped}"
-            raise Refusal(text, "save these elements as triangles or quadrilaterals, such as those of type S3 and S4")
+            text = f"{path} contains no triangles or quadrilaterals: {skipped}"
+            raise Refusal(text, "save these elements as triangles or quadrilaterals, such as S3 and S4")
         if not any(len(block.nodes) for block in blocks):
-            text = f"{path} holds no triangle and no quadrilateral: it has {len(points)} points and no element"
-            raise Refusal(text, "save the elements of the mesh too, or name the file that includes this one")
-        raise Refusal(f"{path} holds no triangle and no quadrilateral", "save the surface elements of the mesh too")
+            text = f"{path} contains no triangles or quadrilaterals: it has {len(points)} points and no elements"
+            raise Refusal(text, "save the elements of the mesh too, or use the file that includes this one")
+        raise Refusal(f"{path} contains no triangles or quadrilaterals", "save the surface elements of the mesh too")
     limit = rounding_of(points, [quads, triangles], contents.is_single)
     place, apart = joined(points, quads, triangles, limit, closed)
     kept = place == np.arange(len(place))
     number = (np.cumsum(kept) - 1)[place]
-    notes = [f"{apart} vertices share their place with another one and are kept apart, as layers on each other"] * (apart > 0)
+    notes = [f"{apart} vertices coincide with another one but were not merged, as they belong to separate layers"] * (apart > 0)
     return Mesh(points[kept], number[quads], number[triangles]), number, notes
 
 
 def mended(path: str, mesh: Mesh, close_holes: int) -> tuple[Mesh, list[str]]:
-    """The repaired surface of a file, and what was done. Raises Refusal where nothing is left of it."""
+    """Return the repaired surface of a file, and notes. Raises Refusal if no element is left."""
     mesh, done = repaired(mesh, close_holes)
     if not len(mesh.quads) + len(mesh.triangles):
-        raise Refusal(f"the repair leaves nothing of {path}: none of its elements has an area", "save the surface again")
+        text = f"the repair removes all elements of {path}, as none of them has an area"
+        raise Refusal(text, "correct the surface and save it again")
     return mesh, done

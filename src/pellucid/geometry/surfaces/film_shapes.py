@@ -1,4 +1,4 @@
-"""Where fluid films are at the start: closed curves, meridians of surfaces of revolution, closed surfaces."""
+"""Initial shapes of fluid films: closed curves, meridians of surfaces of revolution, closed surfaces."""
 
 from typing import ClassVar, Literal
 
@@ -14,54 +14,54 @@ Place2 = tuple[float, float]
 
 
 class Ellipse(Model):
-    """A closed curve in the plane z = 0: an ellipse, or with one radius a circle."""
+    """A closed curve in the plane z = 0: an ellipse, or a circle if only one radius is given."""
 
     centre: Vector = parameter("m", "centre", (0.0, 0.0, 0.0))
     radius: float = parameter("m", "radius along x", gt=0)
-    radius_y: float | None = parameter("m", "radius along y; without it a circle", None, gt=0)
-    nodes: int = parameter("", "nodes at equal distances", ge=FEWEST, le=2000)
+    radius_y: float | None = parameter("m", "radius along y. Default: `radius`, a circle", None, gt=0)
+    nodes: int = parameter("", "number of equally spaced nodes", ge=FEWEST, le=2000)
 
     def places(self) -> np.ndarray:
-        """Nodes in x and y, counterclockwise, shape (n, 2)."""
+        """Return the nodes in x and y [m], counterclockwise, shape (n, 2)."""
         angle = np.linspace(0.0, 2.0 * np.pi, 64 * self.nodes + 1)
         return np.array(self.centre[:2]) + _even(self, self.nodes + 1, angle)[:-1]
 
     def at(self, angle: np.ndarray) -> np.ndarray:
-        """Places at angles, shape (n, 2)."""
+        """Return positions relative to the centre at angles, shape (n, 2)."""
         return np.stack([self.radius * np.cos(angle), (self.radius_y or self.radius) * np.sin(angle)], axis=1)
 
 
 class Spheroid(Model):
-    """A surface of revolution about the z axis: a spheroid, or with one radius a sphere."""
+    """A surface of revolution about the z axis: a spheroid, or a sphere if only one radius is given."""
 
     height: float = parameter("m", "z of the centre", 0.0)
-    radius: float = parameter("m", "radius across the axis", gt=0)
-    radius_z: float | None = parameter("m", "radius along the axis; without it a sphere", None, gt=0)
-    nodes: int = parameter("", "nodes of its meridian at equal distances, with those on the axis", ge=FEWEST, le=2000)
+    radius: float = parameter("m", "radius perpendicular to the axis", gt=0)
+    radius_z: float | None = parameter("m", "radius along the axis. Default: `radius`, a sphere", None, gt=0)
+    nodes: int = parameter("", "number of equally spaced nodes of the meridian, including both poles", ge=FEWEST, le=2000)
 
     def places(self) -> np.ndarray:
-        """Nodes in r and z from the lower pole up, shape (n, 2)."""
+        """Return the nodes in r and z [m] from the lower to the upper pole, shape (n, 2)."""
         angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 64 * self.nodes + 1)
         found = _even(self, self.nodes, angle)
         found[[0, -1], 0] = 0.0
         return np.array([0.0, self.height]) + found
 
     def at(self, angle: np.ndarray) -> np.ndarray:
-        """Places at angles from the equator, shape (n, 2)."""
+        """Return positions relative to the centre at angles from the equator, shape (n, 2)."""
         return np.stack([self.radius * np.cos(angle), (self.radius_z or self.radius) * np.sin(angle)], axis=1)
 
 
 def _even(shape: Ellipse | Spheroid, n: int, angle: np.ndarray) -> np.ndarray:
-    """n places of a shape at equal distances from the first to the last of many angles."""
+    """Return n equally spaced positions on a shape, from the first to the last of a fine sequence of angles."""
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(shape.at(angle), axis=0), axis=1)))
     return shape.at(np.interp(np.linspace(0.0, along[-1], n), along, angle))
 
 
 class Curve(Model):
-    """A closed curve in the plane z = 0 through given places."""
+    """A closed curve in the plane z = 0 through given points."""
 
     points: tuple[Place2, ...] = parameter(
-        "m", "x and y of its nodes, counterclockwise; the last is joined to the first", min_length=FEWEST
+        "m", "x and y of the nodes, counterclockwise; the last node is connected to the first", min_length=FEWEST
     )
 
     @check
@@ -69,15 +69,15 @@ class Curve(Model):
         _check(np.array(self.points), closed=True)
 
     def places(self) -> np.ndarray:
-        """Nodes in x and y, shape (n, 2)."""
+        """Return the nodes in x and y [m], shape (n, 2)."""
         return np.array(self.points)
 
 
 class Meridian(Model):
-    """A surface of revolution about the z axis with a meridian through given places."""
+    """A surface of revolution about the z axis whose meridian passes through given points."""
 
     points: tuple[Place2, ...] = parameter(
-        "m", "r and z of its nodes, from the lower pole to the upper; the first and the last lie on the axis", min_length=FEWEST
+        "m", "r and z of the nodes, from the lower to the upper pole; both ends lie on the axis", min_length=FEWEST
     )
 
     @check
@@ -85,21 +85,23 @@ class Meridian(Model):
         places = np.array(self.points)
         if places[0, 0] != 0.0 or places[-1, 0] != 0.0:
             raise ValueError(
-                f"points begin at r = {places[0, 0]:g} m and end at r = {places[-1, 0]:g} m: the surface is open; let the "
-                "first and the last point lie on the axis, at r = 0"
+                f"`points` start at r = {places[0, 0]:g} m and end at r = {places[-1, 0]:g} m, so the surface is open; "
+                "set r of the first and the last point to 0"
             )
         if (places[1:-1, 0] <= 0.0).any():
             number = 1 + int(np.flatnonzero(places[1:-1, 0] <= 0.0)[0])
-            raise ValueError(f"point {number} lies at r = {places[number, 0]:g} m: between its ends r must be above 0")
+            raise ValueError(
+                f"point {number} has r = {places[number, 0]:g} m; r must be positive except at both ends: correct this point"
+            )
         _check(places, closed=False)
 
     def places(self) -> np.ndarray:
-        """Nodes in r and z, shape (n, 2)."""
+        """Return the nodes in r and z [m], shape (n, 2)."""
         return np.array(self.points)
 
 
 def _check(places: np.ndarray, closed: bool) -> None:
-    """Raise ValueError where nodes coincide, or the interior lies to the right."""
+    """Raise ValueError if nodes coincide, lines cross, the curve is open, or the interior lies to the right."""
     after = np.roll(places, -1, axis=0) if closed else places[1:]
     before = places if closed else places[:-1]
     gaps = np.linalg.norm(after - before, axis=1)
@@ -108,34 +110,34 @@ def _check(places: np.ndarray, closed: bool) -> None:
         _refuse_pair(places, *pair, closed)
     if closed and gaps[-1] > 5.0 * gaps[:-1].max():
         raise ValueError(
-            f"the last point is {gaps[-1]:g} m from the first, and neighbours are {gaps[:-1].max():g} m apart at most: the "
-            "curve is open; a film is closed: go on with points until the first"
+            f"the last point is {gaps[-1]:g} m from the first, but other neighbours are at most {gaps[:-1].max():g} m apart, "
+            "so the curve is open; add points between the last and the first"
         )
     if crossing := _crossing(before, after):
         one, other = crossing
         place = ", ".join(f"{value:g}" for value in before[one])
-        text = f"the line from point {one} at ({place}) m crosses that from point {other}"
-        raise ValueError(f"{text}: a film does not pass through itself; list the points in their order along it")
+        text = f"the segment from point {one} at ({place}) m crosses the segment from point {other}"
+        raise ValueError(f"{text}: a film must not intersect itself; list the points in their order along the curve")
     if np.sum(before[:, 0] * after[:, 1] - after[:, 0] * before[:, 1]) <= 0.0:
-        raise ValueError("points run clockwise, with the interior on their right: list them the other way round")
+        raise ValueError("`points` are in clockwise order, with the interior to the right: reverse their order")
 
 
 def _refuse_pair(places: np.ndarray, one: int, other: int, closed: bool) -> None:
-    """Raise ValueError for two nodes at one place."""
+    """Raise ValueError for two coincident nodes."""
     place = ", ".join(f"{value:g}" for value in places[one])
     text = f"points {one} and {other} coincide at ({place}) m"
     if other == one + 1:
-        raise ValueError(f"{text}: leave one out")
+        raise ValueError(f"{text}: remove one of them")
     if closed and (one, other) == (0, len(places) - 1):
-        raise ValueError(f"{text}: leave one out; a closed curve does not repeat its first point")
-    raise ValueError(f"{text}, and are no neighbours: a film does not touch itself; move them apart")
+        raise ValueError(f"{text}: remove the last one, as a closed curve does not repeat its first point")
+    raise ValueError(f"{text}, but are not neighbours: a film must not touch itself; move them apart")
 
 
 def _crossing(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
-    """Two lines between neighbours, from `before` to `after`, shape (n, 2), that cross, if there are any."""
+    """Return two crossing segments from `before` to `after`, shape (n, 2) each, or None."""
 
     def side(of: np.ndarray) -> np.ndarray:
-        """On which side of each line the places lie, shape (lines, places)."""
+        """Return the side of each segment on which the positions lie (the sign), shape (segments, positions)."""
         along, to = after - before, of[None] - before[:, None]
         return np.asarray(np.sign(along[:, None, 0] * to[..., 1] - along[:, None, 1] * to[..., 0]))
 
@@ -145,7 +147,7 @@ def _crossing(before: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
 
 
 class FilmShape(Choice):
-    """A table with one key that names the shape of a film."""
+    """A table with exactly one key, which selects the shape of a film."""
 
     what: ClassVar[str] = "the shape of a film"
 
@@ -157,11 +159,11 @@ class FilmShape(Choice):
 
     @property
     def span(self) -> Literal["plane", "around", "space"]:
-        """A curve in the plane, a surface of revolution, or a surface in space."""
+        """Kind of shape: a curve in the plane, a surface of revolution ("around"), or a surface in space."""
         chosen = self.chosen()
         return "plane" if isinstance(chosen, Ellipse | Curve) else "space" if isinstance(chosen, Surface) else "around"
 
     @property
     def closed(self) -> bool:
-        """Whether it has an inside."""
+        """True if it encloses a volume or area."""
         return self.surface.closed if self.surface else True

@@ -11,20 +11,19 @@ from pellucid.model import Vector, parameter
 
 
 class Icosphere(Meshed):
-    """A sphere: an icosahedron whose triangles are cut in four, again and again; 10·4ᵏ + 2 points."""
+    """A sphere: an icosahedron whose triangles are repeatedly divided into four; 10·4ᵏ + 2 points after k divisions."""
 
     centre: Vector = parameter("m", "centre")
     radius: float = parameter("m", "radius", gt=0)
-    refinements: int = parameter("", "how often the triangles are cut in four", 4, ge=0, le=8)
+    refinements: int = parameter("", "number of times the triangles are divided into four", 4, ge=0, le=8)
 
     closed: ClassVar[bool] = True
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         return 10.0 * 4.0**self.refinements + 2.0
 
     def mesh(self) -> Mesh:
-        """Normals point outward."""
+        """Build the mesh; normals point outward."""
         vertices, triangles = _icosahedron()
         for _ in range(self.refinements):
             vertices, triangles = _cut_in_four(vertices, triangles)
@@ -55,19 +54,18 @@ def _cut_in_four(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
 
 
 class EllipsoidSurface(Meshed):
-    """An ellipsoid: a sphere of triangles, stretched along the axes; 10·4ᵏ + 2 points."""
+    """An ellipsoid: a sphere of triangles stretched along the axes; 10·4ᵏ + 2 points after k divisions."""
 
     centre: Vector = parameter("m", "centre", (0.0, 0.0, 0.0))
     radii: tuple[PositiveFloat, PositiveFloat, PositiveFloat] = parameter("m", "radii along x, y and z")
-    refinements: int = parameter("", "how often the triangles of an icosahedron are cut in four", 4, ge=0, le=8)
+    refinements: int = parameter("", "number of times the triangles of an icosahedron are divided into four", 4, ge=0, le=8)
 
     closed: ClassVar[bool] = True
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         return 10.0 * 4.0**self.refinements + 2.0
 
     def mesh(self) -> Mesh:
-        """Normals point outward."""
+        """Build the mesh; normals point outward."""
         sphere = Icosphere(centre=(0.0, 0.0, 0.0), radius=1.0, refinements=self.refinements).mesh()
         return Mesh(np.array(self.centre) + sphere.vertices * np.array(self.radii), sphere.quads, sphere.triangles)

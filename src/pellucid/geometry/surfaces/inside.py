@@ -1,4 +1,4 @@
-"""The region inside a closed surface, and the triangles about it."""
+"""The region inside a closed surface, and its triangulation."""
 
 import numpy as np
 
@@ -13,29 +13,26 @@ from pellucid.model import parameter
 
 
 class Inside(Geometry):
-    """What a closed triangulated surface encloses, on a grid without thin axes; a piece inside another piece is a hole."""
+    """The region inside a closed triangulated surface, for grids without thin axes; a piece inside another piece is a hole."""
 
     surface: Surface = parameter(
-        "", "the closed surface: a sphere, a box, a cylinder with its lids, an icosphere, or a file that is closed"
+        "", "closed surface: a sphere, a box, a cylinder with lids, an icosphere, or a closed mesh file"
     )
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """The bounds of the surface."""
         return bounding_box(self.surface.triangulate().vertices)
 
     def reach(self, direction: np.ndarray) -> float:
-        """The reach of the vertices of the surface."""
         return float((self.surface.triangulate().vertices @ direction).max())
 
     def contains(self, points: np.ndarray, active: ActiveAxes) -> np.ndarray:
-        """Points inside: a ray along x from such a point crosses the surface an odd number of times."""
         lower, upper = self.bounds()
         found = np.all((points >= lower) & (points <= upper), axis=1)
         found[found] = inside(points[found], *self.surface.triangulate())
         return found
 
     def measure(self, active: ActiveAxes) -> float:
-        """The enclosed volume [m³], exact for the triangles."""
+        """Return the enclosed volume [m³], exact for the triangles."""
         return enclosed_volume(*self.surface.triangulate())
 
     def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
@@ -43,12 +40,13 @@ class Inside(Geometry):
 
 
 def closed_triangles(surface: Surface) -> Triangulation:
-    """The surface in triangles, normals outward. Raises ValueError with its first fault where it does not enclose a volume."""
+    """Return the triangulation of a surface, with outward normals. Raises ValueError with the first fault if it is not
+    closed."""
     triangulation = surface.triangulate()
     if not surface.closed:
         raise Refusal(
-            "the surface is open: it has no inside", "use one that encloses a volume; of files, `closed = true` says so"
+            "the surface is open, so it has no inside", "use a closed surface; for a closed mesh file, set `closed = true`"
         )
     for text, remedy in faults(*triangulation, closed=True):
-        raise Refusal(f"of the surface: {text}; only a whole closed surface can be filled", remedy)
+        raise Refusal(f"the surface cannot be filled: {text}", remedy)
     return triangulation

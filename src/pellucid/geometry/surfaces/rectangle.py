@@ -11,21 +11,20 @@ from pellucid.model import AtLeastTwo, Vector, parameter
 
 
 class Rectangle(Meshed):
-    """A flat rectangle with its normal along the cross product of its edges, in squares."""
+    """A flat rectangle of quadrilaterals, with its normal along the cross product of its edges."""
 
     corner: Vector = parameter("m", "a corner")
     first_edge: Vector = parameter("m", "edge from the corner")
     second_edge: Vector = parameter("m", "the other edge from the corner")
-    points: tuple[AtLeastTwo, AtLeastTwo] = parameter("", "points along the first and the second edge")
+    points: tuple[AtLeastTwo, AtLeastTwo] = parameter("", "number of points along the first and the second edge")
 
     closed: ClassVar[bool] = False
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         return float(self.points[0]) * self.points[1]
 
     def mesh(self) -> Mesh:
-        """The points row by row along the second edge."""
+        """List the points row by row along the second edge."""
         n, m = self.points
         s, t = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, m), indexing="ij")
         vertices = (
@@ -35,20 +34,21 @@ class Rectangle(Meshed):
 
 
 class Lid(Meshed):
-    """A face of a box with its normal outward, in squares."""
+    """A face of a box, of quadrilaterals, with an outward normal."""
 
     box: Box = parameter("", "the box")
-    face: Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"] = parameter("", "which of its faces")
-    points: tuple[AtLeastTwo, AtLeastTwo] = parameter("", "points along the two axes of the face, in the order x, y, z")
+    face: Literal["x-lower", "x-upper", "y-lower", "y-upper", "z-lower", "z-upper"] = parameter("", "face of the box")
+    points: tuple[AtLeastTwo, AtLeastTwo] = parameter(
+        "", "number of points along the two axes of the face, in the order x, y, z"
+    )
 
     closed: ClassVar[bool] = False
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         return float(self.points[0]) * self.points[1]
 
     def mesh(self) -> Mesh:
-        """The points row by row along the second axis."""
+        """List the points row by row along the second axis."""
         axis, upper = AXES.index(self.face[0]), self.face.endswith("upper")
         low, high = self.box.bounds()
         corner = low.copy()

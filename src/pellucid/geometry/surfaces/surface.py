@@ -1,4 +1,4 @@
-"""Surfaces of membranes; a new one is one class in a file of its own and one line here."""
+"""Surfaces of membranes. To add one, define a class in its own file and add one line here."""
 
 from functools import lru_cache
 from typing import Any, ClassVar, Literal
@@ -21,11 +21,11 @@ from pellucid.geometry.surfaces.sphere import SphereSurface
 from pellucid.geometry.surfaces.tube import Tube
 
 Elements = Literal["quads", "triangles"]
-"""Quadrilaterals where the surface has them, or triangles alone."""
+""""quads" keeps quadrilaterals; "triangles" divides them into triangles."""
 
 
 class Surface(Choice):
-    """A table with one key that names the surface."""
+    """A table with exactly one key, which selects the surface."""
 
     what: ClassVar[str] = "a surface"
     beside: ClassVar[tuple[str, ...]] = ("rotate",)
@@ -45,9 +45,9 @@ class Surface(Choice):
     rotate: Rotations = rotate_parameter("the surface")
 
     def mesh(self, elements: Elements = "quads") -> Mesh:
-        """The elements, in arrays of the caller's own; where triangles alone are wanted, quadrilaterals are cut in two."""
+        """Return the elements in new arrays; with elements = "triangles", quadrilaterals are divided into triangles."""
         chosen = self.chosen()
-        # a file may change, and keeps what it read
+        # not cached here for a file, which may change and has its own cache
         mesh = chosen.mesh() if isinstance(chosen, SurfaceFile) else Mesh(*(array.copy() for array in _made(chosen)))
         if self.rotate is not None:
             middle = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
@@ -55,22 +55,22 @@ class Surface(Choice):
         return mesh if elements == "quads" else Mesh(mesh.vertices, triangles=mesh.triangulated().triangles)
 
     def triangulate(self) -> Triangulation:
-        """Its mesh with every quadrilateral cut in two: the vertices are the same."""
+        """Return the triangulation of the mesh, with the same vertices."""
         return self.mesh().triangulated()
 
     def sets(self) -> dict[str, np.ndarray]:
-        """The sets of vertices that its file names, by their numbers."""
+        """Return the vertex numbers of the sets that a mesh file names."""
         chosen = self.chosen()
         return chosen.sets() if isinstance(chosen, SurfaceFile) else {}
 
     @property
     def closed(self) -> bool:
-        """Whether it encloses a volume."""
+        """True if the surface encloses a volume."""
         return bool(self.chosen().closed)
 
 
 @lru_cache(maxsize=8)
 def _made(surface: Any) -> Mesh:
-    """The mesh of a surface, made once: reading a case asks for it several times."""
+    """Cache the mesh of a surface, as reading a case needs it several times."""
     mesh: Mesh = surface.mesh()
     return mesh

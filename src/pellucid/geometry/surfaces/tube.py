@@ -1,4 +1,4 @@
-"""An open circular tube."""
+"""Open circular tube."""
 
 from typing import ClassVar
 
@@ -10,7 +10,7 @@ from pellucid.geometry.meshes.triangulation import two_across
 from pellucid.geometry.shapes.solids import Box
 from pellucid.model import AtLeastThree, AtLeastTwo, Vector, check, parameter
 
-REACH = 1e-9  # of the radius, by which a corner may lie beyond the box: rounding must not decide
+REACH = 1e-9  # of the radius: tolerance by which a corner may lie outside the box, so that rounding does not decide
 
 
 class BetweenEnds(Meshed):
@@ -23,16 +23,16 @@ class BetweenEnds(Meshed):
     @check
     def _has_a_length(self) -> None:
         if self.start == self.end:
-            raise ValueError("start and end are the same point; move one of them")
+            raise ValueError("`start` and `end` are the same point; move one of them")
 
 
 class Tube(BetweenEnds):
     """An open circular tube of quadrilaterals; normals point outward."""
 
-    points: tuple[AtLeastThree, AtLeastTwo] = parameter("", "points around, and along the axis")
+    points: tuple[AtLeastThree, AtLeastTwo] = parameter("", "number of points around the circumference, and along the axis")
 
     part: Box | None = parameter(
-        "", "only the quadrilaterals with all corners in this box, such as a vault; without it the whole tube", None
+        "", "box that selects a part of the tube: quadrilaterals with all corners in it. Default: the whole tube", None
     )
 
     closed: ClassVar[bool] = False
@@ -40,15 +40,14 @@ class Tube(BetweenEnds):
     @check
     def _has_elements(self) -> None:
         if self.part is not None and not len(self.mesh().quads):
-            text = "no quadrilateral of the tube lies in `part` with all corners"
-            raise Refusal(text, "make the box larger, move it to the surface, or raise `points`")
+            text = "no quadrilateral of the tube has all corners in `part`"
+            raise Refusal(text, "enlarge the box, move it to the surface, or increase `points`")
 
     def expected_points(self) -> float:
-        """See `Meshed`."""
         return float(self.points[0]) * self.points[1]
 
     def mesh(self) -> Mesh:
-        """The points ring by ring."""
+        """List the points ring by ring."""
         around, along = self.points
         axis = np.array(self.end) - np.array(self.start)
         side, up = two_across(axis)
@@ -61,4 +60,4 @@ class Tube(BetweenEnds):
             return Mesh(vertices, quads)
         bounds = self.part.bounds()
         part = cut_to_box(vertices, quads, bounds, REACH * self.radius)
-        return part._replace(vertices=np.clip(part.vertices, *bounds))  # so that rims lie in planes that the box names
+        return part._replace(vertices=np.clip(part.vertices, *bounds))  # so that rims lie exactly in the planes of the box
