@@ -271,7 +271,7 @@ MISTAKES = {
         [
             "time.step = 0.005",
             "exceeds 0.00238 s",
-            "stable step at the start, of body drop: waves in it of",
+            "stable step at the start, of body drop: wave speed",
             "set `time.step` to at most 0.0019",
         ],
     ),
@@ -328,7 +328,7 @@ MISTAKES = {
         "[quick]",
         '[[load]]\nkind = "body-force"\nbody = "drip"\nacceleration = [1, 0, 0]\n[quick]',
         "body = ",
-        ["load.0.body", "there are drop, block", "did you mean `drop`?"],
+        ["load.0.body", "available names: drop, block", "did you mean `drop`?"],
     ),
     "one bracket for a load": (
         "[quick]",
@@ -396,8 +396,20 @@ MISTAKES |= {
         ("of an unknown body", '["drop", "blok"]', "", "", ["contact.0.between", "did you mean `block`?"]),
         ("within one field", '["drop", "block"]', "", "", ["contact.0.between", "move together", "another `field`"]),
         ("of a body named twice", '["drop", "drop"]', "", "[[contact]]", ["contact.0", 'write `between = ["drop"]`']),
-        ("of a fluid with itself", '["drop"]', "", "", ["contact.0.between", "cannot touch itself", "membrane-elements"]),
-        ("with itself and a name", '["drop"]', 'name = "fold"', "", ["contact.fold.between", "cannot touch itself"]),
+        (
+            "of a fluid with itself",
+            '["drop"]',
+            "",
+            "",
+            ["contact.0.between", "cannot have contact with itself", "membrane-elements"],
+        ),
+        (
+            "with itself and a name",
+            '["drop"]',
+            'name = "fold"',
+            "",
+            ["contact.fold.between", "cannot have contact with itself"],
+        ),
         ("of three bodies", '["drop", "block", "wall"]', "", "between", ["contact.0.between", "at most 2"]),
         ("with friction of no kind", '["drop", "block"]', "friction = 0.3", "[[contact]]", ["friction", "coulomb"]),
     ]

@@ -80,7 +80,7 @@ def test_the_balance_closes():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"body": "baar"}, "no body has this name; there are bar"),
+        ({"body": "baar"}, "no body has this name; available names: bar"),
         ({"where": ["x-lower", "w-upper"]}, "w-upper|literal|one of"),
         ({"where": []}, "where"),
         ({"where": ["x-lower", "x-lower"]}, "is listed twice"),

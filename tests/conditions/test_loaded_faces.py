@@ -238,7 +238,7 @@ def test_a_steady_bar_has_the_stress_of_its_traction():
     [
         ({"load": [UP | {"where": {"set": "top"}}]}, "the mesh of body bar has no named sets"),
         ({"load": [UP | {"where": {"sphere": {"centre": (0, 0, 0), "radius": 0.01}}}]}, "no face of body bar lies in it"),
-        ({"load": [UP | {"body": "bor"}]}, "no body has this name; there are bar"),
+        ({"load": [UP | {"body": "bor"}]}, "no body has this name; available names: bar"),
         ({"load": [UP | {"rise": -1.0}]}, "greater than or equal to 0|at least 0"),
         ({"load": [UP | {"traction": "3 m"}]}, "Pa"),
         ({"pressure": [{"body": "bar", "value": 1.0, "where": {"normal": (1, 1, 1), "within": 1}}]}, "no face of body bar"),

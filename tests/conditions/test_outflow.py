@@ -322,7 +322,7 @@ MISTAKES = {
         "points = [9, 3] } }\n"
         f'material = {{ kind = "linear-membrane", density = 1000, young_modulus = 1e5, poisson_ratio = 0.3 }}\n{SUPPORT}'
         '[[outflow]]\nwhere = "x-lower"\nbody = ["sheet"]\n',
-        ["outflow.0.body.0", "points of body sheet belong together", "name bodies of material points"],
+        ["outflow.0.body.0", "points of body sheet are connected", "use only bodies of kind material-points"],
     ),
 }
 

@@ -247,5 +247,5 @@ def test_all_together_balance_resume_and_are_the_same_bits_on_two_threads(tmp_pa
 
 def test_two_conditions_cannot_lead_the_points_of_a_body(tmp_path: Path) -> None:
     text = GRID + BLOCK + "rigid = true\n" + SPIN
-    with pytest.raises(ValueError, match="the points of body block are led by a condition already"):
+    with pytest.raises(ValueError, match="the motion of the points of body block is already prescribed"):
         run_case(loads(text), out=tmp_path / "run", report=False)

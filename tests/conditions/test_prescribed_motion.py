@@ -136,7 +136,7 @@ def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"body": "blok"}, "no body has this name; there are block"),
+        ({"body": "blok"}, "no body has this name; available names: block"),
         ({"hold": ["y"]}, "y stands in both"),
         ({"hold": [], "displacement": {}}, "prescribes no direction"),
         ({"part": {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1)}}}, "no point of body block lies in it at the start"),

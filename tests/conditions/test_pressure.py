@@ -110,7 +110,7 @@ def test_a_clamped_circular_membrane_bulges_as_hencky_found(poisson_ratio, k):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"body": "skn"}, "no body has this name; there are skin"),
+        ({"body": "skn"}, "no body has this name; available names: skin"),
         ({"value": "3 m"}, "Pa|pressure"),
         ({"rise": -1.0}, "greater|>=|0"),
     ],

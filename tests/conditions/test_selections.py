@@ -177,7 +177,7 @@ def test_a_named_set_of_a_file_holds_its_nodes(tmp_path):
     ("more", "words"),
     [
         ({"support": [{"where": {"set": "top"}}]}, "the mesh of body block has no named sets"),
-        ({"support": [{"body": "blok", "where": UP}]}, "no body has this name; there are block"),
+        ({"support": [{"body": "blok", "where": UP}]}, "no body has this name; available names: block"),
         ({"support": [{"body": "block", "where": {"set": "top"}}]}, "the mesh of body block has no named sets"),
         ({"support": [{"body": "block", "where": AWAY}]}, "no node of body block lies in it at the start"),
         ({"motion": [pull(AWAY)]}, "no node of body block lies in it at the start"),

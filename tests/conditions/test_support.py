@@ -447,7 +447,7 @@ material = { kind = "lipid-film", density = 1, viscosity = 1, dilatational_visco
 def test_messages_of_walls_that_cannot_be_beside_a_film():
     with pytest.raises(CaseError, match=r"support\.slope\.friction") as caught:
         loads(ON_SLOPE + FILM, "slope.toml")
-    assert "film has nodes of its own, on which no wall rubs" in str(caught.value)
+    assert "film has its own nodes, for which supports have no friction" in str(caught.value)
 
 
 def test_messages_of_walls_that_cannot_be_beside_own_nodes():

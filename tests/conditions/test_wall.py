@@ -350,7 +350,7 @@ def test_a_wall_that_no_body_can_touch_is_refused():
     }
     for names, words in (
         ((), "no body of this case can touch it"),
-        (("sheet",), 'body sheet, of kind "membrane-points", cannot touch'),
+        (("sheet",), 'body sheet of kind "membrane-points" cannot have contact'),
     ):
         with pytest.raises(ValueError, match=words):
             simulation(

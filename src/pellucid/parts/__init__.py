@@ -1,1 +1,1 @@
-"""The parts of a case: the interfaces of bodies and conditions, as models and in a run, and a view of all of them."""
+"""Interfaces of bodies and conditions, as models of a case and as objects of a run, and a view of all parts of a case."""

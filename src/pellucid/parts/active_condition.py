@@ -1,4 +1,4 @@
-"""The interface of a condition in a run."""
+"""Interface of a condition in a run."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -10,71 +10,78 @@ from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 
 class ActiveCondition:
-    """A condition in a run, or several of one class, which acts at the stages of a step whose methods it defines.
+    """A condition in a run, or several conditions of one class, which acts at the stages of a step whose methods it overrides.
 
-    What it keeps from step to step is in the arrays of a body, which checkpoints hold, or among its `state_numbers`.
+    Its state is stored in arrays of a body, which checkpoints include, or in its `state_numbers`.
     """
 
     def try_out(self) -> None:
-        """All bodies are complete, and nothing is written: raise CaseError where it cannot act."""
+        """Raise CaseError if it cannot act. Called when all bodies are complete, before output is written."""
 
     def begin(self, time: float, dt: float) -> None:
-        """Set forces or prescribed velocities for the step that begins at `time` [s], over which the time of the loads grows by
-        dt [s]: by that of the step, or by nothing while bodies settle or come to rest."""
+        """Set forces or prescribed velocities for the step that begins at `time` [s].
+
+        dt: increment of the load time in this step [s]; it is 0 while bodies settle or are relaxed.
+        """
 
     def act_on_nodes(self, dt: float) -> None:
-        """Give the nodes impulses, after their momentum was advanced over the step dt [s] and before contact.
+        """Apply impulses to the nodes, after their momentum was advanced by dt [s] and before contact.
 
         See `VelocityField.add_impulses`, which also counts their work.
         """
 
     def end(self, dt: float) -> None:
-        """The bodies have done the step dt [s], and have their totals: renew its own state, and count in the totals what the
-        bodies do not know of, half the power of a force that stores energy and what bounds their step."""
+        """Update its own state after the bodies have completed the step dt [s] and computed their totals.
+
+        It also adds to the totals what the bodies cannot compute: half the power of a force that stores energy, and its step
+        limit.
+        """
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
-        """The step is in the balance: let points into bodies, which have them in their totals then; what these bring."""
+        """Insert points into bodies after the energy balance of the step; return their mass, momentum and energy.
+
+        The totals of the bodies already include these points.
+        """
         return ()
 
     def work(self) -> StepWork | None:
-        """Its work and impulses over the step; None where nodes or bodies count them."""
+        """Return its work and impulses over the step; None if nodes or bodies count them."""
         return None
 
     def impulses(self) -> Mapping[str, np.ndarray]:
-        """Impulses over the step [N s], shape (3,), by the names under which probes find the forces, of what nodes and bodies
-        count without a name."""
+        """Return impulses over the step [N s], shape (3,), that nodes and bodies count without a name, by name of the
+        probed force."""
         return {}
 
     def step_limit(self) -> StepLimit:
-        """What bounds the step, where it is the condition more than the body on which it acts."""
+        """Return the step limit due to the condition itself rather than to the body on which it acts."""
         return NO_LIMIT
 
     def at_stake(self) -> float:
-        """The energy that it stores at the start and could set free [J]."""
+        """Return the energy stored at the start that the condition could release [J]."""
         return 0.0
 
     def warning(self) -> str | None:
-        """What a user should know of the step that was done; None where it is as it should be."""
+        """Return a warning for the user about the last step; None if there is none."""
         return None
 
     def columns(self) -> Mapping[str, float]:
-        """What the history shows of it as it is now, by the names of `Condition.columns`, in SI units."""
+        """Return its current values in the history, by the names of `Condition.columns`, in SI units."""
         return {}
 
     def state_numbers(self) -> dict[str, Any]:
-        """What a checkpoint keeps of its own state, for JSON."""
+        """Return its own state for a checkpoint, as JSON data."""
         return {}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on from such numbers, bit for bit."""
+        """Restore the state from these numbers, bit for bit."""
 
 
 class AtEachStep(ActiveCondition):
-    """What a function of the time [s] does at the beginning of each step."""
+    """A condition that calls a function of the time [s] at the beginning of each step."""
 
     def __init__(self, act: Callable[[float], object]) -> None:
         self._act = act
 
     def begin(self, time: float, dt: float) -> None:
-        """Do it."""
         self._act(time)

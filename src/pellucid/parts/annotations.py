@@ -1,4 +1,4 @@
-"""Types that models of conditions and bodies annotate. A run needs what these stand for, reading a case does not."""
+"""Types for the annotations of condition and body models. They are imported only for type checks, not to read a case."""
 
 from typing import TYPE_CHECKING
 

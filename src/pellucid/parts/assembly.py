@@ -1,4 +1,4 @@
-"""The bodies of a case as conditions find them when a run is assembled."""
+"""The bodies of a case as conditions access them when a run is assembled."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
@@ -19,7 +19,7 @@ NO_AXES, NO_PERIODS = (False, False, False), (0.0, 0.0, 0.0)
 
 
 class AssembledBody(NamedTuple):
-    """A body that is built, its model, and the actions on the nodes of its velocity field; a case without a grid has none."""
+    """A built body, its model, and the actions on the nodes of its velocity field (None if the case has no grid)."""
 
     body: Body
     model: BodyModel
@@ -27,38 +27,39 @@ class AssembledBody(NamedTuple):
 
     @property
     def velocity_field(self) -> VelocityField | None:
-        """The nodes of the grid that it shares with others, or where it meets them."""
+        """The velocity field of the grid that it shares with other bodies, or in which it has contact with them."""
         return self.actions.field if self.actions else None
 
     @property
     def thin(self) -> tuple[bool, bool, bool]:
-        """Which axes are one cell thick."""
+        """Mask of the axes along which the grid is one cell thick."""
         return self.actions.field.grid.thin if self.actions else NO_AXES
 
     @property
     def active_axes(self) -> ActiveAxes:
-        """The other axes, along which shapes have an extent."""
+        """Mask of the other axes, along which shapes have an extent."""
         x, y, z = self.thin
         return not x, not y, not z
 
     def offers(self, capability: type[Capability]) -> Capability:
-        """The body as one that offers a capability. Raises ValueError where it does not: its model lets such a case pass."""
+        """Return the body as one with a capability. Raises ValueError if it does not have it, which its model should have
+        reported."""
         if not isinstance(self.body, capability):
             raise ValueError(f"body {self.body.name} offers no `{capability.__name__}`, and its model does not say so")
         return self.body
 
     def selectable(self) -> Selectable:
-        """What regions of conditions choose from, in the order in which the points are stored: asked for at the start."""
+        """Return the nodes and faces from which regions select, in storage order at the start."""
         return self._selectable(np.arange(len(self.body.stored_array("id"))))
 
     def selectable_by_number(self) -> Selectable:
-        """The same in the order of the numbers of the points."""
+        """Return the nodes and faces from which regions select, in the order of the point numbers."""
         return self._selectable(np.argsort(self.body.stored_array("id")))
 
     def _selectable(self, order: np.ndarray) -> Selectable:
-        """order: of the points as they are stored."""
+        """Return the nodes and faces from which regions select; order: indices of the points as stored."""
         body = self.body
-        place = np.argsort(body.stored_array("id")[order])  # from a point's number
+        place = np.argsort(body.stored_array("id")[order])  # index by point number
         faces, position = place[body.cells().surface()], body.stored_array("position")[order]
         periods = self.actions.field.grid.periods if self.actions else NO_PERIODS
         start = self.model.selectable() if body.is_surface else None
@@ -70,20 +71,20 @@ class AssembledBody(NamedTuple):
 
 
 class Assembly(NamedTuple):
-    """What conditions ask of a run when they are activated."""
+    """The parts of a run that conditions access when they are activated."""
 
     bodies: Mapping[str, AssembledBody]  # by name
     actions: Sequence[NodalActions]  # of every velocity field
     layout: WorkLayout  # the columns of their channels
 
     def forces_on(self, body: str, channel: str) -> Callable[[np.ndarray], None]:
-        """Ask for external forces on a body: what adds forces [N], shape (n, 3), in the order in which its points are stored,
-        over a step."""
+        """Return a function that adds external forces [N], shape (n, 3), in storage order, to a body over a step."""
         takes, column = self.bodies[body].offers(TakesExternalForces), self.load_column(body, channel)
         return lambda force: takes.add_external_force(force, column)
 
     def load_column(self, body: str, channel: str) -> int:
-        """Ask for external forces on a body: the column of their channel, for its `add_external_force` and the like."""
+        """Register external forces on a body, and return the column of their channel for `add_external_force` and similar
+        methods."""
         actions = self.bodies[body].actions
         if actions:
             actions.take_loads()

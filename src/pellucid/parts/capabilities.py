@@ -1,8 +1,7 @@
-"""What a body may offer beside what every body does: each class here is what conditions, contact or the clock ask for.
+"""Optional capabilities of bodies; conditions, contact and the clock test for each of these classes.
 
-A kind of body declares what it offers by the classes that it derives from, whose methods it has to define then; one of a
-user's own need only have the methods. The model of a body says before a run which conditions of a case it takes, so that those
-who ask here find what they need.
+A kind of body declares its capabilities as base classes, whose methods it must then define; a user-defined kind only needs the
+methods. The model of a body checks before a run which conditions of a case it supports, so that the tests here succeed.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-if TYPE_CHECKING:  # light, for the models of conditions
+if TYPE_CHECKING:  # keeps the import fast for the models of conditions
     from pellucid.contact.contact_surface import ContactSurface
     from pellucid.contact.wall_plane import WallPlane
     from pellucid.energy import Passed
@@ -25,18 +24,18 @@ if TYPE_CHECKING:  # light, for the models of conditions
 
 @runtime_checkable
 class TakesExternalForces(Protocol):
-    """Inertia on which external forces act."""
+    """A body with inertia on which external forces act."""
 
     def add_external_force(self, force: np.ndarray, column: int) -> None:
-        """Add external forces on the points [N], shape (n, 3), in the order in which they are stored, over this step.
+        """Add external forces on the points [N], shape (n, 3), in storage order, over this step.
 
-        column: that of their channel in a row of works, see `pellucid.energy`.
+        column: column of their channel in a row of works, see `pellucid.energy`.
         """
 
 
 @runtime_checkable
 class TakesPressure(Protocol):
-    """A membrane along whose normals a pressure acts."""
+    """A membrane on which a pressure acts along the normals."""
 
     def add_pressure(self, pressure: float, column: int) -> None:
         """Add the forces of a pressure [Pa] along the normals over this step."""
@@ -44,95 +43,97 @@ class TakesPressure(Protocol):
 
 @runtime_checkable
 class TakesTractions(Protocol):
-    """A surface that evaluates loads on it itself, at the instants that it needs within a step."""
+    """A surface that evaluates its loads itself, at the times that it needs within a step."""
 
     def add_traction(self, traction: "Traction", column: int, label: str) -> None:
-        """Add forces on the surface over this step. label: what users know the load by."""
+        """Add forces on the surface over this step. label: name of the load for users."""
 
 
 @runtime_checkable
 class TakesDrag(Protocol):
-    """Inertia that a drag slows."""
+    """A body with inertia that a drag can slow."""
 
     def damp(self, rate: float, dt: float) -> tuple[float, np.ndarray]:
-        """Let a drag act over this step dt [s], at a rate [1/s].
+        """Apply a drag with a rate [1/s] over this step dt [s].
 
-        Returns what it took that the body does not count itself: energy [J] and impulse on the body [N s], shape (3,).
+        Returns the energy [J] and the impulse on the body [N s], shape (3,), that the body does not count itself.
         """
 
 
 @runtime_checkable
 class TakesGravity(Protocol):
-    """Own nodes on which gravity acts; that on points on the grid acts on the nodes of the grid."""
+    """A body with its own nodes, on which gravity acts. For points on the grid, gravity acts on the nodes of the grid."""
 
     def share_gravity(self, share: float) -> None:
-        """Let a share of gravity act over this step; all of it where this is never called."""
+        """Apply a fraction of gravity over this step. All of it acts if this is never called."""
 
 
 # supports and prescribed motions of own nodes
 
 
 class NodalSupport(NamedTuple):
-    """A support on nodes of a body that has its own."""
+    """A support on nodes of a body with its own nodes."""
 
-    nodes: np.ndarray  # (n,) whether it constrains a node
+    nodes: np.ndarray  # (n,) mask of the constrained nodes
     axes: tuple[bool, bool, bool]  # constrained directions
     velocity: tuple[float, float, float]  # [m/s]
-    wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it makes a wall
+    wall: tuple[int, int] | None  # axis and end (0 lower, 1 upper) of the face of the grid that it turns into a wall
     label: str = "a support"  # for messages
     friction: float = 0.0  # coefficient of the wall
-    face: tuple[int, int] | None = None  # axis and end of the face of the grid on which it is, if it is on one
-    until: float = inf  # time at which it ends [s]
+    face: tuple[int, int] | None = None  # axis and end of its face of the grid, if it acts on a face
+    until: float = inf  # end time [s]
 
 
 @runtime_checkable
 class TakesSupports(Protocol):
-    """Own nodes that supports constrain."""
+    """A body with its own nodes that supports can constrain."""
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """Let supports constrain its nodes."""
+        """Add supports that constrain its nodes."""
 
 
 @runtime_checkable
 class ReleasesSupports(Protocol):
-    """A body to which it matters that supports let nodes go in a run, its own or those of the grid."""
+    """A body that must be notified when supports release nodes (its own or those of the grid) during a run."""
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Let the supports of these numbers hold none of its nodes any more, and all others theirs."""
+        """Deactivate the supports with these numbers; all others stay active."""
 
 
 @runtime_checkable
 class HeldInRegions(Protocol):
-    """Points on the grid that supports at rest hold within their regions, in addition to the nodes of the grid."""
+    """A body whose points on the grid are also held by supports at rest within their regions, in addition to the grid nodes."""
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
-        """Take the supports that hold points in all directions: their numbers, counted from 1 face by face, and 0 for other
-        points, shape (n,), by number."""
+        """Set the support that holds each point in all directions, counted from 1 face by face, 0 for none, shape (n,), by
+        number."""
 
 
 @runtime_checkable
 class TakesMotions(Protocol):
-    """Own nodes that follow prescribed motions along axes."""
+    """A body with its own nodes that can follow prescribed motions along axes."""
 
     def add_motions(self, names: Sequence[str], numbers: np.ndarray, axes: np.ndarray) -> None:
-        """Let nodes follow prescribed motions.
+        """Prescribe motions of nodes.
 
-        numbers, shape (n,): 1 + that of a point's motion, else 0; axes, shape (motions, 3): 1 where a motion prescribes it.
+        numbers, shape (n,): 1 + the number of the motion of a node, 0 for none; axes, shape (motions, 3): 1 if a motion
+        prescribes the axis.
         """
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
+        """Set the velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
 
 
 @runtime_checkable
 class TakesNormalMotions(Protocol):
-    """Own nodes of a surface that follow prescribed motions along its normal."""
+    """A surface with its own nodes that can follow prescribed motions along its normal."""
 
     def add_normal_motions(self, names: Sequence[str], numbers: np.ndarray) -> None:
-        """Let nodes follow prescribed motions along the normal. numbers, shape (n,): 1 + that of a node's motion, else 0."""
+        """Prescribe motions of nodes along the normal. numbers, shape (n,): 1 + the number of the motion of a node, 0 for
+        none."""
 
     def set_normal_velocities(self, rates: np.ndarray) -> None:
-        """The velocities of these motions over this step [m/s], shape (motions,)."""
+        """Set the velocities of these motions over this step [m/s], shape (motions,)."""
 
 
 # shape
@@ -140,27 +141,28 @@ class TakesNormalMotions(Protocol):
 
 @runtime_checkable
 class Membrane(Protocol):
-    """A surface with two sides, in the order of the numbers of its points."""
+    """A surface with two sides; its points are in the order of their numbers."""
 
     def pressed_areas(self) -> np.ndarray:
-        """The vector areas by which a pressure pushes its points [m²], shape (n, 3); in plane problems those of the slice."""
+        """Return the vector areas on which a pressure acts at its points [m²], shape (n, 3); in plane problems those of the
+        slice."""
 
     def surface_areas(self) -> np.ndarray:
-        """The shares of its points in its area [m²], shape (n,)."""
+        """Return the shares of its points in its area [m²], shape (n,)."""
 
 
 @runtime_checkable
 class HasMesh(Protocol):
-    """Nodes of a mesh, whose faces carry loads by shape functions."""
+    """A body with a mesh, whose faces distribute loads by shape functions."""
 
     @property
     def node_sets(self) -> Mapping[str, np.ndarray]:
-        """The sets of nodes that its mesh names, by the numbers of the nodes."""
+        """The named node sets of its mesh, as node numbers."""
 
     def face_shares(self, faces: np.ndarray) -> "FaceShares":
-        """How what acts on triangles of its surface, shape (f, 3), of those that are selectable, goes to its nodes.
+        """Return the distribution of loads on triangles of its surface, shape (f, 3), to its nodes.
 
-        It is asked for when all conditions are known: its functions may depend on them.
+        Called when all conditions are known, as its shape functions may depend on them.
         """
 
 
@@ -169,34 +171,37 @@ class HasMesh(Protocol):
 
 @runtime_checkable
 class HasContactSurface(Protocol):
-    """A body that others can touch by its surface."""
+    """A body with which others can have contact by its surface."""
 
     has_surface: bool = True
-    """True if it has one of its own; fluids have none."""
+    """True if it has a surface of its own; False for fluids."""
 
     def make_contact_surface(self, column: int) -> "ContactSurface | None":
-        """Make the surface by which others touch it, whose forces do work in this column; None where it has none."""
+        """Create its contact surface, whose forces do work in this column; None if it has none."""
 
     def encloses(self, places: np.ndarray) -> bool:
-        """Return True if its surface is closed and all of these places [m], shape (n, 3), lie inside."""
+        """Return True if its surface is closed and all of these positions [m], shape (n, 3), lie inside."""
         return False
 
 
 @runtime_checkable
 class BoundByContact(Protocol):
-    """A body on whose steps its contact surface has a bearing."""
+    """A body whose time step depends on its contact surface."""
 
     def bound_by_contact(self, touching: "Sequence[ContactSurface]") -> None:
-        """All surfaces that touch are known: leave its own where it touches nothing; bound the first step by how fast the body
-        swings on others."""
+        """Remove its contact surface if it has no contact partner, and limit the first step by the oscillation of the body on
+        others.
+
+        touching: all surfaces with contact.
+        """
 
 
 @runtime_checkable
 class HasPointsAtWalls(Protocol):
-    """A body without a surface whose points walls push."""
+    """A body without a contact surface whose points have contact with walls."""
 
     def make_points_at(self, plane: "WallPlane", column: int) -> "ContactSurface | None":
-        """Make what a wall touches of it, its points beside a plane; None where it touches none."""
+        """Create the contact surface of its points at a plane; None if it has no contact with it."""
 
 
 # on the grid alone
@@ -204,70 +209,71 @@ class HasPointsAtWalls(Protocol):
 
 @runtime_checkable
 class LosesPoints(Protocol):
-    """Points that can leave through faces of the grid."""
+    """A body whose points can leave through faces of the grid."""
 
     def open_faces(self, faces: Sequence[tuple[int, int]]) -> None:
-        """Let points leave through faces of the grid, each an axis and an end, 0 lower and 1 upper."""
+        """Allow points to leave through faces of the grid, each an axis and an end (0 lower, 1 upper)."""
 
     def let_leave(self) -> "Passed | None":
-        """After a step: remove the points that left through these faces; None where there are none."""
+        """Remove the points that left through these faces in the last step, and return what they carried; None if there are
+        none."""
 
 
 @runtime_checkable
 class GainsPoints(Protocol):
-    """Points that can come in through faces of the grid."""
+    """A body into which points can enter through faces of the grid."""
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
-        """Let so many points come in besides those of the start; until then they are without mass at a place [m].
+        """Reserve rows for points that enter later; until then they have no mass and are at position `place` [m].
 
-        From now on each process has all points of the body.
+        From now on each process stores all points of the body.
         """
 
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
-        """The arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,), as the body starts."""
+        """Return the initial arrays of points with these positions [m], shape (n, 3), and volumes [m³], shape (n,)."""
 
     def stresses_of(self, sets: Callable[[np.ndarray], Sequence[np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of sets of its points.
+        """Return stresses [Pa], shape (n, 6), and volumes [m³], shape (n,), of sets of its points.
 
-        sets: the numbers of those in each set among some positions [m], shape (n, 3).
+        sets: returns the indices of the points of each set for positions [m], shape (n, 3).
         """
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Arrays of points of a liquid under a pressure larger by `more` [Pa]; those of other materials as they are."""
+        """Return arrays of points of a liquid with the pressure increased by `more` [Pa]; other materials are unchanged."""
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> "Passed":
-        """Take in points with such arrays after a step: what they bring along."""
+        """Insert points with these arrays after a step, and return what they carry."""
 
 
 @runtime_checkable
 class SpreadsPoints(Protocol):
-    """Points that processes spread among them where they share a simulation (`pellucid.ranks`)."""
+    """A body whose points are distributed over processes that share a simulation (`pellucid.ranks`)."""
 
     def keep_whole(self) -> None:
-        """Let each process have all points, since they are asked for as a whole in the steps."""
+        """Store all points on each process, since they are accessed as a whole in the steps."""
 
 
 @runtime_checkable
 class CarriesRotation(Protocol):
-    """Points that may carry the rotation of a rigid body to the nodes."""
+    """A body whose points can transfer the rotation of a rigid body to the nodes."""
 
     @property
     def transfer(self) -> "VelocityTransfer":
-        """Transfer of velocities from the nodes to the points of the run."""
+        """The transfer of velocities between nodes and points in this run."""
 
     def carry_rotation(self) -> None:
-        """Let the points have affine velocity fields, which what leads them sets, and take no velocity from the nodes."""
+        """Use affine velocity fields of the points, set by the constraint, and do not update their velocity from the nodes."""
 
 
 @runtime_checkable
 class KeepsHeat(Protocol):
-    """Points that may take up what transfers and internal forces take from the kinetic energy."""
+    """A body whose points can store the kinetic energy lost by transfers and internal forces as heat."""
 
     def use_separate_force_buffer(self) -> None:
-        """Add internal forces to the buffer that its velocity field keeps for bodies that keep heat."""
+        """Add internal forces to the separate buffer of its velocity field for bodies that keep heat."""
 
     def return_heat(self, share: float) -> None:
-        """Give up this share of the heat that it kept in this step."""
+        """Release this fraction of the heat that it stored in this step."""
 
 
 # own steps
@@ -275,7 +281,7 @@ class KeepsHeat(Protocol):
 
 @runtime_checkable
 class ShowsStart(Protocol):
-    """A body whose velocities follow from what acts on it."""
+    """A body whose velocities are determined by the loads."""
 
     def show_start(self, dt: float) -> None:
-        """Before the first step dt [s], whose conditions are set: show the velocities at the start."""
+        """Compute the initial velocities before the first step dt [s], whose conditions are set."""

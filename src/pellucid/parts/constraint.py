@@ -1,4 +1,4 @@
-"""What prescribes the motion of the points of a body as a whole, and bodies whose points follow it."""
+"""Constraints that prescribe the motion of all points of a body, and bodies whose points can be constrained."""
 
 from typing import Protocol, runtime_checkable
 
@@ -8,26 +8,26 @@ from pellucid.contact.contact_body import ContactResponse
 
 
 class PointConstraint(Protocol):
-    """Prescribes the motion of points, such as a prescribed motion or rigidity: it changes what grid-to-particle gave them."""
+    """Prescribes the motion of points (prescribed motion or rigidity) by overwriting the results of grid-to-particle (G2P)."""
 
     strains: bool
-    """True if the points are strained by the grid; not where the body is rigid, and the constraint gives all positions."""
+    """True if the points are strained by the grid; False for a rigid body, whose positions the constraint sets."""
     top_speed: float
     """Largest prescribed velocity along an axis [m/s]."""
 
     def prescribe_velocities(self) -> None:
-        """After grid-to-particle, and before their sums are taken: the velocities of the points."""
+        """Set the velocities of the points after grid-to-particle (G2P), before they are summed."""
 
     def prescribe_positions(self) -> None:
-        """After the points moved: their positions."""
+        """Set the positions of the points after they moved."""
 
 
 @runtime_checkable
 class RepeatedConstraint(PointConstraint, Protocol):
-    """A constraint that can act once more in a step, after the second impulses of contact."""
+    """A constraint that can act a second time in a step, after the second impulses of contact."""
 
     def prescribe_velocities_again(self) -> None:
-        """The same, in addition, when the fields' `external.impulse` has these impulses alone."""
+        """Update the velocities a second time; the `external.impulse` of the fields then contains only the second impulses."""
 
 
 @runtime_checkable
@@ -35,55 +35,56 @@ class LeadsPoints(PointConstraint, Protocol):
     """A constraint that prescribes the motion of some points along some axes."""
 
     def rows(self) -> np.ndarray:
-        """1 + the number of the motion that a point follows along each axis, 0 where it is free, shape (n, 3), in the order in
-        which the points are stored."""
+        """Return 1 + the number of the motion that a point follows along each axis, 0 if free, shape (n, 3), in storage
+        order."""
 
     def release_nodes(self, nodes: np.ndarray) -> None:
-        """Leave these nodes of the grid, shape (k,), free of points that rest where they are now."""
+        """Exclude these nodes of the grid, shape (k,), from the constraint by points that now rest there."""
 
 
 @runtime_checkable
 class RigidConstraint(PointConstraint, Protocol):
-    """A constraint that moves the points as a rigid body: they take no velocity from the nodes, but it does as a whole."""
+    """A constraint that moves the points as a rigid body; only the whole body, not its points, takes velocity from the
+    nodes."""
 
     own_energy: float
-    """Kinetic energy that the points have by turning about themselves [J]."""
+    """Kinetic energy of the rotation of the points about themselves [J]."""
     mixing: float
-    """Kinetic energy that nodes lost in this step as bodies share them [J]."""
+    """Kinetic energy that nodes lost in this step because bodies share them [J]."""
 
     @property
     def own_spin(self) -> np.ndarray:
-        """Angular momentum of the points about themselves [N m s], (3,)."""
+        """Angular momentum of the points about themselves [N m s], shape (3,)."""
 
 
 class ConstrainedPoints:
-    """Points whose motion a condition may prescribe."""
+    """Points whose motion a condition can prescribe."""
 
     name: str
     constraint: PointConstraint | None = None
-    """What prescribes their motion, if anything."""
+    """The constraint that prescribes their motion, or None."""
     rigid: RigidConstraint | None = None
-    """The same, where it moves them as a rigid body."""
+    """The same constraint if it moves them as a rigid body, else None."""
     _repeated: RepeatedConstraint | None = None
-    """The same, where it can act once more in a step."""
+    """The same constraint if it can act a second time in a step, else None."""
     contact_response: ContactResponse | None = None
-    """How they respond to the impulses of contact, where they do otherwise than the nodes of the grid."""
+    """Their response to contact impulses, if it differs from that of the nodes of the grid."""
 
     def constrain(self, constraint: PointConstraint, response: ContactResponse | None = None) -> None:
-        """Let a condition prescribe the motion of the points, and respond to contact where it can. Raises ValueError where
-        another one does."""
+        """Set the constraint of the points, and their response to contact. Raises ValueError if they already have a
+        constraint."""
         if self.constraint is not None:
-            raise ValueError(f"the points of body {self.name} are led by a condition already")
+            raise ValueError(f"the motion of the points of body {self.name} is already prescribed by another condition")
         self.constraint, self.contact_response = constraint, response
         self._repeated = constraint if isinstance(constraint, RepeatedConstraint) else None
         self.rigid = constraint if isinstance(constraint, RigidConstraint) else None
 
     @property
     def takes_second_impulses(self) -> bool:
-        """True if contact may give it impulses once more: not where the constraint, if there is one, acts once in a step."""
+        """True if contact can apply a second impulse in a step; False if a constraint acts only once in a step."""
         return self.constraint is None or self._repeated is not None
 
     def constrain_again(self) -> None:
-        """Let the constraint, if there is one, act once more in this step."""
+        """Apply the constraint, if there is one, a second time in this step."""
         if self._repeated is not None:
             self._repeated.prescribe_velocities_again()

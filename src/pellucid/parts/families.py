@@ -1,8 +1,8 @@
-"""The two families of bodies: those whose unknowns live on the grid, and those with their own nodes.
+"""The two families of bodies: bodies whose unknowns are on the grid, and bodies with their own nodes.
 
-Bodies **on the grid** keep points, sorted by their nodes, and share a velocity field with others: the scheme calls the stages
-of their step one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own equation
-of motion, explicitly or implicitly, in sub-steps if they like (`NodalBody`); they use the grid only to find contact.
+Bodies **on the grid** have points, sorted by their grid nodes, and share a velocity field with others: the scheme calls the
+stages of their step one by one (`GridBody`). Bodies with **their own nodes** keep the order of their mesh and solve their own
+equation of motion, explicitly or implicitly, optionally in sub-steps (`NodalBody`); they use the grid only to find contact.
 """
 
 from abc import abstractmethod
@@ -19,77 +19,77 @@ if TYPE_CHECKING:
 
 
 class TransferLoss(NamedTuple):
-    """Kinetic energy that the transfers of a step between points and grid lost [J]; see `pellucid.grid.transfer_heat`."""
+    """Kinetic energy lost by the transfers between points and grid in a step [J]; see `pellucid.grid.transfer_heat`."""
 
     total: float = 0.0
     lumping: float = 0.0
-    """Of it what lumping took."""
+    """Part due to the lumped mass matrix."""
     kept: float = 0.0
-    """Of it what the points took up as internal energy."""
+    """Part stored in the points as internal energy."""
 
 
 class GridBody(Body):
-    """A body whose unknowns live on the grid."""
+    """A body whose unknowns are on the grid."""
 
     transfer_loss = TransferLoss()
-    """Of this step."""
+    """Loss in this step."""
     keeps_heat = False
-    """Whether its points take up what transfers and internal forces take from the kinetic energy: it `KeepsHeat`."""
+    """True if its points store the kinetic energy lost by transfers and internal forces: it then implements `KeepsHeat`."""
 
     @property
     def filling(self) -> "Filling | None":
-        """Itself, where it is a fluid whose pressure acts in full cells as a whole; see `pellucid.grid.full_cells`."""
+        """Self if it is a fluid with one pressure per full cell, else None; see `pellucid.grid.full_cells`."""
         return None
 
     @property
     def viscous(self) -> "Viscous | None":
-        """Itself, where it is a fluid whose viscosity is solved for on the nodes; see `pellucid.grid.implicit_viscosity`."""
+        """Self if it is a fluid with implicit viscosity on the nodes, else None; see `pellucid.grid.implicit_viscosity`."""
         return None
 
     def fluid_volume(self) -> float:
-        """Volume of its points where it is a fluid [m³]."""
+        """Return the volume of its points [m³] if it is a fluid, else 0."""
         return 0.0
 
     @abstractmethod
     def sort_if_needed(self) -> None:
-        """Sort the points by their nodes where one left its slab, or where that saves time."""
+        """Sort the points by their grid nodes if one left its slab, or if that reduces the run time."""
 
     @abstractmethod
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum (where `inertia`) and internal forces (where `force`) to the nodes."""
+        """Transfer mass and momentum (if `inertia`) and internal forces (if `force`) to the nodes (P2G)."""
 
     def grid_to_particle(self, dt: float, remap: bool) -> None:
-        """New velocities; where `remap`, their momentum back on the nodes."""
+        """Update the velocities of the points (G2P); if `remap`, transfer their momentum back to the nodes."""
         self.begin_grid_to_particle(dt, remap)
         self.end_grid_to_particle(remap)
 
     @abstractmethod
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
-        """What a joint region of all bodies does of `grid_to_particle`; see `pellucid.jit.joint`."""
+        """Do the part of `grid_to_particle` in the joint parallel region of all bodies; see `pellucid.jit.joint`."""
 
     @abstractmethod
     def end_grid_to_particle(self, remap: bool) -> None:
-        """The rest, where the region is done."""
+        """Do the rest of `grid_to_particle`, after the joint region."""
 
     def update_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients, volumes, stresses; where `move`, new positions."""
+        """Update velocity gradients, volumes and stresses; if `move`, also positions."""
         self.begin_stress(dt, move)
         self.end_stress(dt, move)
 
     @abstractmethod
     def begin_stress(self, dt: float, move: bool) -> None:
-        """What a joint region of all bodies does of `update_stress`."""
+        """Do the part of `update_stress` in the joint parallel region of all bodies."""
 
     @abstractmethod
     def end_stress(self, dt: float, move: bool) -> None:
-        """The rest, where the region is done."""
+        """Do the rest of `update_stress`, after the joint region."""
 
     @abstractmethod
     def update_positions(self, dt: float) -> None:
-        """New positions alone."""
+        """Update only the positions."""
 
     def work(self) -> StepWork | None:
-        """What it counts itself of the work of this step, if anything, such as the heat that its internal forces leave."""
+        """Return the work that it counts itself in this step, such as heat from its internal forces; None if there is none."""
         return None
 
 
@@ -97,27 +97,26 @@ class NodalBody(Body):
     """A body with its own nodes and its own equation of motion."""
 
     def order(self) -> np.ndarray | slice:
-        """Nodes keep the order of the mesh."""
+        """Return all indices, as nodes are stored in the order of the mesh."""
         return slice(None)
 
     @abstractmethod
     def predict(self, dt: float) -> None:
-        """Solve the equation of motion without contact over a step dt [s], and where it uses the grid, scatter what contact
-        needs: mass, and the momentum that the nodes would have at the end of the step.
+        """Solve the equation of motion without contact over a step dt [s].
 
-        That may be the trial momentum itself, or the momentum as it is and the forces that change it, internal and external
-        ones and gravity.
+        A body that uses the grid also scatters mass and the momentum of the nodes at the end of the step, which contact needs.
+        That is either the trial momentum itself, or the current momentum with the internal and external forces and gravity.
         """
 
     @abstractmethod
     def correct(self, remap: bool) -> None:
-        """Take the nodal velocity increments of contact, if any, and end the step with new velocities; where `remap`, their
-        momentum mapped to the nodes of the grid again."""
+        """Add the nodal velocity increments of contact, and complete the velocities; if `remap`, transfer their momentum to
+        the grid."""
 
     @abstractmethod
     def update(self, dt: float) -> None:
-        """New positions, and what follows from them: stresses, energies, the bound on the step."""
+        """Update positions, stresses, energies and the step limit."""
 
     @abstractmethod
     def work(self) -> StepWork:
-        """Work and impulses of this step, in the layout of `pellucid.energy`."""
+        """Return work and impulses of this step, in the layout of `pellucid.energy`."""

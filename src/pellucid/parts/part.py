@@ -1,7 +1,7 @@
 """The parts of a case, and a view of all of them.
 
-A part that is right in itself checks whether it fits the others: its method `problems` gets a view of those that are right in
-themselves too. No part needs to know of what kind another is.
+A part that is valid by itself checks its compatibility with the others: its method `problems` receives a view of all valid
+parts. No part needs to know the kind of another.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,17 +15,17 @@ from pellucid.users.users_code import failure, place_of
 
 
 class Part(Model):
-    """A table of a case that checks itself against the others."""
+    """A table of a case that checks itself against the other tables."""
 
     unique_name: ClassVar[bool] = False
-    """Whether no two in its list may have the same name."""
+    """True if names must be unique in the list of these tables."""
 
     def problems(self, path: Path, parts: "Parts") -> Iterator[Finding]:
-        """What does not fit the other parts; `path` is its place in the case."""
+        """Yield conflicts with other parts; `path` is the location of this part in the case."""
         yield from ()
 
     def needs_grid(self, parts: "Parts") -> bool:
-        """Whether it cannot do without a grid in this case."""
+        """Return True if it requires a grid in this case."""
         return False
 
 
@@ -33,105 +33,105 @@ PartType = TypeVar("PartType", bound=Model)
 
 
 class Section(NamedTuple):
-    """What stands under a key of a case: one table, or a list of them."""
+    """The contents of a key of a case: one table, or a list of tables."""
 
     base: type[Model]
-    """The class of the tables, or that which their kinds share."""
+    """Class of the tables, or the common base class of their kinds."""
     items: Sequence[Model | str | None]
-    """Each table; its name alone, or None, where it is wrong in itself."""
+    """Each table; for an invalid table only its name, or None."""
     is_list: bool
     is_written: bool = True
 
 
 class Parts:
-    """The parts of a case, by their keys."""
+    """The parts of a case, by key."""
 
     def __init__(self, sections: Mapping[str, Section], gravity: Vector | None = None) -> None:
         self.sections = sections
         self.gravity = gravity
-        """The acceleration of gravity [m/s²]; None where it is not known, something else being wrong in itself."""
+        """Acceleration of gravity [m/s²]; None if it is unknown because its table is invalid."""
 
     def placed(self, kind: type[PartType]) -> Iterator[tuple[Path, PartType]]:
-        """The sound parts of a class, each with its path."""
+        """Yield the valid parts of a class, each with its path."""
         for key, section in self.sections.items():
             for index, item in enumerate(section.items):
                 if isinstance(item, kind):
                     yield ((key, index) if section.is_list else (key,)), item
 
     def of(self, kind: type[PartType]) -> list[PartType]:
-        """The sound parts of a class."""
+        """Return the valid parts of a class."""
         return [part for _, part in self.placed(kind)]
 
     def one(self, kind: type[PartType]) -> PartType | None:
-        """The sound part of a class that a case has once, if it is there."""
+        """Return the first valid part of a class, or None."""
         return next(iter(self.of(kind)), None)
 
     @property
     def grid(self) -> GridCase | None:
-        """The grid, if it is there and right in itself."""
+        """The grid, if there is one and it is valid."""
         return self.one(GridCase)
 
     @property
     def active_axes(self) -> ActiveAxes:
-        """The axes along which the grid is more than one cell thick; all where there is none."""
+        """Mask of the axes along which the grid is more than one cell thick; all if there is no grid."""
         x, y, z = self.grid.thin() if self.grid else (False, False, False)
         return not x, not y, not z
 
     def seam(self, path: Path, face: str) -> Iterator[Finding]:
-        """The finding that a face is none, as the grid goes on there."""
+        """Yield a finding if a face of the grid does not exist because the axis is periodic."""
         if self.grid is not None and (reason := self.grid.seam(face)):
             yield Finding(path, *reason)
 
     @property
     def lacks_grid(self) -> bool:
-        """Whether the case names no grid, be it right or wrong."""
+        """True if the case has no grid, valid or not."""
         return not self.sections["grid"].is_written
 
     def no_grid(self, path: Path, why: str) -> Iterator[Finding]:
-        """The finding that what is at a path needs a grid, and why; none where another part that needs one reports it."""
+        """Yield a finding that a key needs a grid, with the reason, unless another part that needs a grid reports it."""
         if self.lacks_grid and not any(part.needs_grid(self) for part in self.of(Part)):
-            yield Finding(path, f"needs a grid, and this case has none: {why}", "add a table [grid], or leave this out")
+            yield Finding(path, f"needs a grid, and this case has none: {why}", "add a table [grid], or remove this key")
 
     def are_sound(self, kind: type[Model]) -> bool:
-        """Whether every part that could be of a class is right in itself."""
+        """Return True if every part of a class is valid."""
         sections = [section for section in self.sections.values() if issubclass(section.base, kind)]
         return all(isinstance(item, Model) for section in sections for item in section.items)
 
     def names(self, kind: type[Model]) -> list[str]:
-        """The names of all that could be of a class, also of what is wrong but for its name."""
+        """Return the names of all parts of a class, including invalid ones whose name is known."""
         sections = [section for section in self.sections.values() if issubclass(section.base, kind)]
         names = (name_of(item) for section in sections for item in section.items)
         return [name for name in names if name is not None]
 
     def are_named(self, kind: type[Model]) -> bool:
-        """Whether all names of a class are known: one that is not may be the one that is looked for."""
+        """Return True if all names of a class are known. Otherwise a missing name could belong to an invalid part."""
         sections = [section for section in self.sections.values() if issubclass(section.base, kind)]
         return len(self.names(kind)) == sum(len(section.items) for section in sections)
 
     def named(self, kind: type[PartType], name: str) -> PartType | None:
-        """The sound part of a class that has this name."""
+        """Return the valid part of a class with this name, or None."""
         return next((part for part in self.of(kind) if name_of(part) == name), None)
 
     def unknown(self, kind: type[Model], path: Path, name: str) -> Iterator[Finding]:
-        """The finding that no part of a class has this name."""
+        """Yield a finding if no part of a class has this name."""
         names = self.names(kind)
         if name not in names and self.are_named(kind):
             what = " or ".join(key for key, section in self.sections.items() if issubclass(section.base, kind))
-            yield Finding(path, f"no {what} has this name; there are {listed(names)}", hint(name, names))
+            yield Finding(path, f"no {what} has this name; available names: {listed(names) or 'none'}", hint(name, names))
 
     def findings(self) -> list[Finding]:
-        """Everything that does not fit together."""
+        """Return all conflicts between parts."""
         repeated = (found for key, section in self.sections.items() for found in _repeated_names(key, section))
         return [*repeated, *(found for path, part in self.placed(Part) for found in _problems_of(part, path, self))]
 
 
 def name_of(part: Model | str | None) -> str | None:
-    """The name of a part that has one; of what is wrong in itself, its name is all that there is."""
+    """Return the name of a part, or None; an invalid part is given by its name only."""
     return part if part is None or isinstance(part, str) else getattr(part, "name", None)
 
 
 def _problems_of(part: Part, path: Path, parts: Parts) -> Iterator[Finding]:
-    """What a part finds; that of a user's kind may fail."""
+    """Yield the problems that a part reports; code of a user-defined part may fail."""
     try:
         found = list(part.problems(path, parts))
     except Exception as error:

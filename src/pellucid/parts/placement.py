@@ -1,4 +1,4 @@
-"""With what a body is built."""
+"""The surroundings of a body when it is built: grid, velocity field and gravity."""
 
 from typing import NamedTuple
 
@@ -8,16 +8,16 @@ from pellucid.grid.velocity_transfer import VelocityTransfer
 
 
 class Placement(NamedTuple):
-    """With what a body is built; without a grid in the case there is no velocity field either."""
+    """The surroundings of a body when it is built. A case without a grid has no velocity field."""
 
     grid_case: GridCase | None
     velocity_field: VelocityField | None
     velocity_transfer: VelocityTransfer
-    gravity: tuple[float, float, float]  # [m/s²], which a body with its own nodes applies itself
-    n_loads: int  # channels of external forces
+    gravity: tuple[float, float, float]  # [m/s²]; a body with its own nodes applies it itself
+    n_loads: int  # number of channels of external forces
 
     def on_grid(self) -> tuple[GridCase, VelocityField]:
-        """Grid and velocity field of a body that needs them; its model checks that they are there."""
+        """Return grid and velocity field for a body that needs them. Its model must have checked that they exist."""
         if self.grid_case is None or self.velocity_field is None:
             raise ValueError("this body needs a grid, and the case has none")
         return self.grid_case, self.velocity_field

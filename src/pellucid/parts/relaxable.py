@@ -1,42 +1,43 @@
-"""The interface of a body to the relaxation towards steady states."""
+"""Interface of a body for dynamic relaxation to steady states."""
 
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-SLOWER_LOADS = "raise steady.load_steps or steady.loading, or lower steady.courant"
-"""What a user can do where loads grow too fast for a relaxation."""
+SLOWER_LOADS = "increase steady.load_steps or steady.loading, or decrease steady.courant"
+"""Remedy if loads grow too fast for a relaxation."""
 
 
 class Springs(NamedTuple):
-    """What nodes resist with."""
+    """Internal forces and inertia of nodes, from which their stiffness is estimated."""
 
     position: np.ndarray  # (n, 3) [m]
-    force: np.ndarray  # (n, 3) internal forces there [N]
+    force: np.ndarray  # (n, 3) internal forces at these positions [N]
     inertia: np.ndarray  # (n,) [kg]
-    free: np.ndarray  # (n, 3) which directions are not prescribed
-    contact: tuple[np.ndarray, np.ndarray] | None = None  # positions as the step began [m] and forces of contact there [N]
+    free: np.ndarray  # (n, 3) mask of the directions that are not prescribed
+    contact: tuple[np.ndarray, np.ndarray] | None = None  # positions at the start of the step [m] and contact forces there [N]
 
     def of_forces(self) -> tuple[np.ndarray, ...]:
-        """Positions and forces, those of contact last."""
+        """Return positions and forces, followed by those of contact."""
         return (self.position, self.force, *(self.contact or ()))
 
 
 @runtime_checkable
 class Relaxable(Protocol):
-    """A body that can be brought to rest in equilibrium."""
+    """A body that can be relaxed to equilibrium."""
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Get ready for a relaxation; scaled: whether inertia is to be such that all nodes allow the same step."""
+        """Prepare for a relaxation; scaled: scale the inertia so that all nodes have the same stable step."""
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
-        """Over the coming step keep this share of the velocity, and gain this share of dt times the acceleration.
+        """Over the coming step, multiply the velocity by `keep`, and the velocity increment (acceleration times dt) by `gain`.
 
-        load_rate: how fast the loads change, in simulated time over that of the step; gravity_share: what acts of gravity.
+        load_rate: simulated time per step time, which scales the rate of the loads; gravity_share: fraction of gravity that
+        acts.
         """
 
     def springs(self) -> Springs:
-        """Its internal forces of the last step, and the places where they were found."""
+        """Return its internal forces of the last step, and the positions at which they were computed."""
 
     def unbalanced(self) -> tuple[float, float]:
-        """Norms of the forces [N] on its nodes without those of constraints: along the free directions, and of all."""
+        """Return norms of the nodal forces [N] without constraint forces: along the free directions, and along all."""

@@ -1,4 +1,4 @@
-"""Where bodies stand as a run begins."""
+"""Initial positions of bodies."""
 
 from typing import NamedTuple
 
@@ -6,11 +6,11 @@ import numpy as np
 
 
 class Standing(NamedTuple):
-    """Where a body stands, of n points."""
+    """Initial positions of the n points of a body."""
 
     position: np.ndarray
-    """Of the points [m], shape (n, 3)."""
+    """Positions of the points [m], shape (n, 3)."""
     triangles: np.ndarray | None = None
-    """Of a membrane, shape (m, 3): their points."""
+    """Triangles of a membrane, shape (m, 3), as point numbers."""
     volume: np.ndarray | None = None
-    """Of the points [m³], shape (n,), where they tell more than the shape of the body does."""
+    """Volumes of the points [m³], shape (n,), if they are more accurate than the shape of the body."""

@@ -1,4 +1,5 @@
-"""What bounds the step of a body, and why: what models foretell at the start, and bodies say of themselves as they are."""
+"""Limits of the stable time step of a body and their reasons, predicted from models at the start or computed by bodies in a
+run."""
 
 from collections.abc import Iterable
 from math import inf, sqrt
@@ -8,7 +9,7 @@ Cause = Literal["wave", "membrane", "viscous", "bending", "motion", "contact", "
 
 
 class StepLimit(NamedTuple):
-    """The largest stable step [s], infinite where nothing bounds it; in a word and in a clause, why."""
+    """The largest stable time step [s], infinite if there is no limit; a word for its cause, and a phrase with the reason."""
 
     step: float
     cause: Cause
@@ -16,103 +17,109 @@ class StepLimit(NamedTuple):
 
 
 EXPLAINS = 0.01
-"""By which the density of a fluid may have changed, and its viscosity still be what bounds the step."""
-NO_LIMIT = StepLimit(inf, "none", "nothing in it bounds the step")
+"""Largest relative change of the density of a fluid at which viscosity still explains the step limit."""
+NO_LIMIT = StepLimit(inf, "none", "no stability limit")
 
 
 def tightest(limits: Iterable[StepLimit]) -> StepLimit:
-    """The smallest of some limits; the first of equal ones."""
+    """Return the smallest of some limits; the first of equal ones."""
     return min(limits, key=lambda limit: limit.step, default=NO_LIMIT)
 
 
 def waves_in_cells(cell: float, wave: float, speed: float = 0.0, cause: Cause = "wave") -> StepLimit:
-    """Waves [m/s] in what moves at a speed [m/s] cross no more than a cell [m] in a step."""
+    """Limit the step so that waves [m/s] in a body moving at a speed [m/s] cross at most one cell [m]."""
     if wave + speed <= 0.0:
         return NO_LIMIT
     if speed > wave:
-        return StepLimit(cell / (wave + speed), "motion", f"it moves at {speed:.3g} m/s through cells of {cell:.4g} m")
-    moving = f", moving at {speed:.3g} m/s," if speed > 0.01 * wave else ""
-    where = "in its plane" if cause == "membrane" else "in it"
-    return StepLimit(cell / (wave + speed), cause, f"waves {where} of {wave:.4g} m/s{moving} cross cells of {cell:.4g} m")
+        return StepLimit(cell / (wave + speed), "motion", f"speed {speed:.3g} m/s through cells of {cell:.4g} m")
+    moving = f" and body speed {speed:.3g} m/s" if speed > 0.01 * wave else ""
+    where = "in-plane wave" if cause == "membrane" else "wave"
+    return StepLimit(cell / (wave + speed), cause, f"{where} speed {wave:.4g} m/s{moving} in cells of {cell:.4g} m")
 
 
 def motion_in_cells(cell: float, speed: float) -> StepLimit:
-    """Nothing passes more than a cell [m] in a step at its speed [m/s]."""
+    """Limit the step so that a body moving at a speed [m/s] crosses at most one cell [m]."""
     return waves_in_cells(cell, 0.0, speed)
 
 
 def spread_in_cells(cell: float, diffusivity: float) -> StepLimit:
-    """Momentum that spreads at a kinematic viscosity [m²/s] goes no farther than a cell [m]."""
+    """Limit the step so that momentum diffusing at a kinematic viscosity [m²/s] spreads over at most one cell [m]."""
     if diffusivity <= 0.0:
         return NO_LIMIT
-    reason = f"its kinematic viscosity, {diffusivity:.3g} m2/s, spreads momentum over cells of {cell:.4g} m"
+    reason = f"kinematic viscosity {diffusivity:.3g} m2/s in cells of {cell:.4g} m"
     return StepLimit(cell * cell / (2.0 * diffusivity), "viscous", reason)
 
 
 def bending_in_cells(cell: float, rigidity: float) -> StepLimit:
-    """Bending waves of a stiffness over areal density [m⁴/s²] cross no more than a cell [m]."""
+    """Limit the step so that bending waves cross at most one cell [m]; rigidity: bending stiffness over areal density
+    [m⁴/s²]."""
     if rigidity <= 0.0:
         return NO_LIMIT
-    return StepLimit(cell * cell / (2.0 * rigidity**0.5), "bending", f"bending waves cross cells of {cell:.4g} m")
+    return StepLimit(cell * cell / (2.0 * rigidity**0.5), "bending", f"bending waves in cells of {cell:.4g} m")
 
 
 def bending_in_mesh(rate: float) -> StepLimit:
-    """Half the largest eigenfrequency of a mesh that bends [1/s]."""
-    return StepLimit(1.0 / rate, "bending", f"its shortest bending waves swing at {rate / 3.141592653589793:.3g} Hz")
+    """Return the limit by bending of a mesh; rate: half its largest eigenfrequency [1/s]."""
+    return StepLimit(1.0 / rate, "bending", f"shortest bending waves, frequency {rate / 3.141592653589793:.3g} Hz")
 
 
 def signals_in_cells(cell: float, wave: float, diffusivity: float, speed: float = 0.0, cause: Cause = "wave") -> StepLimit:
-    """The tighter of `waves_in_cells` and `spread_in_cells`."""
+    """Return the smaller of `waves_in_cells` and `spread_in_cells`."""
     return tightest([waves_in_cells(cell, wave, speed, cause), spread_in_cells(cell, diffusivity)])
 
 
 def waves_in_mesh(rate: float, wave: float, cause: Literal["membrane", "wave"], spread: float = 0.0) -> StepLimit:
-    """Half the largest eigenfrequency of membrane elements, or of a meshless solid [1/s], and the speed of waves in these
-    [m/s]; a quarter of the largest rate at which their viscosity lets modes fade [1/s], by forces of the step before."""
+    """Return the limit by waves in membrane elements or a meshless solid.
+
+    rate: half the largest eigenfrequency [1/s]; wave: wave speed [m/s]; spread: a quarter of the largest decay rate by
+    viscosity [1/s], with viscous forces of the previous step.
+    """
     if rate <= 0.0 and spread <= 0.0:
         return NO_LIMIT
     if spread > rate:
         step = 1.0 / (sqrt(rate * rate + spread * spread) + spread)
-        return StepLimit(step, "viscous", f"its viscosity spreads momentum over its smallest element within {step:.3g} s")
+        return StepLimit(step, "viscous", f"viscosity diffuses momentum across the smallest element in {step:.3g} s")
     rate = sqrt(rate * rate + spread * spread) + spread if spread > 0.0 else rate
-    way, crossed, width = ("its plane", "smallest element", "wide") if cause == "membrane" else ("it", "closest nodes", "apart")
-    reason = f"waves in {way} of {wave:.4g} m/s cross its {crossed}, in effect {wave / rate:.3g} m {width}"
+    kind, size = ("in-plane wave", "element size") if cause == "membrane" else ("wave", "node spacing")
+    reason = f"{kind} speed {wave:.4g} m/s, smallest effective {size} {wave / rate:.3g} m"
     return StepLimit(1.0 / rate, cause, reason)
 
 
 def swings(rate: float, cause: Literal["contact", "spring"]) -> StepLimit:
-    """A rigid body that swings at a rate [1/s] on what it touches, or on springs."""
+    """Return the limit by the oscillation of a rigid body on its contacts or springs at a rate [1/s]."""
     if rate <= 0.0:
         return NO_LIMIT
-    what = "what it touches" if cause == "contact" else "its springs"
-    return StepLimit(1.0 / rate, cause, f"it swings on {what} within {1.0 / rate:.3g} s")
+    what = "contacts" if cause == "contact" else "springs"
+    return StepLimit(1.0 / rate, cause, f"oscillation of the body on its {what} within {1.0 / rate:.3g} s")
 
 
 def springs_of_contact(rate: float) -> StepLimit:
-    """Return the limit by springs of contact that are as stiff as the first step of the body allows, at its rate then [1/s]."""
+    """Return the limit by contact springs whose stiffness is the largest that the first step allows, at its rate [1/s]."""
     if rate <= 0.0:
         return NO_LIMIT
-    return StepLimit(1.0 / rate, "contact", "the springs of its contact are as stiff as its step at the start allows")
+    return StepLimit(1.0 / rate, "contact", "contact springs with the largest stiffness that the first step allows")
 
 
 def fall_through_cells(step: float) -> StepLimit:
-    """The time in which what falls from rest passes a cell [s]."""
-    return StepLimit(step, "gravity", f"what falls from rest passes a cell in {step:.3g} s")
+    """Return the limit by an object falling from rest that crosses a cell in this time [s]."""
+    return StepLimit(step, "gravity", f"an object falling from rest crosses a cell in {step:.3g} s")
 
 
 def time_to_fall(cell: float, gravity: float) -> float:
-    """In which what falls from rest passes a cell [s]."""
+    """Return the time in which an object falling from rest crosses a cell [s]."""
     return sqrt(2.0 * cell / gravity)
 
 
 def told(rate: float, limits: Iterable[StepLimit]) -> StepLimit:
-    """Of a bound that was found as a rate [1/s], which of some limits explains it: the tightest."""
+    """Return a limit found as a rate [1/s], with the cause and reason of the tightest of some limits."""
     return tightest(limits)._replace(step=1.0 / rate) if rate > 0.0 else NO_LIMIT
 
 
 def signals_seen(cell: float, rate: float, diffusivity: float, speed: float, cause: Cause = "wave") -> StepLimit:
-    """Why signals cross cells [m] at a rate that was found [1/s]: their kinematic viscosity [m²/s] where it explains it, else
-    waves, in what moves at a speed [m/s]."""
+    """Return a limit found as a rate [1/s] of signals that cross cells [m], with its probable reason.
+
+    The reason is the kinematic viscosity [m²/s] if it explains the rate, else waves in a body moving at a speed [m/s].
+    """
     spread = spread_in_cells(cell, diffusivity)
     if spread.step * rate < 1.0 + EXPLAINS:
         return spread

@@ -1,4 +1,4 @@
-"""Loads on the surface of a body that asks for them itself, wherever it is at an instant."""
+"""Loads on the surface of a body that evaluates them itself at any time within a step."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -7,15 +7,15 @@ import numpy as np
 
 
 class SurfacePoints(NamedTuple):
-    """Where a load acts at an instant: quadrature points, in an array of any shape."""
+    """Quadrature points of a load at one time, in an array of any shape."""
 
     position: np.ndarray  # (..., 3) [m]
     normal: np.ndarray  # (..., 3) outward
-    density_ratio: np.ndarray  # (...) to that at the start: initial by present area
+    density_ratio: np.ndarray  # (...) current over initial areal density, i.e. initial over current area
 
 
 Traction = Callable[[SurfacePoints, float], np.ndarray]
-"""Force on unit of present area [Pa], shape (..., 3), at a time after the start of the step of the clock [s]."""
+"""Force per current area [Pa], shape (..., 3), at a time after the start of the step of the clock [s]."""
 
 
 class ActingTraction(NamedTuple):
@@ -23,4 +23,4 @@ class ActingTraction(NamedTuple):
 
     column: int  # of its work
     traction: Traction
-    label: str  # by which users know it
+    label: str  # name of the load for users

@@ -161,5 +161,5 @@ def test_two_motions_that_lead_all_nodes_leave_no_volume_to_keep():
 def test_only_films_are_led_along_a_normal():
     motion = {"name": "swell", "body": "block", "displacement": {"normal": {"kind": "steady", "velocity": 1.0}}}
     table = blocks(box((1, 1, 1), (3, 3, 3), RATE_SOLID)).to_data() | {"motion": [motion]}
-    with pytest.raises(ValueError, match="body block is no fluid film"):
+    with pytest.raises(ValueError, match="body block is not a fluid film"):
         Case.model_validate(table)

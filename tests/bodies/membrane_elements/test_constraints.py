@@ -86,7 +86,7 @@ SPRINGS = {
         r"\(spring\): it swings on .* its volume .* a smaller volume_stiff",
     ),
     "area": ("area_stiffness = 1e4", r"\(spring\): it swings on the spring that keeps its area .* a smaller area_stiffness"),
-    "none": ("area_stiffness = 1e-3", r"\(membrane\): waves in its plane"),
+    "none": ("area_stiffness = 1e-3", r"\(membrane\): in-plane wave speed"),
 }
 
 

@@ -200,7 +200,7 @@ def test_a_fixed_step_is_held_against_the_nodes_that_bend():
     """Those of the membrane allow shorter steps than those of the grid would."""
     fixed = CELL.replace("courant = 0.7", "step = 0.02").replace("rigidity = 0.05", "rigidity = 0.5")
     loads(fixed + ON_GRID)
-    with pytest.raises(CaseError, match="at the start, of body cell: its shortest bending waves"):
+    with pytest.raises(CaseError, match="at the start, of body cell: shortest bending waves"):
         loads(fixed + ALONE_IN_GRID)
 
 

@@ -72,7 +72,7 @@ def test_a_crushed_cube_ends_by_a_place_that_is_named(share, loading):
         step_on(simulation)
     place = np.array(re.search(named, str(stopped.value))[1].split(", "), float)
     assert ((place > 0.0) & (place < EDGE)).all()
-    assert "; raise steady.load_steps or steady.loading, or lower steady.courant" in str(stopped.value)
+    assert "; increase steady.load_steps or steady.loading, or decrease steady.courant" in str(stopped.value)
 
 
 def test_a_node_that_is_nowhere_is_told_by_its_place_at_rest():
@@ -83,7 +83,7 @@ def test_a_node_that_is_nowhere_is_told_by_its_place_at_rest():
     place = ", ".join(f"{x:.6g}" for x in simulation.bodies[0].mesh.nodes[node])
     with pytest.raises(RunStopped, match="body `cube`") as stopped, np.errstate(all="ignore"):
         step_on(simulation, 2)
-    assert f"from ({place}) m at rest: its state is not a finite number; raise steady.load_steps" in str(stopped.value)
+    assert f"from ({place}) m at rest: its state is not a finite number; increase steady.load_steps" in str(stopped.value)
 
 
 def test_it_finds_the_largest_of_free_frequencies_from_below():

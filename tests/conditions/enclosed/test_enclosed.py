@@ -258,7 +258,7 @@ def test_runs_go_on_bit_for_bit_with_their_columns(tmp_path):
         ({"gas": AIR | {"temperature": 0.0}}, {}, "temperature"),
         ({"gas": AIR | {"gamma": 1.0}}, {}, "gamma"),
         ({"vent": [{"area": 0.0}]}, {}, "area"),
-        ({"body": "skn"}, {}, "no body has this name; there are skin"),
+        ({"body": "skn"}, {}, "no body has this name; available names: skin"),
         ({"lids": True}, {}, "the surface of body skin is closed: it has no rim"),
         ({}, {"bodies": [skin(TUBE)]}, "the surface of body skin is open: it encloses no volume"),
         ({"inflator": {"times": [0, 1], "mass_flows": [1, 1]}}, {}, "has no temperatures"),
