@@ -105,7 +105,7 @@ def test_validate_foretells_the_steps_of_quick_and_changed_cases() -> None:
     wrong = CliRunner().invoke(app, ["validate", "gan2011/shock-tube", "--set", "time.step=1"])
     assert wrong.exit_code == 2
     assert "--set time.step=1" in wrong.stderr
-    assert "the largest stable step at the start, of body driver: waves in it of 1.183 m/s cross cells" in wrong.stderr
+    assert "the largest stable step at the start, of body driver: wave speed 1.183 m/s in cells" in wrong.stderr
 
 
 def test_schema_prints_json() -> None:

@@ -1,4 +1,4 @@
-"""Shape functions between points and nodes: one file each."""
+"""Shape functions of points on the grid and of bodies with their own nodes, one file each."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ from pellucid.approximants.periodic_axis import PeriodicAxis as PeriodicAxis
 from pellucid.approximants.quadratic_bspline import QuadraticBSpline
 from pellucid.approximants.trilinear import Trilinear
 
-# along one axis, by the name in the case file; each takes the points per cell along the axis
+# functions along one axis, by name in the case; the argument is the number of points per cell along the axis
 GRID_FUNCTIONS: dict[str, Callable[[int], GridFunction]] = {
     "trilinear": lambda per_cell: Trilinear(),
     "gimp": lambda per_cell: Gimp(0.5 / per_cell),
@@ -26,7 +26,8 @@ NO_AXES = False, False, False
 
 
 def grid_functions(name: str, per_cell: tuple[int, int, int], thin: Axes, periodic: Axes = NO_AXES) -> GridFunctions:
-    """The functions along x, y, z, whose product is the shape function; flat along thin axes, folded along periodic ones."""
+    """Return the functions along x, y, z, whose product is the shape function: constant along thin axes, periodic along
+    periodic ones."""
     x, y, z = (_along(name, n, *kind) for n, *kind in zip(per_cell, thin, periodic, strict=True))
     return LinearFunctions(x, y, z) if max(x.stencil, y.stencil, z.stencil) <= 2 else CurvedFunctions(x, y, z)
 

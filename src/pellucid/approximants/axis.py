@@ -1,28 +1,30 @@
-"""The functions of a grid approximant. Grid shape functions are products of functions along the axes.
+"""Interface of grid shape functions, which are products of functions along the axes.
 
-A node beyond a wall is folded onto the wall by linear extrapolation, u₋₁ = 2u₀ - u₁. That keeps partition of unity and linear
-fields, and makes the wall's node interpolate there (Steffen, Kirby & Berzins 2008, Int. J. Numer. Methods Eng. 76, 922, have
-the same boundary functions for cubic splines).
+A node beyond a wall is folded onto the wall by linear extrapolation, u₋₁ = 2u₀ - u₁. This preserves the partition of unity and
+linear fields, and makes the shape function of the wall node interpolate there (Steffen, Kirby & Berzins 2008, Int. J. Numer.
+Methods Eng. 76, 922, use the same boundary functions for cubic splines).
 """
 
 from typing import Any, NamedTuple, Protocol
 
 from pellucid.jit import default_function, generic, pointwise
 
-# cells squared; close to a wall the weights hardly spread, and dividing by less would lose the digits of a linear field
+# [cells²]; close to a wall the second moment of the weights vanishes, and dividing by less would lose digits of a linear field
 LEAST_SPREAD = 1e-4
 
 
 class GridFunction(Protocol):
-    """The parameters of a function along one axis, a NamedTuple; `stencil`: how many nodes it reaches."""
+    """Parameters of a shape function along one axis, a NamedTuple; `stencil`: number of nodes in its support."""
 
     @property
     def stencil(self) -> int: ...
 
 
 class LinearFunctions(NamedTuple):
-    """Functions along x, y, z, whose product is the shape function, of two nodes along an axis or one: they are linear, and
-    their slopes the same at all points."""
+    """Functions along x, y, z, whose product is the shape function, with at most two nodes per axis.
+
+    They are linear, with the same slopes at all points.
+    """
 
     x: GridFunction
     y: GridFunction
@@ -30,7 +32,7 @@ class LinearFunctions(NamedTuple):
 
 
 class CurvedFunctions(NamedTuple):
-    """Other functions along x, y, z."""
+    """Functions along x, y, z, whose product is the shape function, with more than two nodes along an axis."""
 
     x: GridFunction
     y: GridFunction
@@ -42,7 +44,7 @@ GridFunctions = LinearFunctions | CurvedFunctions
 
 @generic
 def axis_weights(fn: Any, u: float, n: int) -> Any:
-    """First node, weights, and derivatives by u of the functions that reach coordinate u (in cells from the wall).
+    """Return the first node, and the weights and derivatives by u at coordinate u (in cells from the wall).
 
     n: number of cells along the axis. The tuples have `fn.stencil` entries.
     """
@@ -50,12 +52,13 @@ def axis_weights(fn: Any, u: float, n: int) -> Any:
 
 @generic
 def axis_numbers(fn: Any, u: float, n: int) -> Any:
-    """First node, and a tuple of numbers of which `axis_values` makes offset, weights and derivatives."""
+    """Return the first node, and a tuple of numbers from which `axis_values` computes offset, weights and derivatives."""
 
 
 @generic
 def axis_values(fn: Any, numbers: Any) -> Any:
-    """Offset of the first node from the point in cells, weights, derivatives: numbers, or vectors where `numbers` are."""
+    """Return the offset of the first node from the point in cells, weights and derivatives: scalars, or vectors if
+    `numbers` are."""
 
 
 @default_function(axis_numbers)
@@ -71,15 +74,15 @@ def _same(fn, numbers):
 
 @generic
 def affine_weights(fn: Any, offset: float, w: Any, g: Any) -> Any:
-    """What takes the place of derivatives in the affine field of APIC: w (x_I - x) / Σ w (x_I - x)², in cells.
+    """Return the weights that replace derivatives in the affine field of APIC: w (x_I - x) / Σ w (x_I - x)², in cells.
 
-    offset: first node minus the point, in cells; w, g: weights and derivatives there.
+    offset: first node minus the point, in cells; w, g: weights and derivatives at the point.
     """
 
 
 @pointwise
 def spread3(offset, w, g):
-    """`affine_weights` of three nodes; on a wall, where the functions interpolate and do not spread, derivatives."""
+    """Return `affine_weights` of three nodes; on a wall, where the functions interpolate, the derivatives."""
     r0, r1, r2 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0)
     if spread < LEAST_SPREAD:
@@ -89,7 +92,7 @@ def spread3(offset, w, g):
 
 @pointwise
 def spread4(offset, w, g):
-    """`affine_weights` of four nodes."""
+    """Return `affine_weights` of four nodes; see `spread3`."""
     r0, r1, r2, r3 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0), w[3] * (offset + 3.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0) + r3 * (offset + 3.0)
     if spread < LEAST_SPREAD:
@@ -99,7 +102,7 @@ def spread4(offset, w, g):
 
 @pointwise
 def fold3(first, n, w):
-    """Weights of three nodes with those beyond the walls folded back. Node n+1 exists in memory, with weight zero."""
+    """Fold the weights of three nodes beyond a wall back onto it. Node n+1 exists in memory, with weight zero."""
     if first < 0:
         w = (w[1] + 2.0 * w[0], w[2] - w[0], 0.0)
         first = 0
@@ -110,7 +113,7 @@ def fold3(first, n, w):
 
 @pointwise
 def fold4(first, n, w):
-    """As `fold3`, for four nodes."""
+    """Fold the weights of four nodes; see `fold3`."""
     if first < 0:
         w = (w[1] + 2.0 * w[0], w[2] - w[0], w[3], 0.0)
         first = 0

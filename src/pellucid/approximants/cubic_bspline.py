@@ -7,7 +7,7 @@ from pellucid.jit import point_function
 
 
 class CubicBSpline(NamedTuple):
-    """Four nodes along each axis."""
+    """Cubic B-spline with four nodes along each axis."""
 
     stencil: int = 4
 

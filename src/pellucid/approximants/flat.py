@@ -1,4 +1,4 @@
-"""The function of an axis that is one cell thick: one node, the same everywhere. It makes a slab a plane or a line."""
+"""Constant function along an axis that is one cell thick: one node. It reduces a slab to a plane or a line."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from pellucid.jit import point_function
 
 
 class Flat(NamedTuple):
-    """One node."""
+    """Constant function with one node along the axis."""
 
     stencil: int = 1
 

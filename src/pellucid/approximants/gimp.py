@@ -1,4 +1,5 @@
-"""Uniform generalised interpolation (Bardenhagen & Kober 2004): tents averaged over a point's initial edge length 2l."""
+"""Uniform generalised interpolation (uGIMP, Bardenhagen & Kober 2004): tents averaged over the initial edge length 2l of a
+point."""
 
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ from pellucid.jit import point_function, pointwise
 
 
 class Gimp(NamedTuple):
-    """`half` is half the edge of a point along the axis, in cells; at most ½."""
+    """uGIMP function; `half` is half the edge of a point along the axis, in cells, at most ½."""
 
     half: float
     stencil: int = 3
@@ -15,7 +16,7 @@ class Gimp(NamedTuple):
 
 @pointwise
 def _averaged_tent(r, l):
-    """The function and its derivative at distance r from its node."""
+    """Return the function and its derivative at distance r from its node."""
     s = abs(r)
     sign = 1.0 if r >= 0.0 else -1.0
     if s < l:

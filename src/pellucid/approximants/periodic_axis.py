@@ -1,4 +1,4 @@
-"""The function of an axis that is periodic: node i is node i + n of its n cells, and there is no wall."""
+"""Function of a periodic axis: node i is the same as node i + n for n cells, and there is no wall."""
 
 from typing import Any, NamedTuple
 
@@ -8,11 +8,11 @@ from pellucid.approximants.axis import affine_weights, axis_numbers, axis_values
 from pellucid.jit import point_function, pointwise
 
 FAR = 4
-"""Cells, from which on functions do not know of a wall."""
+"""Distance from a wall in cells from which functions do not depend on the wall."""
 
 
 class PeriodicAxis(NamedTuple):
-    """Another function of as many nodes, folded into the period."""
+    """Another function with the same number of nodes, folded into the period."""
 
     function: Any
     stencil: int
@@ -20,13 +20,13 @@ class PeriodicAxis(NamedTuple):
 
 @pointwise
 def _far_from_walls(u, n):
-    """Where a coordinate lies in the period, with walls far from either end."""
+    """Return the coordinate within the period, shifted so that walls are far from both ends."""
     return u - n * floor(u / n) + FAR
 
 
 @pointwise
 def _within(i, n):
-    """The first node, counted without these walls: from 0 to n - 1."""
+    """Return the first node without this shift: from 0 to n - 1."""
     first = i - FAR
     first = first + n if first < 0 else first
     return first - n if first >= n else first

@@ -7,7 +7,7 @@ from pellucid.jit import point_function
 
 
 class QuadraticBSpline(NamedTuple):
-    """Three nodes along each axis."""
+    """Quadratic B-spline with three nodes along each axis."""
 
     stencil: int = 3
 

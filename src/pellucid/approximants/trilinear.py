@@ -1,4 +1,4 @@
-"""Trilinear functions, the original ones of the material point method (Sulsky, Chen & Schreyer 1994)."""
+"""Trilinear functions, those of the original material point method (Sulsky, Chen & Schreyer 1994)."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from pellucid.jit import point_function, pointwise
 
 
 class Trilinear(NamedTuple):
-    """Two nodes along each axis."""
+    """Linear function with two nodes along each axis."""
 
     stencil: int = 2
 
@@ -17,7 +17,7 @@ class Trilinear(NamedTuple):
 @pointwise
 def _cell(u, n):
     i = floor(u)
-    i = i if i > 0.0 else 0.0  # what is no number too: it must not lead out of the grid's memory
+    i = i if i > 0.0 else 0.0  # also replaces NaN, which must not index memory outside the grid
     return i if i < n - 1.0 else n - 1.0
 
 

@@ -200,7 +200,7 @@ def test_a_closed_sheet_too_thin_for_its_nodes_is_named():
     """A flat box: nodes of the faces have too few neighbours that face the same way."""
     box = {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1), "points": (3, 3, 3)}}
     table = sphere() | {"domain": {"surface": box}}
-    with pytest.raises(CaseError, match=r"body.ball.radial[\s\S]*stencil of the node at .* wider than the bend"):
+    with pytest.raises(CaseError, match=r"body.ball.radial[\s\S]*stencil of the node at .* too wide for the curvature"):
         Simulation(case(table), threads=1)
 
 

@@ -125,10 +125,10 @@ def test_too_few_neighbours_are_an_error_of_the_case():
     (problem,) = caught.value.problems
     assert (problem.key, problem.value) == ("body.block.approximant.dilatation", 1.01)
     place = re.fullmatch(
-        r"no shape functions at \((.*)\) m: the moment matrix has no inverse: too few neighbours.*", problem.text
+        r"no shape functions at \((.*)\) m: the moment matrix is singular: there are too few neighbours.*", problem.text
     )
     assert all(0.0 <= float(x) <= 0.1 for x in place.group(1).split(", "))
-    assert problem.remedy == "raise it, so that supports have more neighbours, or use another approximant"
+    assert problem.remedy == "increase it, so that supports have more neighbours, or use a different approximant"
 
 
 def test_conditions_that_say_the_same_twice_are_an_error_of_the_case():

@@ -70,7 +70,7 @@ where = { box = { lower = [-1, -1, -0.001], upper = [1, 1, 0.001] } }
         (
             "dilatation = 1.6",
             "dilatation = 1.01",
-            [":9: body.block.approximant.dilatation = 1.01", "too few neighbours", "raise it"],
+            [":9: body.block.approximant.dilatation = 1.01", "too few neighbours", "increase it"],
         ),
         ("cells = [3, 3, 1]", "cells = [0, 3, 3]", [":7: body.block.mesh.box.cells.0 = 0", "at least 1 (number of cubes"]),
         ('"neo-hookean"', '"hgo"', [":8: body.block.material.kind", "did you mean `holzapfel-gasser-ogden`?"]),

@@ -1,8 +1,8 @@
-"""Affine fits of functions of the nodes at quadrature points, and the system for what they leave.
+"""Affine fits of nodal functions at quadrature points, and the linear system of their residuals.
 
-The weights of a fit are c_a = |p_a| of the shape functions. With C = Σ_b c_b, the centre y = Σ_b c_b x_b / C and
-J = Σ_b c_b (x_b - y) ⊗ (x_b - y), the fit of η is Σ_b c_b η_b / C + t·(x - y), t = J⁻¹ Σ_b c_b (x_b - y) η_b; what it leaves,
-times the weights and summed over the points, is A η, A_ab = Σ_q w_q c_a (δ_ab - c_b (1/C + (x_a - y)·J⁻¹(x_b - y))).
+The weights of a fit are c_a = |p_a| of the shape functions. With C = Σ_b c_b, the centre y = Σ_b c_b x_b / C and J = Σ_b c_b
+(x_b - y) ⊗ (x_b - y), the fit of η is Σ_b c_b η_b / C + t·(x - y), t = J⁻¹ Σ_b c_b (x_b - y) η_b. The residual, multiplied by
+the weights and summed over the points, is A η, A_ab = Σ_q w_q c_a (δ_ab - c_b (1/C + (x_a - y)·J⁻¹(x_b - y))).
 """
 
 from typing import NamedTuple
@@ -18,8 +18,8 @@ from pellucid.jit.loops import parallel_loop
 from pellucid.jit.vector import LANES, load, splat, spread, store
 from pellucid.tensors import cofactor, determinant
 
-CELLS = 256  # that one thread takes at a time
-NODES = 64
+CELLS = 256  # cells per chunk of a parallel loop
+NODES = 64  # nodes per chunk
 
 
 class Fits(NamedTuple):
@@ -27,19 +27,19 @@ class Fits(NamedTuple):
 
     position: np.ndarray  # (n, 3) [m]
     cells: Lists  # the nodes of each cell
-    nodes: Lists  # the entries of `cells` that are of each node
-    cell: np.ndarray  # of each entry
-    n_points: int  # of a cell
-    weights: np.ndarray  # (m,) of the points [m³]
+    nodes: Lists  # the entries of `cells` that belong to each node
+    cell: np.ndarray  # cell of each entry
+    n_points: int  # quadrature points per cell
+    weights: np.ndarray  # (m,) quadrature weights [m³]
     over: np.ndarray  # (m,) 1/C
     centre: np.ndarray  # (m, 3) y [m]
     inverse: np.ndarray  # (m, 3, 3) J⁻¹ [1/m²]
-    shares: np.ndarray  # c_a, as rows of shape functions have their values
+    shares: np.ndarray  # c_a, in the layout of the values of the shape functions
     gradients: np.ndarray
 
 
 def make_fits(position: np.ndarray, cells: Lists, rows: PointRows, weights: np.ndarray) -> Bundle:
-    """Fits at quadrature points with weights [m³], shape (m,), as many in each cell."""
+    """Compute the fits at quadrature points with weights [m³], shape (m,), the same number in each cell."""
     n_cells, entries = len(cells.first) - 1, np.argsort(cells.items, kind="stable").astype(np.int32)
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.items, minlength=len(position)))])
     cell = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(cells.first))
@@ -95,7 +95,7 @@ def _find_sums(chunk, fits, sums, sizes):
 
 
 def quadrature_sums(fits: Bundle) -> tuple[np.ndarray, np.ndarray]:
-    """Σ_q w_q ∇p_a(q) [m²] and Σ_q w_q |∇p_a(q)|, component by component, shape (n, 3) each."""
+    """Return Σ_q w_q ∇p_a(q) [m²] and Σ_q w_q |∇p_a(q)|, component by component, shape (n, 3) each."""
     sums, sizes = np.zeros_like(fits.position), np.zeros_like(fits.position)
     _find_sums(-(-len(sums) // NODES), fits, sums, sizes)
     return sums, sizes
@@ -116,7 +116,10 @@ def _count(chunk, fits, count):
 
 @kernel(inner=True)
 def _add_cell(a, entry, fits, longest, s, row):
-    """Add what the cell of an entry of node a has to row a; s: scratch of three columns and four numbers to each point."""
+    """Add the contribution of the cell of an entry of node a to row a.
+
+    s: scratch memory of three columns, followed by four numbers for each point.
+    """
     cell, nq, position, centre, inverse = fits.cell[entry], fits.n_points, fits.position, fits.centre, fits.inverse
     shares, weights, over = fits.shares, fits.weights, fits.over
     start = fits.cells.first[cell]
@@ -178,7 +181,7 @@ def _fill(chunk, fits, longest, first, columns, entries):
 
 
 def system(fits: Bundle) -> sparse.csr_array:
-    """A [m³], shape (n, n): symmetric, semidefinite, affine functions in its null space."""
+    """Return A [m³], shape (n, n): symmetric, semidefinite, with affine functions in its null space."""
     n, chunks = len(fits.position), -(-len(fits.position) // NODES)
     count = np.zeros(n, np.int64)
     _count(chunks, fits, count)
@@ -219,5 +222,5 @@ def _correct(chunk, fits, eta):
 
 
 def apply_correction(fits: Bundle, eta: np.ndarray) -> None:
-    """Add c_a (η_a - its fit) to the gradients, for η of shape (n, 3)."""
+    """Add c_a (η_a - fit of η) to the gradients, for η of shape (n, 3)."""
     _correct(-(-(len(fits.cells.first) - 1) // CELLS), fits, eta)

@@ -1,8 +1,8 @@
-"""Modified moving least squares over rings of cells: weights from smooth distances to the boundaries of rings.
+"""Modified moving least squares with supports of rings of cells: weights from smooth distances to the boundaries of rings.
 
-The quadratic basis with its penalty is that of Joldes et al. 2015, Appl. Math. Comput. 266, 893; the weights are the priors of
+The quadratic basis with its penalty follows Joldes et al. 2015, Appl. Math. Comput. 266, 893; the weights are the priors of
 cell-based maximum entropy (Millán, Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712). The corners of a cell
-have weights everywhere in it, so that there are functions wherever cells have a volume.
+have positive weights everywhere in it, so that shape functions exist in every cell with a volume.
 """
 
 from typing import Literal, NamedTuple
@@ -19,7 +19,7 @@ from pellucid.model import parameter
 
 
 class CellLeastSquares(NamedTuple):
-    """Nodes, and distances from the faces that bound the ring of each."""
+    """Nodes, and distances from the faces that bound the ring of each node."""
 
     smoothness: float  # s
     position: np.ndarray  # (n, 3) [m]
@@ -27,21 +27,19 @@ class CellLeastSquares(NamedTuple):
 
 
 class CellLeastSquaresModel(FacedApproximant):
-    """Least squares of a quadratic basis, with the support of rings of cells."""
+    """Least squares with a quadratic basis and supports of rings of cells."""
 
     kind: Literal["cell-based-least-squares"] = "cell-based-least-squares"
-    rings: int = parameter("", "rings of cells about a node in its support", 2, ge=2, le=3)
+    rings: int = parameter("", "number of rings of cells around a node in its support", 2, ge=2, le=3)
     smoothness: float = parameter("", "power s of the distance in the weight", 2.0, ge=1, le=8)
     shape: float = parameter("", "factor α that rounds the edges of the distance from a triangle", 0.2, gt=0, le=8)
 
     @property
     def nodes_in_a_cell(self) -> float:
-        """Counted."""
-        return {2: 35.0, 3: 116.0}[self.rings]
+        return {2: 35.0, 3: 116.0}[self.rings]  # measured
 
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Functions with the supports of rings."""
-        from pellucid.approximants.nodal.rings import nodes_of_cells, ring_boundaries  # scipy is heavy
+        from pellucid.approximants.nodal.rings import nodes_of_cells, ring_boundaries  # scipy is slow to import
 
         bounds, size = ring_boundaries(mesh, self.rings)
         distances = face_distances(mesh, self.shape, size, bounds)
@@ -50,9 +48,9 @@ class CellLeastSquaresModel(FacedApproximant):
 
 @pointwise
 def _weight(fn, x, a, faces):
-    """D^s, and its gradient times the size of the ring."""
+    """Return D^s, and its gradient times the size of the ring."""
     total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
-    if total == 0.0:  # the ring is the whole mesh
+    if total == 0.0:  # the ring covers the whole mesh
         return 1.0, 0.0, 0.0, 0.0
     if total * VANISHING * VANISHING >= 1.0:
         return 0.0, 0.0, 0.0, 0.0

@@ -1,7 +1,7 @@
 """Cell-based maximum-entropy approximants: priors from smooth distances to the boundaries of rings.
 
-Source: Millán, Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712, in the plane; Mountris et al. 2019, section 3,
-in space.
+Source: Millán, Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712, in two dimensions; Mountris et al. 2019,
+section 3, in three.
 """
 
 from math import inf, log
@@ -18,7 +18,7 @@ from pellucid.model import parameter
 
 
 class CellMaximumEntropy(NamedTuple):
-    """Nodes, and distances from the faces that bound the ring of each."""
+    """Nodes, and distances from the faces that bound the ring of each node."""
 
     smoothness: float  # s
     position: np.ndarray  # (n, 3) [m]
@@ -26,25 +26,25 @@ class CellMaximumEntropy(NamedTuple):
 
 
 class CellMaximumEntropyModel(MaximumEntropyModel):
-    """Cell-based maximum entropy: smooth, positive, with the support of rings of cells.
+    """Cell-based maximum entropy: smooth, positive shape functions with supports of rings of cells.
 
-    Lengths in a prior are divided by the size of its node's ring, the largest distance from the node to a vertex of the ring:
-    the functions do not depend on the unit of length.
+    Lengths in a prior are divided by the size of the ring of its node (the largest distance from the node to a vertex of the
+    ring), so that the functions do not depend on the unit of length.
     """
 
     kind: Literal["cell-based-maximum-entropy"] = "cell-based-maximum-entropy"
-    rings: int = parameter("", "rings of cells about a node in its support; one is the linear simplex", 2, ge=1, le=3)
+    rings: int = parameter(
+        "", "number of rings of cells around a node in its support; 1 gives the linear simplex", 2, ge=1, le=3
+    )
     smoothness: float = parameter("", "power s of the distance in the prior", 2.0, ge=1, le=8)
     shape: float = parameter("", "factor α that rounds the edges of the distance from a triangle", 0.2, gt=0, le=8)
 
     @property
     def nodes_in_a_cell(self) -> float:
-        """Counted."""
-        return {1: 4.0, 2: 35.0, 3: 116.0}[self.rings]
+        return {1: 4.0, 2: 35.0, 3: 116.0}[self.rings]  # measured
 
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Functions with the supports of rings."""
-        from pellucid.approximants.nodal.rings import nodes_of_cells, ring_boundaries  # scipy is heavy
+        from pellucid.approximants.nodal.rings import nodes_of_cells, ring_boundaries  # scipy is slow to import
 
         bounds, size = ring_boundaries(mesh, self.rings)
         distances = face_distances(mesh, self.shape, size, bounds)
@@ -53,9 +53,9 @@ class CellMaximumEntropyModel(MaximumEntropyModel):
 
 @pointwise
 def _prior(fn, x, a, faces):
-    """ln w_a = s ln D_a and its gradient times the size of the ring."""
+    """Return ln w_a = s ln D_a, and its gradient times the size of the ring."""
     total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
-    if total == 0.0:  # the ring is the whole mesh
+    if total == 0.0:  # the ring covers the whole mesh
         return 0.0, 0.0, 0.0, 0.0
     if total * VANISHING * VANISHING >= 1.0:
         return -inf, 0.0, 0.0, 0.0

@@ -1,6 +1,6 @@
-"""The interface of nodal approximants: shape functions of a body with its own nodes, over the simplices of a background mesh.
+"""Interface of nodal approximants: shape functions of a body with its own nodes, over the simplices of a background mesh.
 
-Which nodes are active is a matter of the cell: all points of a cell share one list of nodes.
+The active nodes depend only on the cell: all points of a cell share one list of nodes.
 """
 
 from abc import abstractmethod
@@ -14,22 +14,22 @@ from pellucid.jit import generic
 from pellucid.model import Model
 from pellucid.registry import Family, OneOf
 
-FACE_BLOCK, FACE_COLUMNS = 32, 5  # faces whose distances are found side by side, and what is kept of each
+FACE_BLOCK, FACE_COLUMNS = 32, 5  # number of faces per vectorised block, and of values stored for each
 
 OK, NOT_CONVERGED, NO_PRIOR, SINGULAR_MOMENTS = range(4)
 FAILURES = {
-    NOT_CONVERGED: "no weights of maximum entropy in 100 iterations: it lies outside the convex hull of its nodes",
-    NO_PRIOR: "no node has a weight there",
-    SINGULAR_MOMENTS: "the moment matrix has no inverse: too few neighbours, or all of them on one plane",
+    NOT_CONVERGED: "maximum entropy did not converge in 100 iterations: the point lies outside the convex hull of its nodes",
+    NO_PRIOR: "no node has a positive weight there",
+    SINGULAR_MOMENTS: "the moment matrix is singular: there are too few neighbours, or all of them lie in one plane",
 }
 
 
 class NoFunctions(ValueError):
-    """An approximant has no functions at a place."""
+    """An approximant has no shape functions at a position."""
 
 
 class Scratch(NamedTuple):
-    """Memory of one thread for the nodes of a cell."""
+    """Scratch memory of one thread for the nodes of a cell."""
 
     offset: np.ndarray  # (n, 3)
     log_prior: np.ndarray  # (n,)
@@ -37,43 +37,45 @@ class Scratch(NamedTuple):
     moments: np.ndarray  # (4, 10, 10)
     terms: np.ndarray  # (5, 10)
     faces: np.ndarray  # (FACE_COLUMNS * FACE_BLOCK,)
-    normal: np.ndarray  # (3,) of the face on which the point lies, zero where it lies on none
+    normal: np.ndarray  # (3,) normal of the face on which the point lies, zero if there is none
 
 
 class Evaluator(NamedTuple):
-    """An approximant for a mesh: the nodes of each cell, in ascending order, and the parameters of its functions, a NamedTuple
-    of its own."""
+    """An approximant for a mesh: the active nodes of each cell, in ascending order, and the parameters of its functions, in
+    a NamedTuple of its own type."""
 
     active: Lists
     functions: Any
     positive: bool = True
-    """Whether no function is negative anywhere."""
+    """True if all shape functions are non-negative."""
 
 
 class NodalApproximant(Model):
-    """A nodal approximant as the user describes it. A new one is a subclass with a `kind` of its own."""
+    """A nodal approximant as defined in a case. A new one is a subclass with its own `kind`."""
 
     kind: str
     reach: ClassVar[str | None] = None
-    """Its key for how far functions reach, where they need neighbours enough."""
+    """Name of its key for the size of supports, if the functions need enough neighbours."""
     follows_cells: ClassVar[bool] = False
-    """Whether its functions are linear in each cell, so that one flat cell makes them steep and the step small."""
+    """True if its functions are linear in each cell, so that one flat cell makes them steep and the time step small."""
     remedy: ClassVar[str | None] = None
-    """What to do where it has no functions; None where it has some wherever tetrahedra have a volume."""
+    """Remedy if it has no functions at a point; None if it has functions in all tetrahedra with a volume."""
 
     @abstractmethod
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Its functions for a mesh."""
+        """Build its shape functions for a mesh."""
 
     def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """Functions of which those of nodes, shape (k,), vanish on boundary faces of these numbers, shape (k,). Those of the
-        evaluator where the approximant has no such."""
+        """Return an evaluator in which the functions of nodes, shape (k,), vanish on these boundary faces, shape (k,).
+
+        Returns the given evaluator if the approximant does not support this.
+        """
         return evaluator
 
     @property
     @abstractmethod
     def nodes_in_a_cell(self) -> float:
-        """About how many nodes are active in a tetrahedron within an irregular mesh: for estimates of memory."""
+        """Approximate number of active nodes in an interior tetrahedron of an irregular mesh, for estimates of memory."""
 
 
 NODAL_APPROXIMANTS = Family("approximant", NodalApproximant)
@@ -82,7 +84,8 @@ AnyNodalApproximant = Annotated[NodalApproximant, OneOf(NODAL_APPROXIMANTS)]
 
 @generic
 def shape_functions(functions: Any, cell: int, x: Any, active: Any, scratch: Any, values: Any, gradients: Any) -> Any:
-    """Fill values (n,) and gradients (3, n) of the active nodes (n,) at a place x of a cell; `OK` or a code of `FAILURES`.
+    """Fill values (n,) and gradients (3, n) of the active nodes (n,) at a position x in a cell; return `OK` or a code of
+    `FAILURES`.
 
-    Gradients with no columns are left out.
+    Gradients are skipped if the array has no columns.
     """

@@ -1,10 +1,10 @@
-"""Smooth distances of points from the faces that bound the supports of nodes, put together from those of each face.
+"""Smooth distances of points from the faces that bound the supports of nodes, combined from the distances to single faces.
 
-D = (Σ ρ_i⁻²)^(-1/2) of the distances ρ_i from the faces, in sizes of the support. A face trimmed by a disc (a segment) or by
-the three planes through its edges (a triangle) has, by R-functions, the distance ρ = sqrt(f² + ¼ (sqrt(t² + f⁴) - t)²), where
-f vanishes on the line or plane of the face and t ≥ 0 on the face itself (Biswas & Shapiro 2004, Graph. Models 66, 133; Millán,
-Sukumar & Arroyo 2015; Mountris et al. 2019, section 3). f⁴ beside t² makes ρ depend on the unit of length, so that lengths are
-to be divided by a length of the problem before.
+D = (Σ ρ_i⁻²)^(-1/2) with the distances ρ_i from the faces, divided by the size of the support. By R-functions, the distance
+from a face trimmed by a disc (a segment) or by the three planes through its edges (a triangle) is ρ = sqrt(f² + ¼ (sqrt(t² +
+f⁴) - t)²), where f vanishes on the line or plane of the face and t ≥ 0 on the face itself (Biswas & Shapiro 2004, Graph. Models
+66, 133; Millán, Sukumar & Arroyo 2015; Mountris et al. 2019, section 3). As f⁴ is added to t², ρ depends on the unit of length;
+lengths must first be divided by a length of the problem.
 """
 
 from math import sqrt
@@ -17,7 +17,7 @@ from pellucid.approximants.nodal.lists import Lists
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import pointwise
 
-SMOOTHNESS, SHAPE = 2.0, 0.2  # of functions that vanish on single faces: those of cell-based maximum entropy
+SMOOTHNESS, SHAPE = 2.0, 0.2  # for functions that vanish on single faces, as in cell-based maximum entropy
 VANISHING = 1e-13  # distance in sizes of the support below which a point lies on its boundary
 
 
@@ -28,24 +28,24 @@ class FaceDistances(NamedTuple):
     shape: float  # α
     size: np.ndarray  # (n,) of the supports [m]
     first: np.ndarray  # (n + 1,)
-    faces: np.ndarray  # those of node a from first[a] to first[a + 1]
-    planes: np.ndarray  # (f, 4, 4) normals and offsets: of the face, and through its edges (of a segment: middle and length)
+    faces: np.ndarray  # faces of node a: entries first[a] to first[a + 1]
+    planes: np.ndarray  # (f, 4, 4) normals and offsets of the face and of planes through its edges (segment: middle, length)
 
 
 def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lists) -> FaceDistances:
-    """Of the nodes of a mesh with these faces each; shape: α, by which edges are rounded; size: of their supports [m]."""
+    """Build the distances for nodes with these faces; shape: α, which rounds the edges; size: of their supports [m]."""
     flat = mesh.dimension == 2
     planes = (_segments if flat else _triangles)(mesh.nodes[mesh.faces[0]])
     return FaceDistances(flat, shape, size, *faces, planes)
 
 
 def no_faces(n: int) -> Lists:
-    """For n nodes of which none has a face."""
+    """Return empty lists of faces for n nodes."""
     return Lists(np.zeros(n + 1, np.int64), np.zeros(0, np.int64))
 
 
 def _segments(corners: np.ndarray) -> np.ndarray:
-    """Of segments with corners, shape (f, 2, 3): unit normal and offset; middle and length."""
+    """Return for segments with corners, shape (f, 2, 3): unit normal and offset; middle and length."""
     along = corners[:, 1] - corners[:, 0]
     length = np.linalg.norm(along, axis=1)
     planes = np.zeros((len(corners), 4, 4))
@@ -56,9 +56,9 @@ def _segments(corners: np.ndarray) -> np.ndarray:
 
 
 def _triangles(corners: np.ndarray) -> np.ndarray:
-    """Of triangles with corners, shape (f, 3, 3): the plane of each, and the planes through its edges, positive inside.
+    """Return for triangles with corners, shape (f, 3, 3): their planes, and the planes through their edges, positive inside.
 
-    The corners are in the order of the nodes' numbers: the functions depend on the order of the edges.
+    The corners are in the order of the node numbers, as the functions depend on the order of the edges.
     """
     planes = np.zeros((len(corners), 4, 4))
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -79,8 +79,9 @@ def _along(plane, x):
 
 @pointwise
 def _weigh_block(alpha, s):
-    """Replace the distances f, p1, p2, p3 of a block of faces by ρ⁻³ times the derivatives of ρ by them, and ρ⁻²."""
-    for i in range(FACE_BLOCK):  # columns a constant apart, no branch, no sum: the compiler takes several faces at a time
+    """Replace the distances f, p1, p2, p3 of a block of faces by ρ⁻³ times the derivatives of ρ with respect to them, and
+    ρ⁻²."""
+    for i in range(FACE_BLOCK):  # constant stride, no branch, no sum: the compiler vectorises over faces
         f = s[i]
         t, by_f, by_1, by_2, by_3 = triangle_trim(f, s[FACE_BLOCK + i], s[2 * FACE_BLOCK + i], s[3 * FACE_BLOCK + i], alpha)
         rho, of_f, of_t = trimmed_distance(f, t)
@@ -95,7 +96,7 @@ def _weigh_block(alpha, s):
 
 @pointwise
 def _triangle_sum(fn, x, a, s):
-    """Σ ρ⁻² over the faces of node a, and Σ ρ⁻³ ∇ρ, in sizes of the support."""
+    """Return Σ ρ⁻² over the faces of node a, and Σ ρ⁻³ ∇ρ, in units of the support size."""
     over = 1.0 / fn.size[a]
     total = gx = gy = gz = 0.0
     for start in range(fn.first[a], fn.first[a + 1], FACE_BLOCK):
@@ -116,7 +117,7 @@ def _triangle_sum(fn, x, a, s):
 
 @pointwise
 def _segment_sum(fn, x, a):
-    """The same over segments in the plane."""
+    """Return the sums of `_triangle_sum` for segments in the plane."""
     total = gx = gy = 0.0
     size = fn.size[a]
     for i in range(fn.first[a], fn.first[a + 1]):
@@ -135,14 +136,14 @@ def _segment_sum(fn, x, a):
 
 @pointwise
 def inverse_square(fn, x, a, scratch):
-    """D⁻² = Σ ρ⁻² at x for node a, and Σ ρ⁻³ ∇ρ = D⁻² ∇ln D, in sizes of its support; scratch: memory for faces."""
+    """Return D⁻² = Σ ρ⁻² at x for node a, and Σ ρ⁻³ ∇ρ = D⁻² ∇ln D, in units of its support size; scratch: memory for faces."""
     return _segment_sum(fn, x, a) if fn.flat else _triangle_sum(fn, x, a, scratch)
 
 
 @pointwise
 def share_before_faces(fn, x, a, scratch):
-    """(1 + D⁻²)^(-s/2), the share of a weight of node a that its faces leave at x, and its gradient times the size of the
-    support."""
+    """Return the factor (1 + D⁻²)^(-s/2) by which faces reduce the weight of node a at x, and its gradient times the
+    support size."""
     total, gx, gy, gz = inverse_square(fn, x, a, scratch)
     if total * VANISHING * VANISHING >= 1.0:
         return 0.0, 0.0, 0.0, 0.0
@@ -151,12 +152,12 @@ def share_before_faces(fn, x, a, scratch):
     return share, factor * gx, factor * gy, factor * gz
 
 
-TINY = 1e-150  # keeps divisors, and products of two of them, from zero, where what they divide is zero too
+TINY = 1e-150  # avoids division by zero, also by products of two such divisors, where the numerator is zero too
 
 
 @pointwise
 def trimmed_distance(f, t):
-    """ρ and its derivatives by f and t, without a branch, so that loops over faces can take several at a time."""
+    """Return ρ and its derivatives with respect to f and t, without branches, so that loops over faces can be vectorised."""
     V = sqrt(t * t + f * f * f * f) + TINY
     total = V + abs(t)
     gap = f * f * f * f / total if t > 0.0 else total  # V - t, without cancellation
@@ -168,9 +169,9 @@ def trimmed_distance(f, t):
 
 @pointwise
 def triangle_trim(f, p1, p2, p3, alpha):
-    """t of a triangle and its derivatives by f, p1, p2, p3.
+    """Return t of a triangle and its derivatives with respect to f, p1, p2, p3.
 
-    f: distance from its plane; p1, p2, p3: from the planes through its edges orthogonal to it, positive inside.
+    f: distance from its plane; p1, p2, p3: distances from the planes through its edges and normal to it, positive inside.
     """
     G = sqrt(p1 * p1 + p2 * p2 + alpha * f * f)
     over_G = 1.0 / (G + TINY)

@@ -1,4 +1,4 @@
-"""Nodal approximants whose weights of nodes fall to nothing towards faces."""
+"""Nodal approximants whose nodal weights can vanish on faces."""
 
 import numpy as np
 
@@ -7,10 +7,9 @@ from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
 
 class FacedApproximant(NodalApproximant):
-    """An approximant whose functions have `distances` from faces, towards which the weights of nodes can fall to nothing."""
+    """An approximant with `distances` from faces, on which the weights of nodes can vanish."""
 
     def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """With distances of these nodes from these faces too."""
-        from pellucid.approximants.nodal.rings import with_faces  # scipy is heavy
+        from pellucid.approximants.nodal.rings import with_faces  # scipy is slow to import
 
         return with_faces(evaluator, mesh, nodes, faces)

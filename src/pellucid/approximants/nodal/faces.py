@@ -1,4 +1,4 @@
-"""Shape functions over faces of the cells."""
+"""Integrals of shape functions over faces of the cells."""
 
 import numpy as np
 
@@ -8,19 +8,20 @@ from pellucid.geometry.algorithms.quadrature import TRIANGLE, TRIANGLE_WEIGHTS
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.geometry.meshes.face_shares import FaceShares
 
-SMALLEST = 1e-16  # share that is kept: functions of nodes off a face vanish on it but for rounding
+SMALLEST = 1e-16  # smaller values are dropped: functions of nodes off a face vanish on it up to rounding
 
 
 def unit_normals(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Of triangles between nodes [m], shape (f, 3), to either side: shape (f, 3)."""
+    """Return unit normals of triangles between nodes [m], shape (f, 3), with arbitrary sign: shape (f, 3)."""
     areas = vector_areas(nodes, faces)
     return np.asarray(areas / np.linalg.norm(areas, axis=1)[:, None])
 
 
 def face_shares(evaluator: Evaluator, nodes: np.ndarray, faces: np.ndarray, cells: np.ndarray) -> FaceShares:
-    """Means of the shape functions over triangles between nodes [m], shape (f, 3), faces of cells, shape (f,): ∫ p_a dA / A.
+    """Return means of the shape functions over triangles, ∫ p_a dA / A.
 
-    They reproduce constant and linear fields: on each face, Σ_a of the shares is 1, and Σ_a of shares times nodes its middle.
+    nodes [m]; faces: corners of the triangles, shape (f, 3); cells: cells of the faces, shape (f,). The means reproduce
+    constant and linear fields: on each face their sum is 1, and the sum of means times nodal positions is the centre.
     """
     means, normals = np.zeros(0), unit_normals(nodes, faces)
     for place, weight in zip(TRIANGLE, TRIANGLE_WEIGHTS, strict=True):

@@ -1,16 +1,16 @@
-"""Least squares of polynomials with moving weights: shape functions from the weights of nodes and their slopes.
+"""Moving least squares with polynomials: shape functions from nodal weights and their gradients.
 
-p_a = w_a p(x - x_a)·M⁻¹ p(0) with M = Σ_a w_a p ⊗ p, of a linear basis p, or a quadratic one with a small penalty on its
+p_a = w_a p(x - x_a)·M⁻¹ p(0) with M = Σ_a w_a p ⊗ p, for a linear basis p, or a quadratic one with a small penalty on its
 quadratic coefficients, which keeps M regular wherever the linear terms are (Joldes et al. 2015, Appl. Math. Comput. 266, 893).
 """
 
 from pellucid.approximants.nodal.contract import OK, SINGULAR_MOMENTS
 from pellucid.jit import pointwise
 
-LINEAR, QUADRATIC = 4, 10  # terms of a basis in space
-PENALTY = 1e-7  # on quadratic coefficients, of the sum of the weights, in lengths of the support
-SINGULAR = 1e-13  # pivot of M below which a term counts as one of those before, of the sum of the weights
-DROPPED = 1e100  # pivot of a term that has no part
+LINEAR, QUADRATIC = 4, 10  # number of terms of a basis in three dimensions
+PENALTY = 1e-7  # on quadratic coefficients, relative to the sum of the weights, in units of the support size
+SINGULAR = 1e-13  # pivot of M, relative to the sum of the weights, below which a term depends on the previous ones
+DROPPED = 1e100  # pivot of a dropped term
 
 
 @pointwise
@@ -22,9 +22,9 @@ def _basis(terms, x, y, z, p):
 
 @pointwise
 def _factor(m, A, drops):
-    """Cholesky's factor of the first m rows and columns of A in its lower part; whether there is one.
+    """Overwrite the lower part of the first m rows and columns of A by the Cholesky factor; return False if it does not exist.
 
-    drops: whether terms that depend on those before have no part, as where all nodes with a weight lie in a plane.
+    drops: drop terms that depend on previous ones, e.g. if all nodes with a weight lie in a plane.
     """
     least = SINGULAR * A[0, 0]
     for i in range(m):
@@ -45,7 +45,7 @@ def _factor(m, A, drops):
 
 @pointwise
 def _solve(m, A, b):
-    """Overwrite b with A⁻¹ b, from Cholesky's factor."""
+    """Overwrite b with A⁻¹ b, using the Cholesky factor."""
     for i in range(m):
         for k in range(i):
             b[i] -= A[i, k] * b[k]
@@ -58,7 +58,7 @@ def _solve(m, A, b):
 
 @pointwise
 def _fill_moments(m, flat, n, scratch):
-    """Σ w p ⊗ p and its derivatives."""
+    """Compute Σ w p ⊗ p and its derivatives."""
     moments, offset, basis = scratch.moments, scratch.offset, scratch.terms[0]
     moments[:, :m, :m] = 0.0
     for i in range(n):
@@ -75,7 +75,7 @@ def _fill_moments(m, flat, n, scratch):
     for r in range(4, m):
         for k in range(4):
             moments[k, r, r] += PENALTY * moments[k, 0, 0]
-    if flat:  # terms with z are nothing but zeros
+    if flat:  # terms with z are zero
         moments[0, 3, 3] = moments[0, 0, 0]
         for r in range(6, m - 1):
             moments[0, r, r] = moments[0, 0, 0]
@@ -83,9 +83,9 @@ def _fill_moments(m, flat, n, scratch):
 
 @pointwise
 def least_squares(m, flat, drops, length, scratch, values, gradients):
-    """Fill values (n,) and gradients (3, n) [1/m] of a basis of m terms; a code.
+    """Fill values (n,) and gradients (3, n) [1/m] for a basis of m terms; return `OK` or a code of `FAILURES`.
 
-    scratch has, in units of a length [m], x_a - x in `offset`, the weights in `log_prior` and their slopes in `slope`.
+    scratch, in units of a length [m]: x_a - x in `offset`, the weights in `log_prior` and their gradients in `slope`.
     """
     n, moments, offset = len(values), scratch.moments, scratch.offset
     _fill_moments(m, flat, n, scratch)
@@ -122,7 +122,8 @@ def least_squares(m, flat, drops, length, scratch, values, gradients):
 
 @pointwise
 def _add_up_to_one(values, gradients):
-    """Divide by the sum, which is one but for the rounding of the moments: what is left of it would give a body momentum."""
+    """Normalise by the sum, which differs from one by the rounding of the moments; the difference would add momentum to a
+    body."""
     total = 0.0
     for i in range(len(values)):
         total += values[i]

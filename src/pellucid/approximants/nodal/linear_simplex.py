@@ -1,4 +1,4 @@
-"""Linear functions on simplices: the finite elements that the other approximants are compared with."""
+"""Linear functions on simplices: linear finite elements, as a reference for the other approximants."""
 
 from typing import ClassVar, Literal, NamedTuple
 
@@ -10,7 +10,7 @@ from pellucid.jit import point_function
 
 
 class LinearSimplex(NamedTuple):
-    """The gradients of the functions of each cell's corners in ascending order [1/m], shape (c, d + 1, 3), and its middle."""
+    """Gradients of the functions of each cell's corners in ascending order [1/m], shape (c, d + 1, 3), and the cell centre."""
 
     gradient: np.ndarray
     middle: np.ndarray  # (c, 3) [m]
@@ -25,12 +25,10 @@ class LinearSimplexModel(NodalApproximant):
 
     @property
     def nodes_in_a_cell(self) -> float:
-        """Its corners."""
         return 4.0
 
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Functions of the corners."""
-        from pellucid.approximants.nodal.rings import nodes_of_cells  # scipy is heavy
+        from pellucid.approximants.nodal.rings import nodes_of_cells  # scipy is slow to import
 
         active, d = nodes_of_cells(mesh, 1), mesh.dimension
         corners = mesh.nodes[active.items.reshape(-1, d + 1)]

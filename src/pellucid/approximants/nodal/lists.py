@@ -1,4 +1,4 @@
-"""Lists of numbers of different lengths, one after the other."""
+"""Ragged lists of numbers, stored consecutively (CSR layout)."""
 
 from typing import NamedTuple
 
@@ -6,13 +6,13 @@ import numpy as np
 
 
 class Lists(NamedTuple):
-    """A list of numbers for each of n things: those of thing i are `items[first[i]:first[i + 1]]`."""
+    """A list of numbers for each of n objects: the list of object i is `items[first[i]:first[i + 1]]`."""
 
     first: np.ndarray
     items: np.ndarray
 
     def of(self, things: np.ndarray) -> "Lists":
-        """Those of some things, shape (m,), in their order."""
+        """Return the lists of some objects, shape (m,), in their order."""
         count = np.diff(self.first)[things]
         first = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
         return Lists(

@@ -1,4 +1,4 @@
-"""Local maximum-entropy approximants: Gaussian priors.
+"""Local maximum-entropy approximants with Gaussian priors.
 
 Source: Arroyo & Ortiz 2006, Int. J. Numer. Methods Eng. 65, 2167.
 """
@@ -15,31 +15,29 @@ from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 from pellucid.jit import point_function
 from pellucid.model import parameter
 
-NEGLIGIBLE = 1e-8  # of the prior at its node, where the support is cut off
+NEGLIGIBLE = 1e-8  # prior relative to its value at the node, at which the support is cut off
 
 
 class LocalMaximumEntropy(NamedTuple):
-    """Nodes, the widths of their priors, and distances from faces on which these vanish, of most nodes none."""
+    """Nodes, the widths of their priors, and distances from faces on which these vanish (for most nodes there are none)."""
 
     position: np.ndarray  # (n, 3) [m]
     width: np.ndarray  # (n,) of the Gaussian, h/sqrt(γ) [m]
-    distances: FaceDistances  # in mean lengths of the edges at a node
+    distances: FaceDistances  # in units of the mean edge length at a node
 
 
 class LocalMaximumEntropyModel(MaximumEntropyModel):
-    """Local maximum entropy: priors exp(-γ|x - x_a|²/h²), where h is the mean length of the edges at the node."""
+    """Local maximum entropy with priors exp(-γ|x - x_a|²/h²), where h is the mean edge length at the node."""
 
     kind: Literal["local-maximum-entropy"] = "local-maximum-entropy"
-    locality: float = parameter("", "γ: how local the functions are", 2.4, ge=0.5, le=10)
+    locality: float = parameter("", "locality γ: larger values give smaller supports", 2.4, ge=0.5, le=10)
 
     @property
     def nodes_in_a_cell(self) -> float:
-        """Counted at γ = 2.4; supports grow as its root falls."""
-        return 262.0 * (2.4 / self.locality) ** 1.5
+        return 262.0 * (2.4 / self.locality) ** 1.5  # measured at γ = 2.4; the radius of a support is proportional to γ^(-1/2)
 
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Functions whose supports end where the prior is negligible."""
-        from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is heavy
+        from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is slow to import
 
         width = mesh.spacing / sqrt(self.locality)
         active = nodes_in_reach(mesh, width * sqrt(-log(NEGLIGIBLE)))

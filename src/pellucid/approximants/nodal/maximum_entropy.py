@@ -1,7 +1,7 @@
-"""The principle of maximum entropy with priors: shape functions from weights.
+"""Principle of maximum entropy with priors: shape functions from weights.
 
-p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish: the least of the convex function ln Z
-(Arroyo & Ortiz 2006, Int. J. Numer. Methods Eng. 65, 2167; Mountris et al. 2019, eqs. 5 to 9).
+p_a = w_a exp(λ·(x - x_a)) / Z, where λ makes Σ p_a (x - x_a) vanish, which is the minimum of the convex function ln Z (Arroyo &
+Ortiz 2006, Int. J. Numer. Methods Eng. 65, 2167; Mountris et al. 2019, eqs. 5 to 9).
 """
 
 from math import exp, inf, log, sqrt
@@ -12,23 +12,23 @@ from pellucid.approximants.nodal.faced import FacedApproximant
 from pellucid.jit import pointwise
 
 MOST_ITERATIONS = 100
-CLOSE = 1e-13  # of Σ p_a (x - x_a), in the lengths by which the offsets are divided; one more step squares it off the faces
-ROUNDED = 1e-7  # of the same, taken where no more can be had: on edges of coordinates in single precision, as STL has
-FLAT = 1e-15  # of tr J, added to its diagonal: on a face of the convex hull J has no inverse
+CLOSE = 1e-13  # tolerance of Σ p_a (x - x_a), in units of the offsets; off the faces one more step squares the error
+ROUNDED = 1e-7  # the same if no better value can be reached: on edges with single-precision coordinates, as in STL files
+FLAT = 1e-15  # fraction of tr J added to its diagonal: J is singular on a face of the convex hull
 EXACT = 1e-10  # decrement of ln Z below which round-off may hide the descent
-ON_PLANE = 1e-11  # height over a face, in the lengths of the offsets, up to which a node lies on its plane
-SHORTEST = 1e-10  # of a step of the line search
+ON_PLANE = 1e-11  # height above a face, in units of the offsets, up to which a node lies in its plane
+SHORTEST = 1e-10  # smallest step of the line search
 
 
 class MaximumEntropyModel(FacedApproximant):
-    """What maximum-entropy approximants share, whose priors can have distances from faces."""
+    """Base of the maximum-entropy approximants, whose priors can include distances from faces."""
 
-    remedy: ClassVar[str | None] = 'leave `approximant` out: "cell-based-least-squares" has functions there'
+    remedy: ClassVar[str | None] = 'remove `approximant`: the default "cell-based-least-squares" has shape functions there'
 
 
 @pointwise
 def _weigh(n, offset, log_prior, l0, l1, l2, p):
-    """p_a for a multiplier λ = (l0, l1, l2), and ln Z."""
+    """Compute p_a for a multiplier λ = (l0, l1, l2), and return ln Z."""
     highest = -inf
     for a in range(n):
         p[a] = log_prior[a] + l0 * offset[a, 0] + l1 * offset[a, 1] + l2 * offset[a, 2]
@@ -44,7 +44,7 @@ def _weigh(n, offset, log_prior, l0, l1, l2, p):
 
 @pointwise
 def _moments(n, offset, p, flat):
-    """r = Σ p_a (x - x_a), and the inverse of J = Σ p_a (x - x_a) ⊗ (x - x_a) - r ⊗ r."""
+    """Return r = Σ p_a (x - x_a), and the inverse of J = Σ p_a (x - x_a) ⊗ (x - x_a) - r ⊗ r."""
     r0 = r1 = r2 = 0.0
     xx = yy = zz = yz = xz = xy = 0.0
     for a in range(n):
@@ -62,7 +62,7 @@ def _moments(n, offset, p, flat):
     yz, xz, xy = yz - r1 * r2, xz - r0 * r2, xy - r0 * r1
     small = FLAT * (xx + yy + zz)
     xx, yy, zz = xx + small, yy + small, zz + small
-    if flat:  # in the plane the third direction is left out
+    if flat:  # in two dimensions the third direction is omitted
         zz, yz, xz = 1.0, 0.0, 0.0
     first, second, third = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     determinant = xx * first + xy * second + xz * third
@@ -73,9 +73,9 @@ def _moments(n, offset, p, flat):
 
 @pointwise
 def entropy_weights(n, flat, offset, log_prior, p):
-    """Fill p (n,) with the shape functions of n nodes, from offsets x - x_a, shape (n, 3), in lengths of the node spacing.
+    """Fill p (n,) with the shape functions of n nodes, from offsets x - x_a, shape (n, 3), in units of the node spacing.
 
-    flat: whether the nodes lie in a plane z = const. Returns a code: OK or what failed.
+    flat: True if the nodes lie in a plane z = const. Returns `OK` or a code of `FAILURES`.
     """
     highest = -inf
     for a in range(n):
@@ -92,7 +92,7 @@ def entropy_weights(n, flat, offset, log_prior, p):
         d1 = -(xy * r0 + yy * r1 + yz * r2)
         d2 = -(xz * r0 + yz * r1 + zz * r2)
         slope = r0 * d0 + r1 * d1 + r2 * d2
-        if slope >= 0.0:  # J lost its rank to round-off: go down the gradient
+        if slope >= 0.0:  # J is singular by round-off: use the gradient direction
             d0, d1, d2, slope = -r0, -r1, -r2, -(r0 * r0 + r1 * r1 + r2 * r2)
         t = 1.0
         found = _weigh(n, offset, log_prior, l0 + d0, l1 + d1, l2 + d2, p)
@@ -107,10 +107,10 @@ def entropy_weights(n, flat, offset, log_prior, p):
 
 @pointwise
 def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
-    """Fill gradient (3, n) with ∇p_a, from the gradients ∇ln w_a of the priors, shape (n, 3), which it overwrites.
+    """Fill gradient (3, n) with ∇p_a, from the gradients ∇ln w_a of the priors, shape (n, 3), which are overwritten.
 
-    With g_a = ∇ln w_a and M = I + Σ p_a (x - x_a) ⊗ g_a, ∇λ = -J⁻¹ M, it is p_a (g_a - Σ p_b g_b + ∇λᵀ (x - x_a)); in the
-    lengths of the offsets.
+    With g_a = ∇ln w_a, M = I + Σ p_a (x - x_a) ⊗ g_a and ∇λ = -J⁻¹ M, it is p_a (g_a - Σ p_b g_b + ∇λᵀ (x - x_a)), in units of
+    the offsets.
     """
     _, (xx, yy, zz), (yz, xz, xy) = _moments(n, offset, p, flat)
     for j in range(3):
@@ -133,7 +133,7 @@ def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
 
 @pointwise
 def offsets(position, x, active, offset):
-    """Fill offset (n, 3) with x - x_a in units of the largest; this length."""
+    """Fill offset (n, 3) with x - x_a divided by the largest length, and return this length."""
     farthest = 0.0
     for i in range(len(active)):
         a = active[i]
@@ -151,7 +151,7 @@ def offsets(position, x, active, offset):
 
 @pointwise
 def to_lengths(gradients, length):
-    """Turn gradients by offsets into gradients by x [1/m]."""
+    """Convert gradients by offsets to gradients by x [1/m]."""
     for j in range(3):
         for a in range(gradients.shape[1]):
             gradients[j, a] /= length
@@ -159,10 +159,10 @@ def to_lengths(gradients, length):
 
 @pointwise
 def keep_face(n, normal, offset, log_prior):
-    """Leave out the nodes off a face where all nodes with a weight lie on one side of it: they have no part in the field there.
+    """Exclude the nodes off a face if all nodes with a weight lie on one side of it, as their functions vanish on the face.
 
-    The functions are the limit of a λ that grows along the normal, which Newton's method cannot reach where nodes lie close to
-    the plane of the face, as on a curved boundary.
+    The functions are the limit of a λ that grows along the normal, which Newton's method cannot reach if nodes lie close to the
+    plane of the face, as on a curved boundary.
     """
     above = below = False
     for a in range(n):
@@ -175,14 +175,15 @@ def keep_face(n, normal, offset, log_prior):
         height = offset[a, 0] * normal[0] + offset[a, 1] * normal[1] + offset[a, 2] * normal[2]
         if abs(height) > ON_PLANE:
             log_prior[a] = -inf
-        else:  # without this rounding, which no λ makes up for
+        else:  # removes a rounding error that no λ can compensate
             for d in range(3):
                 offset[a, d] -= height * normal[d]
 
 
 @pointwise
 def entropy_functions(length, flat, scratch, values, gradients):
-    """Fill values (n,) and gradients (3, n) [1/m] from offsets, priors and slopes of these in units of a length [m]; a code."""
+    """Fill values (n,) and gradients (3, n) [1/m] from offsets, priors and their gradients in units of a length [m]; return
+    a code."""
     n = len(values)
     if scratch.normal[0] != 0.0 or scratch.normal[1] != 0.0 or scratch.normal[2] != 0.0:
         keep_face(n, scratch.normal, scratch.offset, scratch.log_prior)

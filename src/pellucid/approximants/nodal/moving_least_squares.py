@@ -1,4 +1,4 @@
-"""Moving least squares, and the modified form with a quadratic basis whose moment matrix stays regular.
+"""Moving least squares, and the modified form with a quadratic basis and a regular moment matrix.
 
 Sources: Belytschko, Lu & Gu 1994, Int. J. Numer. Methods Eng. 37, 229; Joldes et al. 2015, Appl. Math. Comput. 266, 893.
 """
@@ -17,32 +17,31 @@ from pellucid.model import parameter
 
 
 class MovingLeastSquares(NamedTuple):
-    """Nodes, their supports, and distances from faces on which functions vanish, of most nodes none."""
+    """Nodes, their supports, and distances from faces on which functions vanish (for most nodes there are none)."""
 
-    terms: int  # of the basis: 4 linear, 10 quadratic
+    terms: int  # number of terms of the basis: 4 linear, 10 quadratic
     position: np.ndarray  # (n, 3) [m]
     radius: np.ndarray  # (n,) of the supports [m]
-    distances: FaceDistances  # in mean lengths of the edges at a node
+    distances: FaceDistances  # in units of the mean edge length at a node
 
 
 class LeastSquaresModel(FacedApproximant):
-    """What the approximants by moving least squares share."""
+    """Base of the moving least squares approximants."""
 
     terms: ClassVar[int]
-    """Of the basis in space."""
+    """Number of terms of the basis in three dimensions."""
     reach: ClassVar[str | None] = "dilatation"
-    remedy: ClassVar[str | None] = "raise it, so that supports have more neighbours, or use another approximant"
+    remedy: ClassVar[str | None] = "increase it, so that supports have more neighbours, or use a different approximant"
 
-    dilatation: float = parameter("", "radius of a support in mean lengths of the edges at its node", 1.6, gt=1, le=5)
+    dilatation: float = parameter("", "radius of a support divided by the mean edge length at its node", 1.6, gt=1, le=5)
 
     @property
     def nodes_in_a_cell(self) -> float:
-        """Counted at a dilatation of 1.6."""
-        return 88.0 * (self.dilatation / 1.6) ** 3
+        return 88.0 * (self.dilatation / 1.6) ** 3  # measured at 1.6
 
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Functions with quartic weights."""
-        from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is heavy
+        """Build functions with quartic weights."""
+        from pellucid.approximants.nodal.rings import nodes_in_reach  # scipy is slow to import
 
         radius = self.dilatation * mesh.spacing
         distances = face_distances(mesh, SHAPE, mesh.spacing, no_faces(len(mesh.nodes)))
@@ -59,7 +58,7 @@ class MovingLeastSquaresModel(LeastSquaresModel):
 
 
 class ModifiedMovingLeastSquaresModel(LeastSquaresModel):
-    """Modified moving least squares: a quadratic basis, with a small penalty on the quadratic coefficients."""
+    """Modified moving least squares: a quadratic basis with a small penalty on the quadratic coefficients."""
 
     terms: ClassVar[int] = QUADRATIC
 
@@ -68,7 +67,7 @@ class ModifiedMovingLeastSquaresModel(LeastSquaresModel):
 
 @pointwise
 def _weigh(fn, x, active, scratch, length):
-    """Quartic weights and their slopes, in lengths of a support; whether a face takes that of a node away."""
+    """Compute quartic weights and their gradients, in units of a support; return True if a face reduces a weight to zero."""
     offset, distances, taken = scratch.offset, fn.distances, False
     for i in range(len(active)):
         a = active[i]

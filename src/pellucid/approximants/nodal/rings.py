@@ -1,7 +1,7 @@
-"""Rings of cells about nodes, and their boundaries: the supports of cell-based approximants.
+"""Rings of cells around nodes, and their boundaries: the supports of cell-based approximants.
 
-The first ring of a node are the cells that contain it, the k-th those that contain any node of the one before (Millán,
-Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712).
+The first ring of a node is the cells that contain it; the k-th ring is the cells that contain a node of the previous ring
+(Millán, Sukumar & Arroyo 2015, Comput. Methods Appl. Mech. Eng. 284, 712).
 """
 
 import numpy as np
@@ -12,11 +12,11 @@ from pellucid.approximants.nodal.contract import Evaluator
 from pellucid.approximants.nodal.lists import Lists
 from pellucid.geometry.meshes.simplex_mesh import SimplexMesh
 
-BLOCK = 4096  # nodes whose rings are in memory at a time
+BLOCK = 4096  # number of nodes whose rings are processed at a time, to limit memory
 
 
 def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
-    """Nonzero where a cell is in the k-th ring of one of these nodes, shape (nodes, c)."""
+    """Return a sparse matrix that is nonzero if a cell is in the k-th ring of one of these nodes, shape (nodes, c)."""
     cells = mesh.incidence[nodes]
     for _ in range(k - 1):
         cells = (cells @ mesh.incidence.T) @ mesh.incidence
@@ -25,7 +25,7 @@ def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
 
 
 def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.ndarray:
-    """The largest distance from each node to a vertex of its ring [m], shape (nodes,)."""
+    """Return the largest distance from each node to a vertex of its ring [m], shape (nodes,)."""
     vertices = sparse.csr_array(cells @ mesh.incidence.T)
     row = np.repeat(np.arange(vertices.shape[0]), np.diff(vertices.indptr))
     distance = np.linalg.norm(mesh.nodes[nodes][row] - mesh.nodes[vertices.indices], axis=1)
@@ -35,7 +35,7 @@ def ring_size(mesh: SimplexMesh, cells: sparse.csr_array, nodes: slice) -> np.nd
 
 
 def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
-    """For each cell, in ascending order, the nodes whose k-th ring has it: those that are active there."""
+    """Return for each cell, in ascending order, its active nodes: those whose k-th ring contains the cell."""
     nodes = sparse.csr_array(mesh.incidence.T)
     for _ in range(k - 1):
         nodes = sparse.csr_array(nodes @ mesh.neighbours)
@@ -44,7 +44,8 @@ def nodes_of_cells(mesh: SimplexMesh, k: int) -> Lists:
 
 
 def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
-    """For each node the faces that bound its k-th ring, but for those on the boundary of the mesh, and the size of the ring."""
+    """Return for each node the faces that bound its k-th ring, except faces on the boundary of the mesh, and the size of
+    the ring."""
     faces, owners = mesh.faces
     inner = np.flatnonzero(owners[:, 1] >= 0)
     ones = np.ones(2 * len(inner), np.int32), (owners[inner].T.ravel(), np.tile(inner, 2))
@@ -64,7 +65,7 @@ def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
 
 
 def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-    """Functions with `distances`, those of each of these nodes also from the face at the same place, both of shape (k,)."""
+    """Add to the `distances` of each of these nodes, shape (k,), the distance from the corresponding face, shape (k,)."""
     distances = evaluator.functions.distances
     n, f = len(mesh.nodes), len(mesh.faces[0])
     known = np.repeat(np.arange(n), np.diff(distances.first)) * f + distances.faces
@@ -74,7 +75,8 @@ def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces
 
 
 def nodes_in_reach(mesh: SimplexMesh, reach: np.ndarray) -> Lists:
-    """For each cell, in ascending order, the nodes within whose reach [m], shape (n,), a part of the cell may lie."""
+    """Return for each cell, in ascending order, the nodes whose support of this radius [m], shape (n,), may overlap the
+    cell."""
     middle = mesh.nodes[mesh.cells].mean(axis=1)
     radius = np.linalg.norm(mesh.nodes[mesh.cells] - middle[:, None], axis=2).max(axis=1)
     tree = cKDTree(mesh.nodes)

@@ -1,4 +1,4 @@
-"""Shape functions at points of the cells, in rows: what bodies keep, and what tests and residuals ask for."""
+"""Tables of shape functions at points in cells."""
 
 from typing import NamedTuple
 
@@ -17,14 +17,14 @@ from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
 
 NO_NORMALS = np.zeros((0, 3))
-CHUNK = 256  # points that one thread takes at a time
+CHUNK = 256  # points per chunk of a parallel loop
 
 
 class Points(NamedTuple):
-    """Points and their rows, as kernels take them."""
+    """Points and their rows, in the form used by kernels."""
 
     functions: object
-    first: np.ndarray  # of each cell's active nodes
+    first: np.ndarray  # start of the active nodes of each cell
     active: np.ndarray
     position: np.ndarray  # (m, 3) [m]
     cell: np.ndarray  # (m,)
@@ -32,13 +32,15 @@ class Points(NamedTuple):
     values: np.ndarray
     gradients: np.ndarray
     failure: np.ndarray  # (m,)
-    normal: np.ndarray  # (m, 3) of faces on which the points lie, or (0, 3)
-    longest: int  # row
+    normal: np.ndarray  # (m, 3) normals of faces on which the points lie, or (0, 3)
+    longest: int  # length of the longest row
 
 
 class PointRows(NamedTuple):
-    """Shape functions at m points: those of point k at row[k]:row[k + 1] of `values`, its gradients [1/m] at three times that
-    place in `gradients`, all x-components first; the nodes are those of its cell."""
+    """Shape functions at m points. Point k has the entries row[k]:row[k + 1] of `nodes` and `values`.
+
+    Its gradients [1/m] start at 3 row[k] in `gradients`, all x-components first. The nodes are those of its cell.
+    """
 
     row: np.ndarray
     nodes: np.ndarray
@@ -46,7 +48,7 @@ class PointRows(NamedTuple):
     gradients: np.ndarray
 
     def at(self, k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Nodes, shape (n,), values, shape (n,), and gradients [1/m], shape (3, n), at point k."""
+        """Return nodes, shape (n,), values, shape (n,), and gradients [1/m], shape (3, n), at point k."""
         here = slice(self.row[k], self.row[k + 1])
         gradients = self.gradients[3 * here.start : 3 * here.stop] if len(self.gradients) else np.zeros(0)
         return self.nodes[here], self.values[here], gradients.reshape(3, -1)
@@ -75,10 +77,10 @@ def _evaluate(chunk, points):
 def evaluate(
     evaluator: Evaluator, cells: np.ndarray, points: np.ndarray, gradients: bool = True, normals: np.ndarray = NO_NORMALS
 ) -> PointRows:
-    """Shape functions at points [m], shape (m, 3), in cells, shape (m,). Gradients are not to be asked for on faces.
+    """Compute shape functions at points [m], shape (m, 3), in cells, shape (m,). Gradients must not be requested on faces.
 
-    normals: unit normals, shape (m, 3), of the faces of the boundary on which the points lie, where they do.
-    Raises NoFunctions where an approximant has no value, naming the place.
+    normals: unit normals, shape (m, 3), of the boundary faces on which the points lie, if they do. Raises NoFunctions with the
+    position if an approximant has no functions there.
     """
     row, nodes = evaluator.active.of(cells)
     size = int(row[-1])

@@ -1,9 +1,9 @@
-"""Conjugate gradients for systems like that of a thin plate, whose null space are the affine functions of the nodes.
+"""Two-level conjugate gradients for systems like that of a thin plate, whose null space is the affine functions of the nodes.
 
-Smooth functions have little energy there, as the fourth power of their wave number: with the diagonal alone the iterations
-grow with the square of the nodes along an edge. A space of quadratic B-splines on a coarse lattice takes smooth functions out,
-solved directly and added to the diagonal (Toselli & Widlund 2005, Domain Decomposition Methods, section 2.5): the number of
-iterations no longer depends on that of the nodes.
+Smooth functions have little energy in such systems, proportional to the fourth power of their wave number: with a diagonal
+preconditioner the number of iterations grows with the square of the number of nodes along an edge. A coarse space of quadratic
+B-splines on a lattice, solved directly and added to the diagonal, resolves smooth functions (Toselli & Widlund 2005, Domain
+Decomposition Methods, section 2.5), so that the number of iterations does not depend on the number of nodes.
 """
 
 from collections.abc import Callable
@@ -14,20 +14,20 @@ from scipy.sparse.linalg import splu
 
 from pellucid.findings import Refusal
 
-COARSE = 4.0  # spacing of the lattice in those of the nodes
-MOST_FUNCTIONS = 4000  # of the lattice
-LEAST_WEIGHT = 0.02  # of a function at any node: below, it is left out
-SHIFT = 1e-9  # of the diagonal, for affine functions
-CLOSE, FAR = 1e-13, 1e-10  # residual, of the right-hand side, at which to stop, and above which nothing was found
-PASS = 1e-8  # reduction of the residual after which it is found anew
-SLOW = 0.5  # reduction in a pass from which another one is of no use
+COARSE = 4.0  # spacing of the lattice divided by the node spacing
+MOST_FUNCTIONS = 4000  # largest number of functions of the lattice
+LEAST_WEIGHT = 0.02  # functions with smaller values at all nodes are dropped
+SHIFT = 1e-9  # fraction of the diagonal added to it, because of the affine functions
+CLOSE, FAR = 1e-13, 1e-10  # relative residual at which to stop, and above which the solution has failed
+PASS = 1e-8  # reduction of the residual after which it is recomputed
+SLOW = 0.5  # reduction in a pass above which another pass is useless
 PASSES, MOST_ITERATIONS = 6, 2000
 
 
 def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """x with matrix @ x = wanted but for affine parts of it, shape (n, k), for nodes [m], shape (n, 3).
+    """Solve matrix @ x = wanted, up to affine parts, for x of shape (n, k) and nodes [m], shape (n, 3).
 
-    Raises Refusal where the residual stays above 1e-10 of the right-hand side.
+    Raises Refusal if the residual stays above 1e-10 of the right-hand side.
     """
     affine = _affine_functions(nodes)
 
@@ -44,14 +44,17 @@ def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np
         if (reached <= CLOSE * size).all() or (reached > SLOW * before).all():
             break
     if (reached > FAR * size).any():
-        text = "the gradients cannot be corrected for consistent quadrature: the residual stays at"
-        text = f"{text} {float((reached / size).max()):.1e} of the error"
-        raise Refusal(text, "make the flattest tetrahedra less flat, or set `consistent = false`")
+        text = "the correction of gradients for consistent quadrature did not converge: the relative residual is"
+        text = f"{text} {float((reached / size).max()):.1e}, and must be at most {FAR:g}"
+        raise Refusal(text, "improve the flattest tetrahedra of the mesh, or set `consistent = false`")
     return found
 
 
 def _affine_functions(nodes: np.ndarray) -> np.ndarray:
-    """An orthonormal basis of them, shape (n, 4); no sum goes through a library whose threads would change its order."""
+    """Return an orthonormal basis of the affine functions, shape (n, 4).
+
+    No sum uses a library whose result depends on the number of threads.
+    """
     centred = nodes - nodes.mean(axis=0)
     root = np.linalg.cholesky(np.einsum("ni,nj->ij", centred, centred))
     constant = np.full((len(nodes), 1), len(nodes) ** -0.5)
@@ -62,7 +65,7 @@ Operator = Callable[[np.ndarray], np.ndarray]
 
 
 def _iterate(matrix: sparse.csr_array, wanted: np.ndarray, precondition: Operator, close: np.ndarray) -> np.ndarray:
-    """One pass of conjugate gradients from nothing, each column for itself."""
+    """Do one pass of conjugate gradients from zero, with separate step lengths for each column."""
     x, residual = np.zeros_like(wanted), wanted.copy()
     z = precondition(residual)
     direction, product = z, np.sum(residual * z, axis=0)
@@ -92,7 +95,7 @@ def _preconditioner(matrix: sparse.csr_array, nodes: np.ndarray) -> Operator:
 
 
 def _lattice_functions(nodes: np.ndarray) -> sparse.csr_array:
-    """Quadratic B-splines of a lattice at the nodes, shape (n, functions)."""
+    """Return the quadratic B-splines of a lattice at the nodes, shape (n, functions)."""
     low, extent = nodes.min(axis=0), np.ptp(nodes, axis=0)
     spacing = COARSE * float(np.cbrt(np.prod(extent) / len(nodes)))
     while True:
@@ -103,7 +106,8 @@ def _lattice_functions(nodes: np.ndarray) -> sparse.csr_array:
 
 
 def _functions_of(place: np.ndarray) -> sparse.csr_array:
-    """Those of a lattice at places in its spacings, shape (n, 3), without those that are small everywhere."""
+    """Return the quadratic B-splines of a lattice at positions in units of its spacing, shape (n, 3), without functions
+    that are small everywhere."""
     n, whole = len(place), np.floor(place).astype(np.int64)
     part = place - whole
     axes = np.stack([0.5 * (1.0 - part) ** 2, 0.5 + part * (1.0 - part), 0.5 * part**2], axis=-1)

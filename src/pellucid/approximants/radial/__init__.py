@@ -1,4 +1,4 @@
-"""Radial point interpolation: radial functions, one file each, and the shape functions that stencils make of them."""
+"""Radial point interpolation: radial functions, one file each, and their shape functions on stencils."""
 
 from typing import Annotated
 

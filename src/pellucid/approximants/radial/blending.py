@@ -1,6 +1,6 @@
-"""Radial point interpolation over segments or triangles: the functions of their corners' stencils, blended.
+"""Radial point interpolation over segments or triangles: the shape functions of the corners' stencils are blended.
 
-At a point of a simplex with shares b_a of its corners, N_I = Σ_a b_a N_I^(a), where N^(a) are the functions of the stencil of
+At a point of a simplex with barycentric coordinates b_a, N_I = Σ_a b_a N_I^(a), where N^(a) are the functions of the stencil of
 corner a. Without blending the stencil would change abruptly from one simplex to the next, and a patch test would fail.
 """
 
@@ -13,28 +13,32 @@ from pellucid.approximants.radial.stencils import Interpolants, functions_at
 
 
 class BlendedRows(NamedTuple):
-    """Shape functions at q points of each of t simplices in d dimensions; a node may stand several times in a row."""
+    """Shape functions at q points of each of t simplices in d dimensions; a node may occur several times in a row."""
 
     nodes: np.ndarray  # (t, r)
     value: np.ndarray  # (t, q, r)
-    first: np.ndarray  # (t, q, d, r) derivatives by the shares of the corners but the first
-    second: np.ndarray  # (t, q, p, r) second ones: 11; or 11, 12, 22; (t, q, 0, r) where they were not asked for
+    first: np.ndarray  # (t, q, d, r) derivatives by the barycentric coordinates of all corners except the first
+    second: np.ndarray  # (t, q, p, r) second derivatives: 11; or 11, 12, 22; (t, q, 0, r) if not requested
 
     def at_points(self, of_nodes: np.ndarray) -> np.ndarray:
-        """A field at the points, shape (t, q, k), from its values at the nodes, shape (n, k)."""
+        """Return a field at the points, shape (t, q, k), from its nodal values, shape (n, k)."""
         return self.value @ of_nodes[self.nodes]
 
     def slopes(self, of_nodes: np.ndarray) -> np.ndarray:
-        """Its derivatives, shape (t, q, d, k)."""
+        """Return the derivatives of a field at the points, shape (t, q, d, k), from its nodal values, shape (n, k)."""
         return self.first @ of_nodes[self.nodes][:, None]
 
     def united(self, nodes: np.ndarray, slots: np.ndarray) -> "BlendedRows":
-        """The same with each node once, of m nodes (t, m), in the slots (t, d + 1, s) of those of the corners' stencils."""
+        """Return rows in which each node occurs once.
+
+        nodes: m nodes of each simplex, shape (t, m); slots: index among these of the nodes of the corners' stencils, shape (t,
+        d + 1, s).
+        """
         here, parts = np.arange(len(slots))[:, None], []
         for functions in self[1:]:
             whole = np.zeros((*functions.shape[:-1], nodes.shape[1]))
             own = np.split(np.moveaxis(functions, -1, 1), slots.shape[1], axis=1)
-            for corner, of_corner in enumerate(own):  # no node stands twice in one stencil
+            for corner, of_corner in enumerate(own):  # each node occurs once in a stencil
                 np.moveaxis(whole, -1, 1)[here, slots[:, corner]] += of_corner
             parts.append(whole)
         return BlendedRows(nodes, *parts)
@@ -45,11 +49,12 @@ class Simplices(NamedTuple):
 
     points: np.ndarray  # (n, k) [m]
     corners: np.ndarray  # (t, d + 1) numbers of the points
-    normals: np.ndarray | None  # (n, k) units at the points; None where all simplices lie in one line or plane
+    normals: np.ndarray | None  # (n, k) unit normals at the points; None if all simplices lie in one line or plane
 
 
 class Places(NamedTuple):
-    """Points over simplices, and derivatives of their places by the shares of the corners but the first."""
+    """Points on simplices, and derivatives of their positions by the barycentric coordinates of all corners except the
+    first."""
 
     place: np.ndarray  # (t, q, k)
     first: np.ndarray  # (t, q, d, k)
@@ -57,12 +62,12 @@ class Places(NamedTuple):
 
 
 def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: np.ndarray, derivatives: int = 1) -> BlendedRows:
-    """Shape functions at points of each simplex with shares of its corners, shape (q, d + 1), or (t, q, d + 1).
+    """Return shape functions at points of each simplex with barycentric coordinates of shape (q, d + 1) or (t, q, d + 1).
 
-    near, found: the stencils of all points in their order, and the interpolants on these. derivatives: 1 or 2.
+    near, found: the stencils of all points in their order, and their interpolants; derivatives: 1 or 2.
     """
     corners, d = simplices.corners, simplices.corners.shape[1] - 1
-    slopes = np.concatenate([-np.ones((1, d)), np.eye(d)])  # of the shares
+    slopes = np.concatenate([-np.ones((1, d)), np.eye(d)])  # of the barycentric coordinates
     pairs = [(i, j) for i in range(d) for j in range(i, d)] if derivatives > 1 else []
     shares = np.broadcast_to(shares, (len(corners), *shares.shape[-2:]))
     over = _places(simplices, shares, slopes, pairs)
@@ -87,9 +92,10 @@ def blended(simplices: Simplices, near: Stencils, found: Interpolants, shares: n
 
 
 def _places(simplices: Simplices, shares: np.ndarray, slopes: np.ndarray, pairs: list[tuple[int, int]]) -> Places:
-    """Points over simplices whose edges are bowed to meet the normals.
+    """Return points on simplices whose edges are curved to match the normals.
 
-    The middle of an edge is lifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal: flat ones give areas of order h² only.
+    The middle of an edge is shifted by (x_j - x_i)·(n_j - n_i)/8 along the mean normal; flat simplices give areas only of order
+    h².
     """
     corner = simplices.points[simplices.corners]
     place = np.einsum("tqa,tak->tqk", shares, corner)

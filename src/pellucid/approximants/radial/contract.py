@@ -1,4 +1,4 @@
-"""The interface of radial functions, and the polynomials beside them."""
+"""Interface of radial functions with polynomials."""
 
 from abc import abstractmethod
 from math import ceil, comb
@@ -13,7 +13,7 @@ NO_SHAPE = 0.0
 
 
 class Profile(NamedTuple):
-    """A radial function φ and its derivatives with respect to s = r², each of one shape."""
+    """A radial function φ and its derivatives with respect to s = r², all of the same shape."""
 
     value: np.ndarray
     first: np.ndarray
@@ -21,58 +21,63 @@ class Profile(NamedTuple):
 
 
 class RadialModel(Model):
-    """A radial function with polynomials, as the user describes it. A new one is a subclass with a `kind` of its own."""
+    """A radial function with polynomials, as defined in a case. A new one is a subclass with its own `kind`."""
 
     kind: str
-    degree: int = parameter("", "degree of the polynomials beside it, which are reproduced", 4, ge=0, le=8)
+    degree: int = parameter("", "degree of the added polynomials, which are reproduced exactly", 4, ge=0, le=8)
     neighbours: int | None = parameter(
-        "", "nodes of a stencil; without it 1.4 for each polynomial: of degree 4, 7 on a curve and 21 on a surface", None, ge=2
+        "",
+        "number of nodes of a stencil. Default: 1.4 times the number of polynomials, "
+        "for degree 4 this is 7 on a curve and 21 on a surface",
+        None,
+        ge=2,
     )
 
     @abstractmethod
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """φ at squares s of the distance over the radius of the stencil, for shape parameters that broadcast to these."""
+        """Return φ and its derivatives at squared distances s divided by the squared stencil radius; the shape parameters
+        broadcast to s."""
 
     @property
     @abstractmethod
     def least_degree(self) -> int:
-        """Of the polynomials with which there always is one interpolant; -1 where it needs none."""
+        """Smallest degree of the polynomials that guarantees a unique interpolant; -1 if none are needed."""
 
     @property
     @abstractmethod
     def derivatives(self) -> int:
-        """How many derivatives are finite at the nodes: 2 or less is what matters."""
+        """Number of derivatives that are finite at the nodes, of which at most 2 are used."""
 
     @property
     def initial_shape(self) -> float:
-        """Shape parameter times the radius of a stencil, before it is raised."""
+        """Shape parameter times the radius of a stencil, before it is increased."""
         return NO_SHAPE
 
     @check
     def _has_an_interpolant(self) -> None:
         if self.degree < self.least_degree:
-            few = f"with polynomials of a degree below {self.least_degree} some stencils have no interpolant of this function"
-            raise ValueError(f"`degree` = {self.degree} is too low: {few}; use {self.least_degree} or more")
+            few = f"some stencils have no interpolant with this function unless the degree is at least {self.least_degree}"
+            raise ValueError(f"`degree` = {self.degree} is too low: {few}; set `degree` to {self.least_degree} or more")
 
     def n_polynomials(self, dimension: int) -> int:
-        """How many polynomials of its degree there are in so many dimensions."""
+        """Return the number of polynomials of its degree in this number of dimensions."""
         return comb(self.degree + dimension, dimension)
 
     def stencil_size(self, dimension: int) -> int:
-        """Nodes of a stencil in so many dimensions."""
+        """Return the number of nodes of a stencil in this number of dimensions."""
         return self.neighbours or max(ceil(NODES_PER_POLYNOMIAL * self.n_polynomials(dimension)), 2)
 
 
 class ShapedModel(RadialModel):
-    """What radial functions with a shape parameter share.
+    """Base of radial functions with a shape parameter.
 
-    It is fixed relative to the radius of the stencil, so that functions do not depend on the unit of length and keep their form
-    when nodes are added; where the system of a stencil is ill-conditioned it is raised.
+    The parameter is fixed relative to the radius of the stencil, so that functions do not depend on the unit of length and keep
+    their shape when nodes are added. It is increased for a stencil whose system is ill-conditioned.
     """
 
     shape: float = parameter(
         "",
-        "shape parameter ε times the radius of the stencil; raised where the system would be ill-conditioned",
+        "shape parameter ε times the radius of the stencil; increased automatically if the system is ill-conditioned",
         1.0,
         ge=0.5,
         le=1,
@@ -80,10 +85,9 @@ class ShapedModel(RadialModel):
 
     @property
     def initial_shape(self) -> float:
-        """What the user gives."""
         return self.shape
 
     @property
     def derivatives(self) -> int:
-        """Smooth: what is asked for at most."""
+        """2, as these functions are smooth."""
         return 2

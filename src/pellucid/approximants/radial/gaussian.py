@@ -1,4 +1,4 @@
-"""Gaussians, the functions of the thesis."""
+"""Gaussian radial functions."""
 
 from typing import Literal
 
@@ -13,12 +13,11 @@ class GaussianModel(ShapedModel):
     kind: Literal["gaussian"] = "gaussian"
 
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """φ = exp(-ε² s)."""
         e = shape * shape
         value = np.exp(-e * square)
         return Profile(value, -e * value, e * e * value)
 
     @property
     def least_degree(self) -> int:
-        """It is positive definite and needs none."""
+        """-1, as the function is positive definite."""
         return -1

@@ -13,12 +13,11 @@ class MultiquadricModel(ShapedModel):
     kind: Literal["multiquadric"] = "multiquadric"
 
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """φ = √(1 + ε² s)."""
         e = shape * shape
         value = np.sqrt(1.0 + e * square)
         return Profile(value, 0.5 * e / value, -0.25 * e * e / value**3)
 
     @property
     def least_degree(self) -> int:
-        """It is conditionally definite of order 1."""
+        """0, as the function is conditionally definite of order 1."""
         return 0

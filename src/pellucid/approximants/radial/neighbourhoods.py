@@ -1,4 +1,4 @@
-"""Stencils of nearest neighbours: along a curve, and on scattered points of a surface, in coordinates of the tangents."""
+"""Stencils of nearest neighbours along a curve, and on scattered points of a surface, in tangential coordinates."""
 
 from typing import NamedTuple
 
@@ -7,26 +7,26 @@ from scipy.spatial import cKDTree
 
 from pellucid.approximants.radial.stencils import StencilError
 
-FOLDED = "is wider than the bend of the {what} there: seen along the normal, it folds over itself; use more nodes"
+FOLDED = "is too wide for the curvature of the {what}: projected along the normal, it overlaps itself; use more nodes"
 
 
 class Stencils(NamedTuple):
-    """Stencils about n points in k dimensions, with m nodes each, in d coordinates along tangents at the point."""
+    """Stencils around n points in k dimensions, with m nodes each, in d coordinates along tangents at the point."""
 
-    nodes: np.ndarray  # (n, m) numbers of the points; in a surface the nearest first, on a curve in their order along it
+    nodes: np.ndarray  # (n, m) numbers of the points; on a surface the nearest first, on a curve in their order along it
     tangents: np.ndarray  # (n, d, k) orthonormal
-    coordinates: np.ndarray  # (n, m, d) of the nodes about the point [m]
+    coordinates: np.ndarray  # (n, m, d) of the nodes relative to the point [m]
 
 
 def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:
-    """Stencils of so many neighbours along a curve through points, shape (n, k) [m], in their order.
+    """Return stencils of `size` neighbours along a curve through ordered points, shape (n, k) [m].
 
-    About each point as many stand on one side as on the other; at the ends of an open curve those that there are. Raises
-    StencilError where there are too few points, or where a stencil bends back.
+    Stencils are centred, except at the ends of an open curve. Raises StencilError if there are too few points, or if a stencil
+    bends back.
     """
     n = len(points)
     if n < size:
-        raise StencilError(0, f"needs {size} points, and the curve has {n}; use more points, or fewer `neighbours`")
+        raise StencilError(0, f"needs {size} points, but the curve has {n}; use more points, or decrease `neighbours`")
     first = np.arange(n) - size // 2
     if not closed:
         first = np.clip(first, 0, n - size)
@@ -45,14 +45,14 @@ def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:
 
 
 def on_surface(points: np.ndarray, normals: np.ndarray, size: int) -> Stencils:
-    """Stencils of so many nearest points of a surface with unit normals, shape (n, 3) each [m].
+    """Return stencils of the `size` nearest points on a surface with unit normals, shape (n, 3) each [m].
 
-    Points whose normal is turned by more than a right angle belong to another sheet, and are no neighbours. Raises
-    StencilError where too few are left.
+    Points whose normals differ by more than a right angle belong to another sheet, and are not neighbours. Raises StencilError
+    if too few are left.
     """
     tree, n, wanted = cKDTree(points), len(points), size
     if n < size:
-        raise StencilError(0, f"needs {size} points, and the surface has {n}; use more points, or fewer `neighbours`")
+        raise StencilError(0, f"needs {size} points, but the surface has {n}; use more points, or decrease `neighbours`")
     while True:
         found = tree.query(points, wanted)[1].reshape(n, wanted)
         alike = np.einsum("nmk,nk->nm", normals[found], normals) > 0.0
@@ -69,7 +69,7 @@ def on_surface(points: np.ndarray, normals: np.ndarray, size: int) -> Stencils:
 
 
 def tangents_across(normals: np.ndarray) -> np.ndarray:
-    """Two unit vectors that with each normal make a right-handed frame, shape (n, 2, 3)."""
+    """Return two unit vectors that form a right-handed frame with each normal, shape (n, 2, 3)."""
     least = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     one = np.cross(normals, least)
     one /= np.linalg.norm(one, axis=1)[:, None]

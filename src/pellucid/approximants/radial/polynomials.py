@@ -1,4 +1,4 @@
-"""Monomials of several variables with their derivatives."""
+"""Monomials of several variables and their derivatives."""
 
 from itertools import product
 
@@ -6,13 +6,13 @@ import numpy as np
 
 
 def exponents(degree: int, dimension: int) -> np.ndarray:
-    """The exponents of all monomials up to a degree, by degree, shape (p, dimension)."""
+    """Return the exponents of all monomials up to a degree, ordered by degree, shape (p, dimension)."""
     every = [powers for powers in product(range(degree + 1), repeat=dimension) if sum(powers) <= degree]
     return np.array(sorted(every, key=lambda powers: (sum(powers), powers[::-1])), dtype=np.int64).reshape(-1, dimension)
 
 
 class Monomials:
-    """All monomials up to a degree at places, shape (..., d), each derivative found when it is asked for."""
+    """All monomials up to a degree at positions, shape (..., d); derivatives are computed on access."""
 
     def __init__(self, places: np.ndarray, degree: int) -> None:
         self._dimension = places.shape[-1]
@@ -26,7 +26,7 @@ class Monomials:
 
     @property
     def value(self) -> np.ndarray:
-        """Shape (..., p)."""
+        """Values, shape (..., p)."""
         return self._derivative()
 
     @property
@@ -36,7 +36,7 @@ class Monomials:
 
     @property
     def second(self) -> np.ndarray:
-        """Shape (..., d, d, p)."""
+        """Second derivatives, shape (..., d, d, p)."""
         axes = range(self._dimension)
         return np.stack([np.stack([self._derivative(a, b) for b in axes], axis=-2) for a in axes], axis=-3)
 

@@ -1,13 +1,13 @@
-"""Shape functions of radial point interpolation on stencils, many of them at once.
+"""Shape functions of radial point interpolation, vectorised over stencils.
 
-The interpolant of values f at the nodes x_j of a stencil is Σ λ_j φ(|x - x_j|) + Σ μ_k p_k(x) with Σ λ_j p_k(x_j) = 0
-(Liu & Gu 2005; Benet 2015, section 4), in coordinates about the middle of the nodes, over the largest distance from it, the
-radius of the stencil. With F, which fits the polynomials p to f by least squares, and Z, whose columns are an orthonormal
-basis of what polynomials at the nodes are orthogonal to, it is
+The interpolant of values f at the nodes x_j of a stencil is Σ λ_j φ(|x - x_j|) + Σ μ_k p_k(x) with Σ λ_j p_k(x_j) = 0 (Liu & Gu
+2005; Benet 2015, section 4), in coordinates relative to the mean node position and divided by the largest distance from it, the
+radius of the stencil. With F, which fits the polynomials p to f by least squares, and Z, whose columns are an orthonormal basis
+of the complement of the polynomials at the nodes, it is
 
     N(x) f = p(x) F f + w(x) Zᵀ f,    w(x) = (φ(x) - p(x) F A) Z (Zᵀ A Z)⁻¹,    A_ij = φ(|x_i - x_j|).
 
-As w is of order one and Zᵀ leaves nothing of a polynomial, these are reproduced to round-off, however ill-conditioned A is.
+As w is of order one and Zᵀ annihilates polynomials, these are reproduced to round-off, however ill-conditioned A is.
 """
 
 from typing import NamedTuple
@@ -18,36 +18,36 @@ from pellucid.approximants.radial.contract import RadialModel
 from pellucid.approximants.radial.polynomials import Monomials
 
 WORST_CONDITION = 1e12
-RAISE = 1.25  # factor by which a shape parameter is raised
+RAISE = 1.25  # factor by which a shape parameter is increased
 CLOSEST = 1e-6  # distance of two nodes over the radius of their stencil
 UNISOLVENT = 1e-9  # smallest singular value of the polynomials at the nodes over the largest
 
 
 class StencilError(ValueError):
-    """Stencils on which there is no interpolant."""
+    """A stencil has no interpolant."""
 
     def __init__(self, number: int, text: str) -> None:
         self.number = number
-        """Of the first such stencil."""
+        """Number of the first such stencil."""
         self.text = text
         super().__init__(f"stencil {number} {text}")
 
 
 class Functions(NamedTuple):
-    """Shape functions of m nodes at q places of each of s stencils, and derivatives by the coordinates of the stencil."""
+    """Shape functions of m nodes at q positions of each of s stencils, and derivatives by the coordinates of the stencil."""
 
     value: np.ndarray  # (s, q, m)
     first: np.ndarray  # (s, q, d, m) [1/m]
-    second: np.ndarray  # (s, q, d, d, m) [1/m²]; (s, q, 0, 0, m) where it was not asked for
+    second: np.ndarray  # (s, q, d, d, m) [1/m²]; (s, q, 0, 0, m) if not requested
 
 
 class Interpolants(NamedTuple):
-    """The coefficients of the shape functions of s stencils with m nodes in d dimensions."""
+    """Coefficients of the shape functions of s stencils with m nodes in d dimensions."""
 
     radial: RadialModel
     centre: np.ndarray  # (s, d) [m]
     radius: np.ndarray  # (s,) [m]
-    nodes: np.ndarray  # (s, m, d) about the centre, over the radius
+    nodes: np.ndarray  # (s, m, d) relative to the centre, divided by the radius
     shape: np.ndarray  # (s,) shape parameters times the radius
     fit: np.ndarray  # (s, p, m) F
     across: np.ndarray  # (s, m - p, m) Zᵀ
@@ -56,21 +56,21 @@ class Interpolants(NamedTuple):
 
 
 def interpolants(nodes: np.ndarray, radial: RadialModel) -> Interpolants:
-    """The interpolants of stencils with nodes (s, m, d) [m].
+    """Compute the interpolants of stencils with nodes (s, m, d) [m].
 
-    Raises StencilError where the nodes of a stencil do not determine the polynomials, or two of them coincide.
+    Raises StencilError if the nodes of a stencil do not determine the polynomials, or if two of them coincide.
     """
     centre = nodes.mean(axis=1)
     offset = nodes - centre[:, None]
     radius = np.sqrt((offset**2).sum(axis=2).max(axis=1))
     if (flat := np.flatnonzero(radius == 0.0)).size:
-        raise StencilError(int(flat[0]), "has all of its nodes at one place")
+        raise StencilError(int(flat[0]), "has only coincident nodes")
     scaled = offset / radius[:, None, None]
     basis = Monomials(scaled, radial.degree).value
     m, p = basis.shape[1:]
     if m < p:
         text = f"has {m} nodes, too few for the {p} polynomials of degree {radial.degree}"
-        raise StencilError(0, f"{text}; use {p} `neighbours` or more, or a lower `degree`")
+        raise StencilError(0, f"{text}; set `neighbours` to {p} or more, or decrease `degree`")
     orthogonal, triangular = np.linalg.qr(basis, mode="complete")
     triangular = triangular[:, :p]
     _check_unisolvent(triangular, radial)
@@ -89,8 +89,8 @@ def _check_unisolvent(triangular: np.ndarray, radial: RadialModel) -> None:
     singular = np.linalg.svd(triangular, compute_uv=False)
     found = np.flatnonzero(singular[:, -1] < UNISOLVENT * singular[:, 0])
     if found.size:
-        text = f"has nodes that do not determine polynomials of degree {radial.degree}: they lie on a curve of that degree"
-        raise StencilError(int(found[0]), f"{text}; use more `neighbours`, a lower `degree`, or nodes that are less regular")
+        text = f"has nodes that do not determine polynomials of degree {radial.degree}, as they lie on a curve of that degree"
+        raise StencilError(int(found[0]), f"{text}; increase `neighbours`, decrease `degree`, or use less regular nodes")
 
 
 def _check_apart(square: np.ndarray) -> None:
@@ -98,11 +98,12 @@ def _check_apart(square: np.ndarray) -> None:
     least = square[:, ~np.eye(m, dtype=bool)].min(axis=1)
     found = np.flatnonzero(least < CLOSEST**2)
     if found.size:
-        raise StencilError(int(found[0]), "has two nodes at one place, or nearly so; remove one of them")
+        raise StencilError(int(found[0]), "has two (nearly) coincident nodes; remove one of them")
 
 
 def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tuple[np.ndarray, np.ndarray]:
-    """Shape parameters (s,), raised where systems are ill-conditioned, and radial functions between the nodes (s, m, m)."""
+    """Return shape parameters (s,), increased if systems are ill-conditioned, and radial functions between the nodes (s, m,
+    m)."""
     shape = np.full(len(square), radial.initial_shape)
     kernel = radial.profile(square, shape[:, None, None]).value
     ill = np.arange(len(square) if radial.initial_shape > 0.0 and across.shape[2] else 0)
@@ -114,20 +115,20 @@ def _kernels(square: np.ndarray, across: np.ndarray, radial: RadialModel) -> tup
 
 
 def _condition(kernel: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """About the condition number of the whole system: a bound of the kernel over the smallest eigenvalue that counts."""
+    """Estimate the condition number of the whole system: a bound of the kernel over the smallest relevant eigenvalue."""
     eigenvalues = np.linalg.eigvalsh(np.swapaxes(across, 1, 2) @ kernel @ across)
     return kernel.shape[1] * np.abs(kernel).max(axis=(1, 2)) / np.maximum(np.abs(eigenvalues).min(axis=1), 1e-300)
 
 
 def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None = None, derivatives: int = 2) -> Functions:
-    """The shape functions at places [m], shape (s, q, d), of all stencils or of those numbered `of`, shape (s,).
+    """Return the shape functions at positions [m], shape (s, q, d), of all stencils or of those with numbers `of`, shape (s,).
 
-    derivatives: 1 leaves out the second ones. Raises ValueError where the radial function has not so many at its nodes.
+    derivatives: 1 omits second derivatives. Raises ValueError if the radial function does not have this number of derivatives.
     """
     radial = found.radial
     if derivatives > radial.derivatives:
         text = f'a radial function of kind "{radial.kind}" has only {radial.derivatives} derivative at its nodes'
-        raise ValueError(f"{text}, and {derivatives} are needed; use one that is smoother")
+        raise ValueError(f"{text}, but {derivatives} are needed; use a smoother radial function")
     which = slice(None) if of is None else of
     radius = found.radius[which]
     x = (places - found.centre[which][:, None]) / radius[:, None, None]
@@ -146,7 +147,7 @@ def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None 
 
 
 def _combined(found: Interpolants, which: np.ndarray | slice, radial: np.ndarray, polynomial: np.ndarray) -> np.ndarray:
-    """Shape functions, shape (s, ..., m), from radial functions, shape (s, ..., m), and monomials, shape (s, ..., p)."""
+    """Return shape functions, shape (s, ..., m), from radial functions, shape (s, ..., m), and monomials, shape (s, ..., p)."""
     shape = radial.shape
     rows, p = radial.reshape(shape[0], -1, shape[-1]), polynomial.reshape(shape[0], -1, polynomial.shape[-1])
     w = np.concatenate([rows, p], axis=2) @ found.coefficients[which] @ found.inverse[which]

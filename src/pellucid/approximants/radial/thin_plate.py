@@ -9,26 +9,25 @@ from pellucid.model import parameter
 
 
 class ThinPlateModel(RadialModel):
-    """φ = r²ᵏ ln r (Duchon 1977); of r² ln r, the thin plate itself, second derivatives are infinite at the nodes."""
+    """φ = r²ᵏ ln r (Duchon 1977); second derivatives of r² ln r, the thin plate itself, are infinite at the nodes."""
 
     kind: Literal["thin-plate"] = "thin-plate"
     order: Literal[1, 2, 3] = parameter("", "half the power of the distance, k", 2)
 
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """φ = ½ sᵏ ln s."""
+        """Evaluate φ = ½ sᵏ ln s."""
         k = self.order
         logarithm = np.log(np.where(square > 0.0, square, 1.0))  # at a node it is multiplied by zeros
         first = 0.5 * square ** (k - 1) * (k * logarithm + 1.0)
-        # of order 1 this is asked for away from nodes alone
+        # for k = 1 it is only used away from the nodes
         lower = square ** (k - 2) if k > 1 else 1.0 / np.where(square > 0.0, square, np.inf)
         return Profile(0.5 * square**k * logarithm, first, 0.5 * lower * (k * (k - 1) * logarithm + 2 * k - 1))
 
     @property
     def least_degree(self) -> int:
-        """It is conditionally definite of order k + 1."""
+        """k, as the function is conditionally definite of order k + 1."""
         return self.order
 
     @property
     def derivatives(self) -> int:
-        """One less than the power."""
         return 2 * self.order - 1
