@@ -245,7 +245,7 @@ def test_membranes_are_pressed_along_normals_volumes_are_not(kind, alone):
     assert body.is_surface == (len(body.cells().triangles) + len(body.cells().quadrilaterals) > 0)
     assert body.is_surface == isinstance(body, Membrane) == isinstance(body, TakesPressure)
     if not body.is_surface:
-        with pytest.raises(ValueError, match="body block offers no `TakesPressure`"):
+        with pytest.raises(ValueError, match="body block lacks the capability `TakesPressure`"):
             AssembledBody(body, MODELS[kind], None).offers(TakesPressure)
         return
     assert body.pressed_areas() == pytest.approx(body.vector_areas()[body.order()], abs=1e-12)

@@ -53,7 +53,7 @@ def test_methods_alone_make_a_capability():
     body = SimpleNamespace(name="own", damp=lambda rate, dt: (0.0, 0.0))
     member = AssembledBody(body, None, None)
     assert member.offers(TakesDrag) is body
-    with pytest.raises(ValueError, match="body own offers no `TakesGravity`"):
+    with pytest.raises(ValueError, match="body own lacks the capability `TakesGravity`"):
         member.offers(TakesGravity)
 
 

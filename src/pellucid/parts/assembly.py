@@ -45,7 +45,7 @@ class AssembledBody(NamedTuple):
         """Return the body as one with a capability. Raises ValueError if it does not have it, which its model should have
         reported."""
         if not isinstance(self.body, capability):
-            raise ValueError(f"body {self.body.name} offers no `{capability.__name__}`, and its model does not say so")
+            raise ValueError(f"body {self.body.name} lacks the capability `{capability.__name__}`; its model must report this")
         return self.body
 
     def selectable(self) -> Selectable:

@@ -161,7 +161,7 @@ class Body(ConstrainedPoints, ABC):
 
     @property
     def on_grid(self) -> ContactBody | None:
-        """Its points on the grid, for contact with other bodies; None if it has none."""
+        """Contact interface of its points on the grid; None if it has none."""
         return None
 
     @property

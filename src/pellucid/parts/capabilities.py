@@ -97,7 +97,7 @@ class ReleasesSupports(Protocol):
     """A body that must be notified when supports release nodes (its own or those of the grid) during a run."""
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Deactivate the supports with these numbers; all others stay active."""
+        """Deactivate the supports with these numbers; all others are active."""
 
 
 @runtime_checkable
@@ -166,7 +166,7 @@ class HasMesh(Protocol):
         """
 
 
-# contact between surfaces; that on the nodes of the grid is in `pellucid.contact.contact_body`
+# contact between surfaces; for contact on the nodes of the grid see `pellucid.contact.contact_body`
 
 
 @runtime_checkable
@@ -204,7 +204,7 @@ class HasPointsAtWalls(Protocol):
         """Create the contact surface of its points at a plane; None if it has no contact with it."""
 
 
-# on the grid alone
+# only for bodies on the grid
 
 
 @runtime_checkable

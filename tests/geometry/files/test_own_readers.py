@@ -230,10 +230,10 @@ def test_binary_ply_of_both_orders_of_bytes(order, mixed):
     [
         ("vertex 5", "vertex 500000000000", "counts 500000000000 of `vertex`, which exceeds the size of the file"),
         ("property float z", "property quad z", "header has a property that is not part of the PLY format"),
-        ("property float z\n", "", "no x, y and z|not a whole number|less than no values"),
+        ("property float z\n", "", "no x, y and z|not a whole number|negative length"),
         ("end_header", "end", "no header from `ply` to `end_header`"),
         ("format ascii 1.0\n", "", "does not define the format"),
-        ("4 0 1 2 3", "-4 0 1 2 3", "a list of less than no values"),
+        ("4 0 1 2 3", "-4 0 1 2 3", "a list of negative length"),
         ("0.5 2 0 9", "0.5 x 0 9", "its values contain a word instead of a number"),
         ("0.5 2 0 9", "0,5 2 0 9", "contain `0,5`, with a decimal comma, instead of a number"),
     ],

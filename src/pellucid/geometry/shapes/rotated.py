@@ -33,7 +33,6 @@ class Rotated(Geometry):
         return self.shape.measure(active)
 
     def centre(self) -> np.ndarray:
-        """Return the centre of the shape after the rotation [m], shape (3,)."""
         return self.turn.after
 
     def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:

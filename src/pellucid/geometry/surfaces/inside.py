@@ -32,7 +32,6 @@ class Inside(Geometry):
         return found
 
     def measure(self, active: ActiveAxes) -> float:
-        """Return the enclosed volume [m³], exact for the triangles."""
         return enclosed_volume(*self.surface.triangulate())
 
     def sharp_edges(self, active: ActiveAxes, spacing: float) -> SharpEdges:
