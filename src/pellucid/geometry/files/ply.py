@@ -119,7 +119,7 @@ class _Words:
     def take(self, kind: str, count: int) -> np.ndarray:
         """Return the next `count` values."""
         if not 0 <= count <= self.left:
-            raise Damaged("it ends before its last element, or has a list with a negative length")
+            raise Damaged("it ends before its last element, or has a list of negative length")
         words = self._words[self.at : self.at + count]
         self.at += count
         return floats(words, "its values") if kind[0] == "f" else integers(words, "its whole numbers")
@@ -154,7 +154,7 @@ class _Bytes:
     def take(self, kind: str, count: int) -> np.ndarray:
         found = np.dtype(self._order + kind)
         if not 0 <= count * found.itemsize <= self.left:
-            raise Damaged("it ends before its last element, or has a list with a negative length")
+            raise Damaged("it ends before its last element, or has a list of negative length")
         values = np.frombuffer(self._data, found, count, self.at)
         self.at += count * found.itemsize
         return values
