@@ -259,10 +259,10 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
             {"shape": f"curve = {{ points = {[*OCTAGON[:5], OCTAGON[0], *OCTAGON[5:]]} }}"},
             r"points 0 and 5 coincide at \(.*\) m, but are not neighbours: a film must not touch itself",
         ),
-        ({"shape": "ellipse = { radius = 1, radius_y = 1e-7, nodes = 40 }"}, "has two nodes at one place"),
+        ({"shape": "ellipse = { radius = 1, radius_y = 1e-7, nodes = 40 }"}, "has two nodes at one position"),
         (
             {"shape": "surface = { ellipsoid = { centre = [0, 0, 0], radii = [1, 1, 1e-7], refinements = 2 } }"},
-            "has two nodes at one place",
+            "has two nodes at one position",
         ),
         ({"shape": f"curve = {{ points = {OCTAGON[:5]} }}"}, r"must have at least 8 items \(x and y of the nodes"),
         ({"shape": f"curve = {{ points = {OCTAGON[::-1]} }}"}, "clockwise"),
