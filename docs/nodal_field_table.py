@@ -7,8 +7,7 @@ from pellucid.conditions.open_faces.outlet_pressure import EndNodes
 from pellucid.conditions.open_faces.pushed_strip import StripNodes
 from pellucid.conditions.rigid.nodes import BodySums
 from pellucid.conditions.surface_tension.colour import SurfaceFields
-from pellucid.contact.normals import NumberedNodes
-from pellucid.contact.shared import SharedNodes
+from pellucid.contact.detection import NumberedNodes, SharedNodes
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.listed import NodeFlags
 from pellucid.grid.momentum import AdvancedNodes, ExternalAction

@@ -8,8 +8,7 @@ from small_cases import box, case
 
 from pellucid.approximants import grid_functions
 from pellucid.contact.impulses import CHUNK, SLIP, STICK, Friction
-from pellucid.contact.pair import ContactPair
-from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.pairs import ContactPair, ContactPairs
 from pellucid.grid.actions import NodalActions
 from pellucid.grid.lattice import Grid
 from pellucid.grid.supports import Supports

@@ -5,7 +5,7 @@ import pytest
 
 from pellucid.approximants import GRID_FUNCTIONS, grid_functions
 from pellucid.approximants.axis import axis_weights
-from pellucid.contact.shared import mark_stencils, no_numbers
+from pellucid.contact.detection import allocate_numbers, mark_stencils
 from pellucid.grid.folding import Walled, beyond_span, in_period
 from pellucid.grid.lattice import Grid, row_edges
 from pellucid.grid.model import GridCase
@@ -80,7 +80,7 @@ def test_without_periodic_axes_nothing_is_folded():
 @every_function
 def test_stencils_that_hold_a_node_are_found_across_the_seam(functions):
     _, grid, along = grid_of(functions)
-    slot, near = no_numbers(grid.n_nodes)
+    slot, near = allocate_numbers(grid.n_nodes)
     node = grid.where()[0][[0, 3, 100, 174]]
     mark_stencils(node, slot, near, tuple(function.stencil for function in along), grid.lattice, True)
     for place in np.random.default_rng(3).uniform(1.0, 3.0, (100, 3)) * [1.2, 1.0, 1.4]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from pellucid.contact.contact_body import ContactBody
-from pellucid.contact.normals import reach_of_point
+from pellucid.contact.detection import reach_of_point
 from pellucid.grid.clearing import Clearing
 from pellucid.grid.lattice import Grid
 from pellucid.grid.nodal_fields import STEP

@@ -1,11 +1,11 @@
-"""Contact detection between two velocity fields: the nodes that both reach, the normals, the gaps.
+"""Detection of contact between two velocity fields on the nodes: the nodes that both reach, the normals, the gaps.
 
 A surface gives its own normal, a volume the gradient of its volume (Bardenhagen, Brackbill & Sulsky 2000, Comput. Methods Appl.
 Mech. Eng. 187, 529). A surface that is crumpled within the reach of a node has no normal there, and takes that of the volume
 that it touches. Between two volumes the difference of their gradients, each of the two, and the axes are tried, and the
-one along which they lie furthest apart separates them: the gradient at an edge or a corner leans, and sliding over it would
-plough. Which way the normal points follows from where the two bodies lie about the node: a membrane has two sides, and a layer
-thinner than a cell turns its gradient round.
+direction along which they lie furthest apart separates them: the gradient at an edge or a corner leans, and a fluid that slides
+over it would plough. The normal points from one body to the other by where these lie about the node: a membrane has two sides,
+and a layer thinner than a cell turns its gradient round.
 
 The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the
 distance along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with
@@ -13,89 +13,142 @@ half of its point's width, or of the membrane's thickness.
 """
 
 from collections.abc import Iterator, Sequence
+from math import sqrt
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from numpy import uintp
 
-from pellucid.contact import normals, shared
 from pellucid.contact.contact_body import ContactBody, is_membrane
-from pellucid.contact.normals import NORMAL, VOLUME, Along, Areas, NumberedNodes
-from pellucid.grid.nodal_fields import fields_of
+from pellucid.grid.folding import nodes_before, seen_from
+from pellucid.grid.momentum import MASS_EPS
+from pellucid.grid.nodal_fields import FOUND, MAX, RUN, STEP, SUM, NodalField, fields_of
+from pellucid.grid.points import place_of
+from pellucid.grid.stencil import node_at, stencil
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.jit import kernel, pointwise
 from pellucid.jit.bundle import Bundle
+from pellucid.jit.elementary import cube_root
+from pellucid.jit.loops import parallel_loop_by_colour
+from pellucid.jit.vector import load, row, splat, store
 from pellucid.ranks.domain import OfListed, domain
 
 CLOSE = 0.1
 """Distance in cells at which two membranes touch: less than one may turn round in, and than a quarter of a cell.
 
-So each keeps its side of the other: sheets as thin as these do not tell by themselves from which side they came.
+So each keeps its side of the other: sheets as thin as these have no side of their own.
 """
 SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
 """Of the gradients of two volumes in the normals that are tried."""
-NUMBERED = fields_of(NumberedNodes)
 SMOOTH = 0.7
 """Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
 SIGNS = 1.0, -1.0  # of the normals, along which the first and the second side reach
+MARGIN = 1e-6  # of a cell, for rounding
+NORMAL, VOLUME, CENTRE, COLUMNS = 0, 3, 4, 8
+"""Columns of the moments of a body about a node, two vectors; of a surface its area at rest is the volume."""
+
+
+class SharedNodes(NamedTuple):
+    """Numbers of the nodes that two velocity fields share, over all nodes of the grid."""
+
+    slot: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "number of a node that two fields share, else -1", np.int32)]
+    near: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 where a stencil that begins here holds such a node", np.uint8)]
+    box: np.ndarray  # (2, 3) points beyond it reach none [m]
+
+
+class NumberedNodes(NamedTuple):
+    """Sums and extrema at the nodes that two velocity fields share, by their numbers; `several`: one for each side."""
+
+    moments: Annotated[
+        np.ndarray,
+        NodalField(COLUMNS, SUM, STEP, "m², m³, m⁴", "normal, volume, centre of a body about it", several=True),
+    ]
+    foremost: Annotated[np.ndarray, NodalField(1, MAX, STEP, "m", "how far a body reaches along the normal", several=True)]
+
+
+NUMBERED = fields_of(NumberedNodes)
+
+
+class Areas(NamedTuple):
+    """Surface of the points of a body."""
+
+    vector: np.ndarray  # (m, 3) vector areas, outwards [m²]; no rows of a volume, which has the gradients of its volumes
+    at_rest: float = 0.0  # area of a membrane by its mass [m²/kg]
+
+
+class Along(NamedTuple):
+    """Directions along which a side reaches at the numbered nodes: sign times the normals."""
+
+    normal: np.ndarray  # (n, 3)
+    sign: float
+
+
 OF_VOLUME = Areas(np.zeros((0, 3)))
 
 
 class ContactDetection:
     """The nodes where two velocity fields touch.
 
-    bodies: those of either field. `node` (n,), `normal` (n, 3) from the first field to the second, zero where they do not
-    touch, and `gap` (n,), the distance of the surfaces [m], are of the step for which `find` was called last.
+    bodies: those of either field.
+
+    Attributes
+    ----------
+    node : ndarray, shape (n,)
+        Nodes that both fields reached when `find` was called last.
+    normal : ndarray, shape (n, 3)
+        Unit normals from the first field to the second, zero where these do not touch.
+    gap : ndarray, shape (n,)
+        Distance of the surfaces [m].
     """
 
     def __init__(
         self, fields: tuple[VelocityField, VelocityField], bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]]
     ) -> None:
         self._fields, self._grid, self._bodies = fields, fields[0].grid, bodies
-        n = self._grid.n_nodes
-        self._shared = np.empty(n, np.int64)
-        self._slot, self._near = shared.no_numbers(n)
+        self._slot, self._near = allocate_numbers(self._grid.n_nodes)
         self._box = np.empty((2, 3))
-        self._where = Bundle(shared.SharedNodes(self._slot, self._near, self._box))
+        self._where = Bundle(SharedNodes(self._slot, self._near, self._box))
         functions = [body.functions for side in bodies for body in side]
         self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
-        # a membrane beside a volume in one velocity field counts as a volume too
+        # a membrane with a volume in one velocity field counts as a volume too
         self._surfaces = tuple(int(all(body.is_surface for body in side)) for side in bodies)
         # of the points of the bodies of either velocity field, those that reach the nodes
-        self._beside = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
-        self._close = CLOSE if self._surfaces == (1, 1) else 0.0
+        self._near_points = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
+        self._close = (CLOSE if self._surfaces == (1, 1) else 0.0) * self._grid.lattice.cell
         self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
 
     def find(self) -> None:
         """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
-        masses = [field.grid.nodes.mass for field in self._fields]
+        first, second = (field.grid.nodes.mass for field in self._fields)
         reached = [field.reached for field in self._fields if field.reached is not None]
         if reached:
-            n = shared.list_shared_of(min(reached, key=len), *masses, self._shared)
+            node = min(reached, key=len)
+            self.node = node[(first[node] > MASS_EPS) & (second[node] > MASS_EPS)]
         else:
-            n = shared.list_shared(*masses, self._shared)
-        self.node = self._shared[:n]
+            self.node = np.flatnonzero((first > MASS_EPS) & (second > MASS_EPS))
+        n = len(self.node)
         self.normal, self.gap = np.zeros((n, 3)), np.full(n, -np.inf)
         if domain.any(n > 0):
-            lattice = self._grid.lattice
-            shared.mark_stencils(self.node, self._slot, self._near, self._reach, lattice, True)
-            shared.bounding_box(self._extent(), lattice, self._reach, self._box)
-            self._measure(n)
-            shared.mark_stencils(self.node, self._slot, self._near, self._reach, lattice, False)
+            self._set_box()
+            mark_stencils(self.node, self._slot, self._near, self._reach, self._grid.lattice, True)
+            self._find_normals(n)
+            mark_stencils(self.node, self._slot, self._near, self._reach, self._grid.lattice, False)
 
-    def _extent(self) -> np.ndarray:
-        """Nodes with the extent of those of all processes along each axis."""
-        if not domain.is_cut:
-            return self.node
-        strides, rest, ends = self._grid.lattice.strides, self.node, np.zeros(2, np.int64)
-        for axis in np.argsort(strides)[::-1]:
-            place, rest = rest // strides[axis], rest % strides[axis]
-            first = -domain.largest(float(-place.min()) if len(place) else -np.inf)
-            last = domain.largest(float(place.max()) if len(place) else -np.inf)
-            ends += strides[axis] * np.array([first, last]).astype(np.int64)
-        return ends
+    def _set_box(self) -> None:
+        """Set the box of the points that may have weight at a shared node of any process."""
+        lattice, slow = self._grid.lattice, self._grid.lattice.slab_axis
+        middle = 1 if slow == 0 else 0  # the order of the axes in memory
+        strides, rest = lattice.strides, self.node % lattice.strides[slow]
+        along, across = (rest // strides[middle], rest % strides[middle])
+        for axis, place in ((slow, self.node // strides[slow]), (middle, along), (3 - slow - middle, across)):
+            lowest = -domain.largest(-float(place.min()) if len(place) else -np.inf)
+            highest = domain.largest(float(place.max()) if len(place) else -np.inf)
+            wide = 0.5 * self._reach[axis] + MARGIN
+            self._box[:, axis] = lattice.lower[axis] + np.array([lowest - wide, highest + wide]) * lattice.cell
+            if self._grid.periodic[axis]:  # points may have crossed it any number of times
+                self._box[:, axis] = -np.inf, np.inf
 
-    def _listed(self, values: np.ndarray) -> OfListed:
-        return OfListed(values, self.node)
-
-    def _measure(self, n: int) -> None:
+    def _find_normals(self, n: int) -> None:
         moments = NUMBERED["moments"].allocate(n, 2)
         for side in range(2):
             self._sum_moments(side, moments[side])
@@ -104,21 +157,25 @@ class ContactDetection:
             of_membrane = moments[self._surfaces.index(1)]
             crumpled = np.linalg.norm(of_membrane[:, NORMAL:VOLUME], axis=1) < SMOOTH * of_membrane[:, VOLUME]
         for direction in self._directions(moments[0], moments[1], crumpled):
-            normals.orient(moments[0], moments[1], direction)
-            normals.keep_widest_gap(direction, self._foremost(direction), self.normal, self.gap)
-        normals.drop_open_gaps(self.gap, self._close * self._grid.lattice.cell, self.normal)
+            _orient(moments[0], moments[1], direction)
+            foremost = self._foremost(direction)
+            gap = -foremost[0] - foremost[1]
+            wider = (gap > self.gap) & direction.any(axis=1)
+            self.normal[wider], self.gap[wider] = direction[wider], gap[wider]
+        self.normal[self.gap > self._close] = 0.0
 
     def _sum_moments(self, side: int, sums: np.ndarray) -> None:
-        for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
+        for body, near_points in zip(self._bodies[side], self._near_points[side], strict=True):
             areas = OF_VOLUME
             if self._surfaces[side] and is_membrane(body):
                 areas = Areas(body.vector_areas(), 1.0 / body.areal_density)
-            normals.sum_moments(body.n_slabs, body.mapped, self._where, areas, self._listed(sums.reshape(-1)), beside)
+            moments = OfListed(sums.reshape(-1), self.node)
+            _sum_moments(body.n_slabs, body.mapped, self._where, areas, moments, near_points)
 
     def _directions(self, one: np.ndarray, other: np.ndarray, crumpled: np.ndarray) -> Iterator[np.ndarray]:
-        """Directions that may be normals, of any length and either way, each of shape (n, 3).
+        """Yield directions that may be normals, of any length and sign, each of shape (n, 3).
 
-        crumpled, shape (n,): where a membrane takes the normal of the volume that it touches.
+        crumpled, shape (n,): True where a membrane takes the normal of the volume that it touches.
         """
         A, B = one[:, NORMAL:VOLUME], other[:, NORMAL:VOLUME]
         if self._surfaces == (1, 1):
@@ -133,10 +190,138 @@ class ContactDetection:
                 yield np.tile(np.eye(3)[axis], (len(A), 1))
 
     def _foremost(self, normal: np.ndarray) -> np.ndarray:
-        """How far the first side reaches along the normals, and the second against them [m], shape (2, n)."""
+        """Return how far the first side reaches along the normals, and the second against them [m], shape (2, n)."""
         foremost = NUMBERED["foremost"].allocate(len(normal), 2)
         for side in range(2):
-            for body, beside in zip(self._bodies[side], self._beside[side], strict=True):
-                how = self._where, beside, Along(normal, SIGNS[side]), body.half_width()
-                normals.foremost_along(body.n_slabs, body.mapped, *how, self._listed(foremost[side]))
+            for body, near_points in zip(self._bodies[side], self._near_points[side], strict=True):
+                how = self._where, near_points, Along(normal, SIGNS[side]), body.half_width()
+                _find_foremost(body.n_slabs, body.mapped, *how, OfListed(foremost[side], self.node))
         return foremost
+
+
+def allocate_numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return `slot` and `near` of `SharedNodes` for a grid of n nodes, none of which has a number."""
+    slot, near = (fields_of(SharedNodes)[name].allocate(n) for name in ("slot", "near"))
+    slot.fill(-1)
+    return slot, near
+
+
+@kernel()
+def mark_stencils(node, slot, near, reach, lattice, on):
+    """Number nodes in `slot`, and flag the first nodes of all stencils that hold one of them; undo both unless `on`."""
+    for e in range(len(node)):
+        I = node[e]
+        slot[I] = e if on else -1
+        for a in range(reach[0]):
+            for b in range(reach[1]):
+                for c in range(reach[2]):
+                    first = nodes_before(lattice.folding, lattice, I, a, b, c)
+                    if first >= 0:
+                        near[first] = 1 if on else 0
+
+
+@pointwise
+def _is_beyond(where, x, p):
+    """Return True if point p lies outside the box."""
+    box = where.box
+    below = x[p, 0] < box[0, 0] or x[p, 1] < box[0, 1] or x[p, 2] < box[0, 2]
+    return below or x[p, 0] > box[1, 0] or x[p, 1] > box[1, 1] or x[p, 2] > box[1, 2]
+
+
+@pointwise
+def reach_of_point(radius, volume):
+    """Return the half-width of a point of this volume [m]; radius: of the body, see `ContactBody.half_width`."""
+    half, scale, exponent = radius
+    if half >= 0.0:
+        return half
+    size = volume * scale
+    if exponent == 1.0 / 3.0:
+        return 0.5 * cube_root(size)
+    return 0.5 * (sqrt(size) if exponent == 0.5 else size)
+
+
+@parallel_loop_by_colour(gives="moments")
+def _sum_moments(s, mapped, where, areas, moments, near_points):
+    """Sum about each numbered node vector areas, or where `areas` has no rows volume gradients; places and volumes.
+
+    moments: an `OfListed` of shape (n COLUMNS,). The points that reach such nodes are listed in `near_points` from the slab's
+    first one on, followed by -1.
+    """
+    functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
+    points, slabs = mapped.points, mapped.slabs
+    slot, near, values = where.slot, where.near, moments.values
+    x = points.position
+    vector = areas.vector
+    surface = len(vector) > 0
+    listed = slabs.first[s]
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        p = place_of(index, q)
+        if _is_beyond(where, x, p):
+            continue
+        about = stencil(functions, lattice, x, p)
+        wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
+        if near[about.start] == 0:
+            continue
+        near_points[listed] = p
+        listed += 1
+        V = areas.at_rest * points.mass[p] if surface else points.volume[p]
+        shared = row(vector[p, 0], vector[p, 1], vector[p, 2], V) if surface else splat(V)
+        place = (x[p, 0], x[p, 1], x[p, 2])
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                for c in range(len(wz)):
+                    e = slot[node_at(about, lattice, a, b, c)]
+                    if e >= 0:
+                        w, at = wx[a] * wy[b] * wz[c], COLUMNS * e
+                        share = (
+                            splat(w) if surface else row(gx[a] * wy[b] * wz[c], wx[a] * gy[b] * wz[c], wx[a] * wy[b] * gz[c], w)
+                        )
+                        x0, x1, x2 = seen_from(lattice.folding, lattice, about, place, a, b, c)
+                        centre = row(V * x0, V * x1, V * x2, 0.0)
+                        store(values, at, load(values, at) + share * shared)
+                        store(values, at + CENTRE, load(values, at + CENTRE) + w * centre)
+    if listed < slabs.first[s + 1]:
+        near_points[listed] = -1
+
+
+@kernel()
+def _orient(one, other, normal):
+    """Scale directions to unit normals from one side to the other; zero where there is none."""
+    for e in range(len(normal)):
+        length = across = 0.0
+        for d in range(3):
+            length += normal[e, d] * normal[e, d]
+            apart = other[e, CENTRE + d] / other[e, VOLUME] - one[e, CENTRE + d] / one[e, VOLUME]
+            across += normal[e, d] * apart
+        scale = 0.0
+        if length > 0.0:
+            scale = 1.0 / sqrt(length) if across >= 0.0 else -1.0 / sqrt(length)
+        for d in range(3):
+            normal[e, d] *= scale
+
+
+@parallel_loop_by_colour(gives="foremost")
+def _find_foremost(s, mapped, where, near_points, along, radius, foremost):
+    """Find how far the points that reach the numbered nodes extend along sign times the normals [m], each with its own width.
+
+    foremost: an `OfListed` of shape (n,).
+    """
+    functions, lattice, slot = mapped.functions, mapped.lattice, where.slot
+    normal, sign = along.normal, along.sign
+    points, slabs = mapped.points, mapped.slabs
+    surface, x = radius[0] >= 0.0, points.position
+    for q in range(slabs.first[s], slabs.first[s + 1]):
+        if near_points[q] < 0:
+            break
+        p = uintp(near_points[q])
+        about = stencil(functions, lattice, x, p)
+        wx, wy, wz = about.wx, about.wy, about.wz
+        r, position = radius[0] if surface else reach_of_point(radius, points.volume[p]), (x[p, 0], x[p, 1], x[p, 2])
+        for a in range(len(wx)):
+            for b in range(len(wy)):
+                for c in range(len(wz)):
+                    e = slot[node_at(about, lattice, a, b, c)]
+                    if e >= 0 and wx[a] * wy[b] * wz[c] > 0.0:
+                        x0, x1, x2 = seen_from(lattice.folding, lattice, about, position, a, b, c)
+                        place = x0 * normal[e, 0] + x1 * normal[e, 1] + x2 * normal[e, 2]
+                        foremost.values[e] = max(foremost.values[e], sign * place + r)

@@ -1,41 +1,180 @@
-"""All pairs of velocity fields in contact. In a step: `detect`, then `apply_impulses`, on the velocities mapped again too."""
+"""Contact on the nodes of the grid: of fluids with membranes, solids and each other, and of bodies whose surface cannot serve.
+
+In a step: `detect`, then `apply_impulses`; for velocities that are mapped from the points again, `stop_straining` and
+`apply_second_impulses`.
+"""
 
 from collections.abc import Collection, Iterator, Sequence
-from itertools import chain
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
+from pellucid.contact import impulses
 from pellucid.contact.contact_body import ContactBody, ContactResponse, TakesSecondImpulses
-from pellucid.contact.pair import ContactPair
+from pellucid.contact.detection import SIGNS, ContactDetection
+from pellucid.contact.impulses import ContactNodes, Friction
 from pellucid.energy import CONTACT, FIRST_LOAD, StepWork, no_work, row_length, step_work, total_work
+from pellucid.grid.chunks import by_row
 from pellucid.grid.velocity_field import VelocityField
+from pellucid.jit.bundle import Bundle
+from pellucid.ranks.domain import domain
+from pellucid.reductions import ordered_sum
 
 SWEEPS = 4  # where several pairs share nodes, the impulses of one change the approach of another
-MOST_RESPONSES = 32  # times at most that bodies whose motion is not that of the grid respond to impulses,
-TOLERANCE = 1e-3  # unless what changes is this share of all
+MOST_RESPONSES = 32  # largest number of responses of bodies with their own equation of motion in a step
+TOLERANCE = 1e-3  # change of the impulses over their sum that ends the responses
 
 
-def _along(tried: Sequence[np.ndarray], found: Sequence[np.ndarray], before: Sequence[np.ndarray]) -> float:
-    """How far impulses were taken back along the way that they went."""
-    return float(sum(((y - x) * (x - z)).sum() for y, x, z in zip(tried, found, before, strict=True)))
+class ContactPair:
+    """Two velocity fields in contact.
+
+    Attributes
+    ----------
+    name : str, optional
+        Name of the impulse on the first field for probes.
+    fields, bodies
+        Both velocity fields, and the bodies of both.
+    impulses, second : ndarray, shape (n, 3)
+        Impulses of this step on the first field at the nodes of `detection`, and those that stop the approach of the velocities
+        mapped again [N s].
+    touches : bool
+        True if the fields touch anywhere in this step.
+    """
+
+    def __init__(
+        self,
+        fields: tuple[VelocityField, VelocityField],
+        bodies: tuple[Sequence[ContactBody], Sequence[ContactBody]],
+        friction: Friction,
+        name: str | None = None,
+    ) -> None:
+        self.name, self._friction = name, friction
+        self.detection = ContactDetection(fields, bodies)
+        self.fields, self.bodies = fields, [body for side in bodies for body in side]
+        self.second_bodies = [body for body in self.bodies if isinstance(body, TakesSecondImpulses)]
+        self._sides = [Bundle(impulses.Side(field.grid.nodes, field.external, field.moves_points)) for field in fields]
+        self._second_sides = [Bundle(side._replace(moves_points=False)) for side in self._sides]  # bodies count these works
+        self._begin()
+
+    def detect(self) -> None:
+        """Find where the velocity fields touch in a step, after the bodies' mass was mapped to the nodes."""
+        self.detection.find()
+        self._begin()
+        if self.touches:
+            impulses.measure_mobility(self._chunks, *self._sides, self._at)
+
+    def _begin(self) -> None:
+        node, normal = self.detection.node, self.detection.normal
+        self._by_row = by_row(self.fields[0].grid.rows, node, impulses.CHUNK)
+        self._chunks = self._by_row.chunks.n
+        self._at = ContactNodes(node, normal, np.zeros((2, len(node), 3)), self._by_row.chunks.edges)
+        self._allowed = np.zeros(len(node))  # speeds of approach [m/s]
+        self.impulses, self.second = np.zeros((2, len(node), 3))
+        self.touches = domain.any(bool(normal.any()))
+
+    def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
+        """Yield the bodies of both fields, each with the nodes at which the fields touch, shape (n,)."""
+        here = self.detection.node[self.detection.normal.any(axis=1)]
+        nodes = domain.of_nodes(here, here)
+        return ((body, nodes) for body in self.bodies)
+
+    @property
+    def _takes_second(self) -> bool:
+        """True if all bodies take second impulses now; else none does, since these are equal and opposite."""
+        return len(self.second_bodies) == len(self.bodies) and all(body.takes_second_impulses for body in self.second_bodies)
+
+    def begin_impulses(self) -> None:
+        """Find the mobility of nodes that walls released as the momentum was advanced, and the speeds of approach allowed.
+
+        Bodies that part as the step begins may come back as fast: their mean approach over the step is zero then, and the
+        impulses do no work. Stopped earlier, they would win energy at each return, as water at rest on soft soil does. Bodies
+        with a response of their own are stopped: their material parts with other velocities than their nodes.
+        """
+        if not self.touches:
+            return
+        if any(field.may_be_let_go for field in self.fields):
+            impulses.measure_mobility(self._chunks, *self._sides, self._at)
+        if self._takes_second:
+            impulses.measure_parting(self._chunks, *self._sides, self._at, self._allowed)
+
+    def resolve(self, anew: bool) -> None:
+        """Apply the impulses that stop the approach of the nodes; `anew`: after bodies responded to those so far."""
+        if not self.touches:
+            return
+        impulses.resolve(self._chunks, self._friction, anew, *self._sides, self._at, self._allowed, self.impulses)
+        if domain.any(bool(self.impulses.any())):
+            for field in self.fields:
+                field.pressed = True
+
+    def apply_impulses(self, impulse: np.ndarray) -> None:
+        """Add impulses on the first field, and their opposites on the second [N s], shape (n, 3)."""
+        impulses.apply(self._chunks, *self._sides, self._at, impulse, self.impulses)
+
+    def gather(self, values: np.ndarray) -> np.ndarray:
+        """Gather values at the nodes of all processes, shape (n, 3)."""
+        return domain.of_nodes(values, self._at.node)
+
+    def sum_works(self, row: int) -> np.ndarray:
+        """Return the works of the impulses of this step as a row of this length, see `pellucid.energy.step_work`."""
+        return self._sum_works(self._sides, self.impulses, row)
+
+    def lag_work(self, fields: Collection[VelocityField]) -> float:
+        """Return the part of `ContactPairs.lag_work` of this pair [J]."""
+        total = 0.0
+        if not domain.any(bool(self.impulses.any())):
+            return total
+        for number, (field, side, sign) in enumerate(zip(self.fields, self._sides, SIGNS, strict=True)):
+            if field in fields:
+                sums = np.zeros((self._chunks, 1))
+                impulses.sum_lag_works(self._chunks, side, number, self._at, self.impulses, field.small_mass, sums)
+                total += sign * float(ordered_sum(domain.of_chunks(sums, self._by_row.of_row))[0])
+        return total
+
+    def stop_straining(self) -> None:
+        """Stop the approach of the velocities that strain the points."""
+        if self.touches:
+            impulses.stop_straining(self._chunks, self._friction, *self._sides, self._at, self.second)
+
+    def begin_second(self) -> bool:
+        """Add the velocity increments of second impulses to both fields; return True if there are any and all bodies take
+        them."""
+        if not (self.touches and self._takes_second and domain.any(bool(self.second.any()))):
+            return False
+        for field, mobility, sign in zip(self.fields, self._at.mobility, SIGNS, strict=True):
+            field.add_second_increments(self._at.node, sign * mobility * self.second)
+        return True
+
+    def sum_second_works(self, row: int) -> np.ndarray:
+        """Return the works of second impulses on constrained nodes alone; see `sum_works`."""
+        return self._sum_works(self._second_sides, self.second, row)
+
+    def _sum_works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
+        if not domain.any(bool(given.any())):
+            return np.zeros(row)
+        works = np.zeros((self._chunks, row))
+        impulses.sum_works(self._chunks, *sides, self._at, given, works)
+        return ordered_sum(domain.of_chunks(works, self._by_row.of_row))
 
 
 class ContactWork(NamedTuple):
-    """What all pairs did: their work; impulses by name, (3,) [N s]."""
+    """Work of all pairs, and impulses by name, (3,) [N s]."""
 
     work: StepWork
     impulses: dict[str, np.ndarray]
 
-    def add(self, other: "ContactWork") -> "ContactWork":
-        """With what was done after it."""
-        more = {name: self.impulses[name] + impulse for name, impulse in other.impulses.items()}
-        return ContactWork(total_work([self.work, other.work], len(self.work.works)), self.impulses | more)
-
 
 class ContactPairs:
-    """All pairs of velocity fields of a simulation, with so many supports and channels of loads."""
+    """All pairs of velocity fields of a simulation with `n_supports` supports and `n_loads` columns of loads.
+
+    Attributes
+    ----------
+    done : ContactWork
+        Works and impulses of this step so far.
+    lag_work : float
+        Work of the impulses of this step on the nodes of some velocity fields, less that on the points of these [J]. On points
+        they work along the mean of the velocities that the points give to the nodes before and after the step.
+    """
 
     def __init__(self, pairs: Sequence[ContactPair], n_supports: int, n_loads: int) -> None:
         self._pairs = pairs
@@ -44,10 +183,7 @@ class ContactPairs:
         self._columns = FIRST_LOAD + n_loads
         self._row = row_length(self._columns, n_supports + 2)  # thin axes and other impulses have rows too
         self.done = ContactWork(no_work(0, 0), {})
-        """What the impulses of this step did so far."""
         self.lag_work = 0.0
-        """How much more work they did on the nodes of some velocity fields than on the points of these [J], on which they work
-        along the mean of the velocities that the points give to the nodes before and after the step."""
 
     def __len__(self) -> int:
         return len(self._pairs)
@@ -60,11 +196,11 @@ class ContactPairs:
             field.await_impulses(pair.detection.node for pair in self._pairs if field in pair.fields and pair.touches)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
-        """The bodies of each pair, each with the nodes at which its field touches the other, shape (n,)."""
-        return chain.from_iterable(pair.touching() for pair in self._pairs)
+        """Yield the bodies of each pair, each with the nodes at which its field touches the other, shape (n,)."""
+        return (found for pair in self._pairs for found in pair.touching())
 
     def apply_impulses(self) -> None:
-        """Impulses on the nodes after their momentum was advanced."""
+        """Apply the impulses of contact to the nodes after their momentum was advanced."""
         for pair in self._pairs:
             pair.begin_impulses()
         self._sweep(anew=False)
@@ -75,16 +211,6 @@ class ContactPairs:
         for response in responses:
             response.finish()
 
-    def sum_work(self) -> None:
-        """What these impulses did, when the mean velocities of the nodes are known."""
-        if not self._pairs:
-            return
-        total = np.zeros(self._row)
-        for pair in self._pairs:
-            total += pair.works(self._row)
-        named = {pair.name: pair.impulse() for pair in self._pairs if pair.name is not None}
-        self.done = ContactWork(step_work(total, self._columns), named)
-
     def _sweep(self, anew: bool) -> None:
         for _ in range(self._sweeps):
             for pair in self._pairs:
@@ -93,57 +219,60 @@ class ContactPairs:
     def _iterate(self, responses: Sequence[ContactResponse]) -> None:
         """Let bodies respond to the impulses, and find these anew, until they hardly change.
 
-        What is sought are impulses that push and bodies that part or stay, the minimum of a convex function: a projected
-        gradient method with momentum finds it (Nesterov 1983, Soviet Math. Dokl. 27, 372), which begins again where it turns
-        back (O'Donoghue & Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
+        Impulses that only push on bodies that part or stay minimize a convex function. A projected gradient method with
+        momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372); it restarts where it turns back (O'Donoghue &
+        Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
         """
-        last, weight, ahead = self._given(), 1.0, 0.0
+        last, weight, ahead = self._copy_impulses(), 1.0, 0.0
         for _ in range(MOST_RESPONSES):
-            now = self._given()
+            now = self._copy_impulses()
             if ahead > 0.0:
                 for pair, new, old in zip(self._pairs, now, last, strict=True):
                     pair.apply_impulses(ahead * (new - old))
-            tried = self._given()
+            tried = self._copy_impulses()
             for response in responses:
                 response.respond()
             self._sweep(anew=True)
-            found, tried, before = ([*map(ContactPair.of_all, self._pairs, one)] for one in (self._given(), tried, now))
+            found, tried, before = ([*map(ContactPair.gather, self._pairs, one)] for one in (self._copy_impulses(), tried, now))
             changed = sum(float(np.abs(new - old).sum()) for new, old in zip(found, tried, strict=True))
             if changed <= TOLERANCE * sum(float(np.abs(impulse).sum()) for impulse in found):
                 return
             ahead, weight = weight - 1.0, 0.5 + sqrt(0.25 + weight**2)
             ahead /= weight
-            if _along(tried, found, before) > 0.0:
-                weight, ahead = 1.0, 0.0
+            if sum(float(((y - x) * (x - z)).sum()) for y, x, z in zip(tried, found, before, strict=True)) > 0.0:
+                weight, ahead = 1.0, 0.0  # impulses were taken back along their way
             last = now
 
-    def _given(self) -> list[np.ndarray]:
-        """The impulses of each pair so far."""
+    def _copy_impulses(self) -> list[np.ndarray]:
         return [pair.impulses.copy() for pair in self._pairs]
 
-    def stop_straining(self, fields: Collection[VelocityField]) -> None:
-        """Stop the approach of the velocities mapped again, those that strain the points.
+    def sum_work(self) -> None:
+        """Sum the works and impulses of this step, when the mean velocities of the nodes are known."""
+        if not self._pairs:
+            return
+        total = sum((pair.sum_works(self._row) for pair in self._pairs), np.zeros(self._row))
+        named = {pair.name: pair.gather(pair.impulses).sum(axis=0) for pair in self._pairs if pair.name is not None}
+        self.done = ContactWork(step_work(total, self._columns), named)
 
-        Finds `lag_work` of these fields before.
-        """
+    def stop_straining(self, fields: Collection[VelocityField]) -> None:
+        """Find `lag_work` of these fields, then stop the approach of the velocities mapped again, which strain the points."""
         self.lag_work = sum(pair.lag_work(fields) for pair in self._pairs)
         for _ in range(self._sweeps):
             for pair in self._pairs:
                 pair.stop_straining()
 
     def apply_second_impulses(self, dt: float) -> None:
-        """Give the bodies the impulses that stopped this approach, where all can take them, in a step dt [s]."""
+        """Apply the impulses that stopped this approach to the bodies, where all can take them, in a step dt [s]."""
         if not self._pairs:
             return
-        total, named, bodies = np.zeros(self._row), dict[str, np.ndarray](), dict[int, TakesSecondImpulses]()
         for field in self._fields:
             field.begin_second()
-        for pair in self._pairs:
-            if pair.begin_second():
-                total += pair.second_works(self._row)
-                bodies |= {id(body): body for body in pair.taking_second}
-                if pair.name is not None:
-                    named[pair.name] = pair.second_impulse()
-        done = step_work(total, self._columns)
-        done.works[CONTACT] += sum(body.take_second_impulses(dt) for body in bodies.values())
-        self.done = self.done.add(ContactWork(done, named))
+        pairs = [pair for pair in self._pairs if pair.begin_second()]
+        bodies = {id(body): body for pair in pairs for body in pair.second_bodies}.values()
+        second = step_work(sum((pair.sum_second_works(self._row) for pair in pairs), np.zeros(self._row)), self._columns)
+        second.works[CONTACT] += sum(body.take_second_impulses(dt) for body in bodies)
+        named = dict(self.done.impulses)
+        for pair in pairs:
+            if pair.name is not None:
+                named[pair.name] = named[pair.name] + pair.gather(pair.second).sum(axis=0)
+        self.done = ContactWork(total_work([self.done.work, second], len(self.done.work.works)), named)

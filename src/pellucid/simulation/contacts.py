@@ -13,8 +13,7 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.images import Plane, Seam
 from pellucid.contact.impulses import SLIP, STICK, Friction
 from pellucid.contact.overlap import coefficient, swing_of
-from pellucid.contact.pair import ContactPair
-from pellucid.contact.pairs import ContactPairs
+from pellucid.contact.pairs import ContactPair, ContactPairs
 from pellucid.contact.surface_pairs import SurfacePair, SurfacePairs
 from pellucid.contact.touch import Touch
 from pellucid.contact.triangles.pair import TrianglePair

@@ -13,7 +13,7 @@ from numpy import uintp
 from scipy import sparse
 
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
-from pellucid.contact.shared import mark_stencils, no_numbers
+from pellucid.contact.detection import allocate_numbers, mark_stencils
 from pellucid.grid.lattice import Nodes
 from pellucid.grid.stencil import functions_at, node_at, stencil_of
 from pellucid.jit import kernel
@@ -60,7 +60,7 @@ class SkinResponse:
         self._nodes: Nodes = grid.nodes
         self._reach = tuple(function.stencil for function in surface.functions)
         self._lattice = grid.lattice
-        self._slot, self._near = no_numbers(grid.n_nodes)
+        self._slot, self._near = allocate_numbers(grid.n_nodes)
         most = m * int(np.prod(self._reach))
         self._listed, self._first = np.empty(m, np.int64), np.empty(m + 1, np.int64)
         self._column, self._weight = np.empty(most, np.int64), np.empty(most)
