@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from small_cases import RATE_SOLID, box, case
 
-from pellucid.contact.dead_stop import Dampers, forces_of
+from pellucid.contact.dead_stop import Dampers
 from pellucid.results.storage.probes import carried_by
 from pellucid.simulation.simulation import Simulation
 
@@ -256,7 +256,7 @@ def test_forces_push_alone_and_friction_limits_what_holds():
         # the components along the surface come in pairs: the second one of each point, across the plane, changes nothing
         six = np.vstack([rows, np.zeros((2, 3))])
         dampers = Dampers(np.full(6, 1e6), six, np.append(speed, [0.0, 0.0]), np.zeros(6), 1e-3)
-        force = forces_of(dampers, friction, 2)
+        force = dampers.solve(friction, 2)
         after = np.append(speed, [0.0, 0.0]) - 1e-3 * six @ (six.T @ force)
         assert (force[:2] >= 0.0).all()
         assert (np.abs(force[2:4]) <= friction * force[:2] * (1.0 + 1e-9)).all()

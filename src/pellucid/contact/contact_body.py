@@ -1,4 +1,4 @@
-"""What contact on the nodes of the grid asks of a body: its points, how they reach the nodes, and where its surface is."""
+"""Contact on the nodes of the grid: the interface of a body, with its points, their shape functions and its surface."""
 
 from typing import Protocol, TypeGuard, runtime_checkable
 
@@ -9,13 +9,13 @@ from pellucid.jit.bundle import Bundle
 
 
 class ContactResponse(Protocol):
-    """What moves the nodes that a body reaches otherwise than by their own masses."""
+    """Response of a body with its own equation of motion to impulses on the nodes of the grid."""
 
     def respond(self) -> None:
-        """Let the nodes of the grid have the velocities with which the body responds to the impulses so far."""
+        """Set the velocities with which the body responds to the impulses so far on the nodes of the grid."""
 
     def finish(self) -> None:
-        """Contact is resolved: make these velocities those of the nodes, where they move the points."""
+        """Set these velocities on the nodes that move its points, when contact is resolved."""
 
 
 class ContactBody(Protocol):
@@ -25,11 +25,11 @@ class ContactBody(Protocol):
 
     @property
     def is_surface(self) -> bool:
-        """Whether the points are those of a membrane, which has two sides: a `ContactMembrane`."""
+        """True if the points are those of a membrane, which has two sides: a `ContactMembrane`."""
 
     @property
     def contact_response(self) -> ContactResponse | None:
-        """How it responds to impulses; None where the nodes of the grid take them by their masses."""
+        """Response to impulses; None where the nodes of the grid respond by their masses."""
 
     @property
     def n_points(self) -> int:
@@ -41,14 +41,14 @@ class ContactBody(Protocol):
 
     @property
     def mapped(self) -> Bundle:
-        """Its points as the kernels over points take them."""
+        """Its points as arguments of the kernels over points."""
 
     @property
     def n_slabs(self) -> int:
         """Number of slabs into which its points are divided."""
 
     def half_width(self) -> tuple[float, float, float]:
-        """How far the body reaches beyond its points: this [m], or where negative half the edge of a point's cube.
+        """Return the distance of the surface from its points [m]; a negative one stands for half the edge of a point's cube.
 
         The edge is (volume · the second number) to the power of the third.
         """
@@ -61,30 +61,30 @@ class ContactMembrane(ContactBody, Protocol):
     """At rest [kg/m²]."""
 
     def vector_areas(self) -> np.ndarray:
-        """The share of its vector area of each point [m²], shape (n, 3), in the order in which these are stored."""
+        """Return the share of each point in the vector area [m²], shape (n, 3), in the order in which points are stored."""
 
 
 @runtime_checkable
 class WarnsOfContact(Protocol):
-    """A body whose contact may be too coarse."""
+    """A body whose surface may be too coarse for contact."""
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """A warning about the body where it touches others at these nodes of the grid, shape (n,), or None."""
+        """Return a warning if it is too coarse where it touches others at these nodes of the grid, shape (n,), or None."""
 
 
 @runtime_checkable
 class TakesSecondImpulses(Protocol):
-    """A body to which contact may give impulses once more after its momentum was mapped to the nodes again."""
+    """A body to which contact can give impulses again after its momentum was mapped to the nodes again."""
 
     @property
     def takes_second_impulses(self) -> bool:
-        """Whether it may now: a condition that prescribes its motion may stand against it."""
+        """True if it takes them now; a condition that prescribes its motion may prevent that."""
 
     def take_second_impulses(self, dt: float) -> float:
-        """Take the second increments of its velocity field at the end of a step dt [s]: kinetic energy won [J], but for a body
-        that counts its own works."""
+        """Add the second increments of its velocity field at the end of a step dt [s]; return the kinetic energy gained [J],
+        0 for a body that counts its own works."""
 
 
 def is_membrane(body: ContactBody) -> TypeGuard[ContactMembrane]:
-    """Whether a body is a membrane."""
+    """Return True if a body is a membrane."""
     return body.is_surface

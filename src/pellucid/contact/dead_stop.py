@@ -20,6 +20,7 @@ rank 6 or 12.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from math import sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,6 +30,9 @@ from pellucid.contact.contact_surface import ContactSurface
 
 if TYPE_CHECKING:
     from pellucid.contact.overlap import Overlap
+
+Arrays = Sequence[np.ndarray]
+"""Values of the points of each overlap."""
 
 DEAD = 8.0  # over what is critical
 DEAD_APART = 64.0  # the same of points that stop each by itself
@@ -43,12 +47,15 @@ FACING, ASKEW = 0.97, 0.9
 
 
 class Before(NamedTuple):
-    """Points that stop each by itself as the last step began."""
+    """Points of a surface that stopped each by itself in the last step."""
 
-    listed: np.ndarray  # (n,) which of the surface
+    listed: np.ndarray  # (n,) indices of the points
     force: np.ndarray  # (n, 3) of the dampers on them [N]
     speed: np.ndarray  # (n, 3) against which these act [m/s]
-    borne: np.ndarray  # (n,) the pressure that it bears by now [N]
+    borne: np.ndarray  # (n,) pressure that each point bears by now [N]
+
+
+NOTHING = Before(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 class DeadStop:
@@ -59,167 +66,116 @@ class DeadStop:
     damped, approach : float
         Force of all dampers [N], and the mean approach [m/s], as the last step began.
     before : dict
-        `Before` of the points of each surface, by its number.
+        `Before` of each surface, by its number.
     """
 
     def __init__(self, sides: Sequence[ContactSurface]) -> None:
-        self._sides = sides
+        self._numbers = {id(side): number for number, side in enumerate(sides)}
         self._rigid = [side for side in sides if side.rigid_mass < np.inf]
         self._now = 0.0  # mean approach [m/s]
         self._speeds: list[np.ndarray] = []  # of approach and of sliding, against which dampers act (n, 3) [m/s]
         self.damped = self.approach = 0.0
         self.before: dict[int, Before] = {}
-        self._pushes: dict[int, np.ndarray] = {}  # what `forces_apart` found last in this step, see `ContactSurface.pushed`
+        self._pushes: dict[int, np.ndarray] = {}  # last result of `forces_apart` in this step, see `ContactSurface.pushed`
         self._swings: dict[int, float] = {}
 
     def begin(self) -> None:
         """Begin a step."""
         self._pushes, self._swings = {}, {}
 
-    def force_on_all(
-        self,
-        overlaps: "Sequence[Overlap]",
-        pressures: Sequence[np.ndarray],
-        stiffness: Sequence[np.ndarray],
-        dt: float,
-    ) -> list[np.ndarray]:
-        """Return the forces of one damper on the points of overlaps over a step dt [s], shared out as their pressures [N] are.
+    def force_on_all(self, overlaps: "Sequence[Overlap]", pressures: Arrays, stiffness: Arrays, dt: float) -> list[np.ndarray]:
+        """Return the forces of one damper on the points of overlaps over a step dt [s], in proportion to their pressures [N].
 
         stiffness: of each point, now and after the step as it counts in the bound on the step, shape (2, n) [N/m].
-        Adds to how fast the bodies swing on what they touch.
+        Adds to the rate at which the bodies swing on each other.
         """
-        total = sum(float(pressure.sum()) for pressure in pressures)
-        extra = self._force_on_all(overlaps, pressures, total, stiffness, dt)
-        return [extra * pressure / total if total > 0.0 else np.zeros_like(pressure) for pressure in pressures]
-
-    def _force_on_all(
-        self,
-        overlaps: "Sequence[Overlap]",
-        pressures: Sequence[np.ndarray],
-        total: float,
-        stiffness: Sequence[np.ndarray],
-        dt: float,
-    ) -> float:
-        """Return the force of a damper on the mean approach, weighted by the pressures [N]."""
         self._speeds = []
+        total = sum(float(pressure.sum()) for pressure in pressures)
         if total <= 0.0:
-            return 0.0
+            return [np.zeros_like(pressure) for pressure in pressures]
         shares = [pressure / total for pressure in pressures]
         self._now = sum(float(share @ _approach(part)) for share, part in zip(shares, overlaps, strict=True))
         now, later = (sum(float(np.sum(of[number])) for of in stiffness) for number in range(2))
-        mobility = 0.0
+        place, normal, mobility = *_places(overlaps), 0.0
         for side in self._rigid:
-            place = np.concatenate([part.one.place[part.listed] for part in overlaps])
-            ways = [
-                (1.0 if part.one is side else -1.0) * share[:, None] * part.normal
-                for share, part in zip(shares, overlaps, strict=True)
-            ]
-            way = np.concatenate(ways)
+            way = _signs(side, overlaps) * np.concatenate(shares)[:, None] * normal
             own = side.mobility_along(place, way)
             mobility += _sharing(side.pushed_along, way.sum(axis=0)) * own
             side.swings += later * own
-        if mobility <= 0.0:
-            return 0.0
-        damper = 2.0 * DEAD * sqrt(now / mobility)
-        return damper * self._now / (1.0 + damper * mobility * dt)
+        extra = 0.0
+        if mobility > 0.0:
+            damper = 2.0 * DEAD * sqrt(now / mobility)
+            extra = damper * self._now / (1.0 + damper * mobility * dt)
+        return [extra * pressure / total for pressure in pressures]
 
     def forces_apart(
-        self,
-        overlaps: "Sequence[Overlap]",
-        pressures: Sequence[np.ndarray],
-        drags: Sequence[np.ndarray],
-        friction: float,
-        stiffness: Sequence[np.ndarray],
-        dt: float,
+        self, overlaps: "Sequence[Overlap]", pressures: Arrays, drags: Arrays, friction: float, stiffness: Arrays, dt: float
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Return the forces of a damper for each point, of flat sides on planes, besides what other contacts push in this step.
+        """Return the forces of a damper for each point of flat sides on planes, besides the pushes of other contacts.
 
-        Parameters
-        ----------
-        overlaps, pressures, stiffness, dt
-            See `force_on_all`.
-        drags : sequence of ndarray, shape (n, 3)
-            Forces of the springs of friction on the points [N].
-        friction : float
-            Coefficient of friction.
-
-        Returns
-        -------
-        tuple
-            Forces along the normals besides the pressures, shape (n,), and drags of friction, shape (n, 3), of each overlap
-            [N].
+        These are forces along the normals without the pressures, shape (n,), and drags of friction, shape (n, 3) [N]. drags:
+        forces of the springs of friction on the points, shape (n, 3) [N]; friction: its coefficient. See `force_on_all`.
         """
-        normal = np.concatenate([part.normal for part in overlaps])
-        place = np.concatenate([part.one.place[part.listed] for part in overlaps])
-        pressure, spring = np.concatenate(pressures), np.concatenate(drags)
+        place, normal, pressure = *_places(overlaps), np.concatenate(pressures)
         now, later = np.concatenate(stiffness, axis=1)
         speed = -np.concatenate([part.relative for part in overlaps])
         self._speeds = _split(speed, overlaps)
         ways = np.concatenate([normal[None], _tangents(normal)]) if friction > 0.0 else normal[None]
         columns, n, total = list[np.ndarray](), len(pressure), float(now.sum())
-        others = np.zeros(n * len(ways))
+        others = np.zeros(n * len(ways))  # changes of the speeds by other contacts
         for side in self._rigid:
-            sign = np.concatenate([np.full(len(part.listed), 1.0 if part.one is side else -1.0) for part in overlaps])[:, None]
+            sign = _signs(side, overlaps)
             rows = np.concatenate([side.mobility_rows(place, sign * way) for way in ways])
-            along = rows[:n]
-            self._swings[id(side)] = float(np.linalg.eigvalsh(np.einsum("ni,n,nj->ij", along, later, along))[-1])
+            self._swings[id(side)] = float(np.linalg.eigvalsh(np.einsum("ni,n,nj->ij", rows[:n], later, rows[:n]))[-1])
             mean = np.einsum("n,nd->d", now, sign * normal) / total
             columns.append(rows if side.stops_at_once else sqrt(_sharing(side.pushed_along, mean)) * rows)
             if side.stops_at_once:
-                others += np.einsum("ni,i->n", rows, side.pushed - self._pushes.get(id(side), 0.0))
+                others += _speeds_by(rows, side.pushed - self._pushes.get(id(side), 0.0))
         rows = np.concatenate(columns, axis=1)
-        mobility = float(np.sum((np.einsum("n,ni->i", now, rows[:n]) / total) ** 2))
+        mobility = float(np.sum((_push_of(rows[:n], now) / total) ** 2))
         if mobility <= 0.0:
             return [np.zeros_like(of) for of in pressures], [np.zeros_like(of) for of in drags]
         damper = 2.0 * DEAD_APART * np.tile(now, len(ways)) / sqrt(mobility * total)
-        speeds = np.einsum("nd,knd->kn", speed, ways).ravel()
-        speeds[:n] = np.concatenate([_approach(part) for part in overlaps])
-        held = np.einsum("nd,knd->kn", spring, ways).ravel()
-        held[:n] = pressure
+        speeds, held = (np.einsum("nd,knd->kn", of, ways).ravel() for of in (speed, np.concatenate(drags)))
+        speeds[:n], held[:n] = np.concatenate([_approach(part) for part in overlaps]), pressure
         sudden = np.maximum(pressure - np.concatenate(self._borne(overlaps)), 0.0)
-        speeds -= dt * (others + np.einsum("ni,i->n", rows, np.einsum("ni,n->i", rows[:n], sudden)))
-        force = forces_of(Dampers(damper, rows, speeds, held, dt), friction, n)
+        speeds -= dt * (others + _speeds_by(rows, _push_of(rows[:n], sudden)))
+        force = Dampers(damper, rows, speeds, held, dt).solve(friction, n)
         more = force - held
         more[:n] += sudden
         for side, z in zip(self._rigid, columns, strict=True):
-            push = np.einsum("ni,n->i", z, more)
+            push = _push_of(z, more)
             side.pushed += push - self._pushes.get(id(side), 0.0)
             self._pushes[id(side)] = push
         drag = np.einsum("kn,knd->nd", force[n:].reshape(-1, n), ways[1:])
         return _split(force[:n] - pressure, overlaps), _split(drag, overlaps)
 
-    def taken(self, given: Sequence[np.ndarray], power: float, last: float) -> float:
-        """Return the energy that dampers took over the last step [J], which lasted so long [s].
+    def taken(self, given: Arrays, power: float, last: float) -> float:
+        """Return the energy that dampers took over the last step [J], of a length `last` [s].
 
-        given: their forces on the points [N]; power: what they take as it ends [W].
+        given: their forces on the points [N]; power: of these at its end [W].
 
-        The work of contact counts the mean of the velocities before and after a step: of a damper F it is that of the mean of
-        the forces before and after on the velocity after, where F and v change by much in a step.
+        The work of contact counts the mean of the velocities before and after a step: for a damper force F it is the mean of
+        the forces before and after times the velocity after, where F and v change much in a step.
         """
-        damped = sum(float(np.sum(force)) for force in given)
         energy = 0.5 * last * (self.damped * self._now + power)
-        self.damped, self.approach, self.before = damped, self._now, {}
+        self.damped, self.approach, self.before = sum(float(np.sum(force)) for force in given), self._now, {}
         return energy
 
-    def taken_apart(
-        self, overlaps: "Sequence[Overlap]", given: Sequence[np.ndarray], pressed: Sequence[np.ndarray], last: float
-    ) -> float:
+    def taken_apart(self, overlaps: "Sequence[Overlap]", given: Arrays, pressed: Arrays, last: float) -> float:
         """Return the energy that the dampers of single points took over the last step [J].
 
         given: forces of the dampers [N], shape (n, 3); pressed: pressures of the depths [N], shape (n,).
         """
         for side in self._rigid:
             side.swings += self._swings.get(id(side), 0.0)
-        work, before = self.damped * self.approach, {}
-        bears = [(1.0 - BEARS) * old + BEARS * press for old, press in zip(self._borne(overlaps), pressed, strict=True)]
-        for number, part, force, speed, borne in zip(
-            self._numbers(overlaps), overlaps, given, self._speeds, bears, strict=True
-        ):
-            before[number] = Before(part.listed, force, speed, borne)
+        work, before, bears = self.damped * self.approach, {}, self._borne(overlaps)
+        for part, force, speed, borne, press in zip(overlaps, given, self._speeds, bears, pressed, strict=True):
+            number = self._numbers[id(part.one)]
+            before[number] = Before(part.listed, force, speed, (1.0 - BEARS) * borne + BEARS * press)
             if number in self.before:
                 old = self.before.pop(number)
-                now = np.zeros((len(part.one.place), 3))
-                now[old.listed] = old.speed
+                now = _at_points(part, old.listed, old.speed)
                 now[part.listed] = speed
                 work += float(np.sum(old.force * now[old.listed]))
             work += float(np.sum(force * speed))
@@ -227,28 +183,17 @@ class DeadStop:
         self.damped, self.before = 0.0, before
         return 0.5 * last * work
 
-    def _numbers(self, overlaps: "Sequence[Overlap]") -> list[int]:
-        """Return the index of the surface to which the points of each overlap belong."""
-        numbers = {id(side): number for number, side in enumerate(self._sides)}
-        return [numbers[id(part.one)] for part in overlaps]
+    def end(self, last: float) -> float:
+        """Return the energy [J] that the dampers took over the step in which contact ended, and forget them."""
+        self._speeds, self._swings = [], {}
+        energy = self.taken_apart([], [], [], last)
+        self.approach = 0.0
+        return energy
 
     def _borne(self, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
         """Return the force that each point bore at the start of the last step [N]."""
-        found = []
-        for number, part in zip(self._numbers(overlaps), overlaps, strict=True):
-            borne = np.zeros(len(part.one.place))
-            if number in self.before:
-                borne[self.before[number].listed] = self.before[number].borne
-            found.append(borne[part.listed])
-        return found
-
-    def end(self, last: float) -> float:
-        """Return the energy [J] that the dampers took over the step in which contact ended, and forget them."""
-        energy = 0.5 * last * self.damped * self.approach
-        energy += 0.5 * last * sum(float(np.sum(old.force * old.speed)) for old in self.before.values())
-        self.damped = self.approach = 0.0
-        self.before = {}
-        return energy
+        old = [self.before.get(self._numbers[id(part.one)], NOTHING) for part in overlaps]
+        return [_at_points(part, of.listed, of.borne)[part.listed] for part, of in zip(overlaps, old, strict=True)]
 
     def state_numbers(self) -> list[object]:
         """Return the state for a checkpoint."""
@@ -263,9 +208,97 @@ class DeadStop:
             self.before[int(number)] = Before(np.array(listed, np.int64), *(np.array(of, float) for of in values))
 
 
+class Dampers:
+    """Forces f = s + c (v - Δt A (f - s)) of springs s [N] and dampers c [kg/s] against speeds v [m/s].
+
+    A = rows rowsᵀ is the mobility: the change of the speeds by unit forces in a unit of time.
+    """
+
+    def __init__(self, damper: np.ndarray, rows: np.ndarray, speed: np.ndarray, held: np.ndarray, dt: float) -> None:
+        self._damper, self._rows, self._speed, self._held, self._dt = damper, rows, speed, held, dt
+        self._force = held.copy()
+
+    def solve(self, friction: float, n: int) -> np.ndarray:
+        """Return the forces along n normals, which only push, and both components of n drags limited by friction [N]."""
+        self._push(n)
+        if friction == 0.0:
+            return self._force
+        at = n + np.arange(2 * n).reshape(2, n)
+        for _ in range(MOST_ROUNDS):
+            before = self._force[:n].copy()
+            self._rub(at, friction * before)
+            self._push(n)
+            if np.abs(self._force[:n] - before).max(initial=0.0) <= SETTLED * np.abs(before).max(initial=0.0):
+                break
+        self._rub(at, friction * self._force[:n])
+        return self._force
+
+    def _push(self, n: int) -> None:
+        """Solve for the forces along the n normals, which only push: f ≥ 0."""
+        free, force = np.ones(n, bool), self._force[:n]
+        for _ in range(MOST_ROUNDS):
+            force[~free] = 0.0
+            self._solve(np.flatnonzero(free))
+            change = free & (force < 0.0)
+            if not change.any():  # of those that let go, some may push again
+                change = ~free & (self._held[:n] + self._damper[:n] * self._speeds_with_forces(slice(n)) > 0.0)
+            if not change.any():
+                break
+            free ^= change
+        np.maximum(force, 0.0, out=force)
+
+    def _rub(self, at: np.ndarray, most: np.ndarray) -> None:
+        """Solve for the pairs of forces at indices of shape (2, m), none larger than most [N]."""
+        force, free = self._force, most > 0.0
+        force[at[:, ~free]] = 0.0
+        for _ in range(MOST_ROUNDS):
+            self._solve(at[:, free].ravel())
+            size = np.linalg.norm(force[at], axis=0)
+            slides = free & (size > most)
+            if not slides.any():
+                break
+            force[at[:, slides]] *= most[slides] / size[slides]
+            free &= ~slides
+
+    def _solve(self, free: np.ndarray) -> None:
+        """Solve for the forces with the given indices; the others keep their values."""
+        z, c = self._rows[free], self._damper[free]
+        self._force[free] = self._held[free]
+        v = self._speeds_with_forces(free)
+        inner = np.eye(z.shape[1]) / self._dt + np.einsum("ni,n,nj->ij", z, c, z)
+        self._force[free] += c * (v - _speeds_by(z, np.linalg.solve(inner, _push_of(z, c * v))))
+
+    def _speeds_with_forces(self, at: np.ndarray | slice) -> np.ndarray:
+        """Return the speeds with the given indices at the end of the step under all forces except the springs [m/s]."""
+        push = _push_of(self._rows, self._force - self._held)
+        return np.asarray(self._speed[at] - self._dt * _speeds_by(self._rows[at], push))
+
+
+_push_of = partial(np.einsum, "ni,n->i")  # push of forces on the bodies, from rows of `ContactSurface.mobility_rows`
+_speeds_by = partial(np.einsum, "ni,i->n")  # change of the speeds in a unit of time, from rows and a push
+
+
+def _places(overlaps: "Sequence[Overlap]") -> tuple[np.ndarray, np.ndarray]:
+    """Return the places [m] and normals of all points."""
+    places = [part.one.place[part.listed] for part in overlaps]
+    return np.concatenate(places), np.concatenate([part.normal for part in overlaps])
+
+
+def _signs(side: ContactSurface, overlaps: "Sequence[Overlap]") -> np.ndarray:
+    """Return 1 for points of a side, and -1 for points of the other, which push the side back, shape (n, 1)."""
+    return np.concatenate([np.full((len(part.listed), 1), 1.0 if part.one is side else -1.0) for part in overlaps])
+
+
 def _split(values: np.ndarray, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
     """Split the values of all points by overlap."""
     return np.split(values, np.cumsum([len(part.listed) for part in overlaps])[:-1])
+
+
+def _at_points(part: "Overlap", listed: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the values of listed points at all points of the surface, zero at others."""
+    found = np.zeros((len(part.one.place), *values.shape[1:]))
+    found[listed] = values
+    return found
 
 
 def _tangents(normal: np.ndarray) -> np.ndarray:
@@ -274,74 +307,6 @@ def _tangents(normal: np.ndarray) -> np.ndarray:
     first = np.cross(normal, axis)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([first, np.cross(normal, first)])
-
-
-class Dampers:
-    """Forces f = s + c (v - Δt A (f - s)) of springs s [N] and dampers c [kg/s] against speeds v [m/s]; A = rows rowsᵀ: what
-    forces change of the speeds in a unit of time."""
-
-    def __init__(self, damper: np.ndarray, rows: np.ndarray, speed: np.ndarray, held: np.ndarray, dt: float) -> None:
-        self._damper, self._rows, self._speed, self._held, self._dt = damper, rows, speed, held, dt
-        self.force = held.copy()
-
-    def solve(self, free: np.ndarray) -> None:
-        """Solve for the forces with the given indices; the others keep their values."""
-        force, held, z, c = self.force, self._held, self._rows[free], self._damper[free]
-        force[free] = held[free]
-        v = self._speed[free] - self._dt * self._change(z)
-        inner = np.eye(z.shape[1]) / self._dt + np.einsum("ni,n,nj->ij", z, c, z)
-        force[free] += c * (v - np.einsum("ni,i->n", z, np.linalg.solve(inner, np.einsum("ni,n->i", z, c * v))))
-
-    def wanted(self, n: int) -> np.ndarray:
-        """Return the forces along the n normals, without a limit, for the present forces of all others [N]."""
-        v = self._speed[:n] - self._dt * self._change(self._rows[:n])
-        return np.asarray(self._held[:n] + self._damper[:n] * v)
-
-    def _change(self, z: np.ndarray) -> np.ndarray:
-        """Return the rate of change of the speeds with rows z by all forces except the springs [m/s²]."""
-        return np.asarray(np.einsum("ni,i->n", z, np.einsum("ni,n->i", self._rows, self.force - self._held)))
-
-    def push_alone(self, n: int) -> None:
-        """Solve for the forces along the n normals, which only push: f ≥ 0."""
-        free = np.ones(n, bool)
-        for _ in range(MOST_ROUNDS):
-            self.force[:n][~free] = 0.0
-            self.solve(np.flatnonzero(free))
-            pulls = free & (self.force[:n] < 0.0)
-            back = ~free & (self.wanted(n) > 0.0) if not pulls.any() else np.zeros(n, bool)
-            if not pulls.any() and not back.any():
-                break
-            free = (free & ~pulls) | back
-        np.maximum(self.force[:n], 0.0, out=self.force[:n])
-
-    def rub(self, at: np.ndarray, most: np.ndarray) -> None:
-        """Find pairs of forces at indices of shape (2, m), none larger than most [N]."""
-        free = most > 0.0
-        self.force[at[:, ~free]] = 0.0
-        for _ in range(MOST_ROUNDS):
-            self.solve(at[:, free].ravel())
-            size = np.linalg.norm(self.force[at], axis=0)
-            slides = free & (size > most)
-            if not slides.any():
-                break
-            self.force[at[:, slides]] *= most[slides] / size[slides]
-            free &= ~slides
-
-
-def forces_of(dampers: Dampers, friction: float, n: int) -> np.ndarray:
-    """Return the forces along n normals, which only push, followed by both components of n drags, limited by friction [N]."""
-    dampers.push_alone(n)
-    if friction == 0.0:
-        return dampers.force
-    at = n + np.arange(2 * n).reshape(2, n)
-    for _ in range(MOST_ROUNDS):
-        before = dampers.force[:n].copy()
-        dampers.rub(at, friction * before)
-        dampers.push_alone(n)
-        if np.abs(dampers.force[:n] - before).max(initial=0.0) <= SETTLED * np.abs(before).max(initial=0.0):
-            break
-    dampers.rub(at, friction * dampers.force[:n])
-    return dampers.force
 
 
 def _sharing(pushed_along: Sequence[np.ndarray], way: np.ndarray) -> float:

@@ -22,14 +22,14 @@ CHUNK = 1024  # nodes that are summed together
 
 
 class Friction(NamedTuple):
-    """How two bodies resist sliding on each other."""
+    """Friction between two velocity fields."""
 
     kind: int  # STICK or SLIP
     coefficient: float = 0.0  # μ
 
 
 class Side(NamedTuple):
-    """The nodes of one of two velocity fields, as kernels take them."""
+    """Nodes of one of two velocity fields, as arguments of kernels."""
 
     nodes: Nodes
     external: ExternalAction
@@ -37,12 +37,12 @@ class Side(NamedTuple):
 
 
 class ContactNodes(NamedTuple):
-    """The n nodes at which two velocity fields meet in a step."""
+    """The n nodes that two velocity fields share in a step."""
 
     node: np.ndarray  # (n,)
     normal: np.ndarray  # (n, 3) unit normals from the first side to the second, zero where these do not touch
     mobility: np.ndarray  # (2, n, 3) 1/m of both sides along each axis [1/kg], 0 where a node is constrained
-    edges: np.ndarray  # of the chunks in which threads take them, see `pellucid.grid.chunks`
+    edges: np.ndarray  # of the chunks of nodes, see `pellucid.grid.chunks`
 
 
 @kernel(inner=True)
@@ -58,7 +58,7 @@ def _mobility_of(side, first, end, node, mobility):
 
 @parallel_loop()
 def measure_mobility(chunk, one, other, at):
-    """Fill the mobility of the nodes `at` which two sides meet: none where supports or driven points constrain these wholly."""
+    """Fill the mobility of the nodes of both sides: zero where supports or driven points constrain these wholly."""
     first, end = at.edges[chunk], at.edges[chunk + 1]
     _mobility_of(one, first, end, at.node, at.mobility[0])
     _mobility_of(other, first, end, at.node, at.mobility[1])
@@ -66,7 +66,7 @@ def measure_mobility(chunk, one, other, at):
 
 @pointwise
 def _impulse(friction, n, u, w):
-    """The impulse on the first side, from the normal, the relative velocity (first minus second) and the sum of mobilities."""
+    """Return the impulse on the first side for a normal, a relative velocity (first minus second) and the sum of mobilities."""
     approach = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
     if not approach > 0.0:
         return 0.0, 0.0, 0.0
@@ -90,9 +90,9 @@ def _impulse(friction, n, u, w):
 
 @pointwise
 def _impulse_at(friction, at, e, allowed, one, other, given):
-    """The impulse on the first side that stops what both approach at node e by more than is allowed, without what was given.
+    """Return the impulse on the first side that stops the approach at node e above a speed allowed [m/s].
 
-    allowed: speed [m/s]; one, other: velocities of all nodes of both sides.
+    one, other: velocities of all nodes of both sides, with an impulse `given` that does not count.
     """
     I, first, second = at.node[e], at.mobility[0], at.mobility[1]
     n = (at.normal[e, 0], at.normal[e, 1], at.normal[e, 2])
@@ -105,7 +105,7 @@ def _impulse_at(friction, at, e, allowed, one, other, given):
 
 @pointwise
 def _any(impulse):
-    """Whether there is an impulse at all: where there is none, its nodes need not come from memory."""
+    """Return True if an impulse is not zero: otherwise its nodes need not come from memory."""
     return impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0
 
 
@@ -119,10 +119,10 @@ def _add_to_node(nodes, I, d, more):
 
 @parallel_loop()
 def resolve(chunk, friction, anew, one, other, at, allowed, total):
-    """Give the nodes of two sides the impulses that stop their approach, and add these up; constrained nodes do not move.
+    """Apply the impulses that stop the approach of two sides to their nodes, and add them to `total`.
 
-    anew: whether all that was given in this step is found anew, so that a part may be taken back, or this is added to it.
-    allowed: the speeds at which both may still approach [m/s], shape (n,).
+    anew: whether all impulses of this step are found again, so that a part may be taken back. allowed: speeds at which both
+    sides may still approach [m/s], shape (n,).
     """
     first, second, share = one.nodes, other.nodes, 1.0 if anew else 0.0
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
@@ -140,7 +140,7 @@ def resolve(chunk, friction, anew, one, other, at, allowed, total):
 
 @parallel_loop()
 def apply(chunk, one, other, at, impulse, total):
-    """Give the nodes of two sides these impulses [N s], shape (n, 3), on the first side, and add them up."""
+    """Apply impulses on the first side [N s], shape (n, 3), and their opposites on the second, and add them to `total`."""
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         for d in range(3):
@@ -151,7 +151,7 @@ def apply(chunk, one, other, at, impulse, total):
 
 @parallel_loop()
 def stop_straining(chunk, friction, one, other, at, total):
-    """Change the velocities that strain the points of two sides by the impulses that stop their approach; these add up."""
+    """Stop the approach of the velocities that strain the points of two sides; add the impulses for this to `total`."""
     first, second = one.nodes.strain_velocity, other.nodes.strain_velocity
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
@@ -171,10 +171,7 @@ def _velocity_at_start(nodes, mobility, e, I, d):
 
 @parallel_loop()
 def measure_parting(chunk, one, other, at, allowed):
-    """The speed at which two sides part along the normal as the step begins, 0 where they approach [m/s], shape (n,).
-
-    Where they have no mobility, nodes have one velocity.
-    """
+    """Find the speeds at which two sides part along the normal as the step begins, 0 where they approach [m/s], shape (n,)."""
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I, parting = at.node[e], 0.0
         for d in range(3):
@@ -196,7 +193,7 @@ def _sum_side(chunk, side, at, mobility, sign, impulse, works):
             j, new = sign * impulse[e, d], velocity[I, d]
             if mobility[e, d] > 0.0:
                 mean = mean_velocity[I, d]
-                if len(driven_mass) > 0 and driven_mass[I, d] > 0.0:  # along which forces work, but not what came after
+                if len(driven_mass) > 0 and driven_mass[I, d] > 0.0:  # of forces, but not of impulses after them
                     mean = new - 0.5 * nodes.velocity_increment[I, d]
                 contact += j * mean if moved_by_grid else 0.0
                 continue
@@ -214,10 +211,10 @@ def _sum_side(chunk, side, at, mobility, sign, impulse, works):
 
 @parallel_loop()
 def sum_works(chunk, one, other, at, impulse, works):
-    """Works of impulses, shape (n, 3), on the nodes of the first side and against the second, whose mean velocities are known;
-    what supports and prescribed motions take is their reaction.
+    """Sum the works of impulses on the first side, shape (n, 3), and of their opposites, with the reactions of supports and
+    prescribed motions, when the mean velocities of the nodes are known.
 
-    works: rows as `pellucid.energy` has them. A body with its own nodes counts its own.
+    works: a row for each chunk, see `pellucid.energy`. A body with its own nodes counts its own.
     """
     _sum_side(chunk, one, at, at.mobility[0], 1.0, impulse, works)
     _sum_side(chunk, other, at, at.mobility[1], -1.0, impulse, works)
@@ -225,16 +222,16 @@ def sum_works(chunk, one, other, at, impulse, works):
 
 @parallel_loop()
 def sum_lag_works(chunk, side, number, at, impulse, small, sums):
-    """How much more work impulses, shape (n, 3), do along the mean velocity of the nodes of a side, number 0 or 1, than along
-    the mean of the velocities that the points give to these before and after the step; sums, shape (chunks, 1) [J].
+    """Sum the work of impulses, shape (n, 3), along the mean velocity of the nodes of a side, number 0 or 1, less that along
+    the mean of the velocities that the points give to these before and after the step, shape (chunks, 1) [J].
 
-    Nodes of no more than the mass `small` have no velocity before. When the momentum was mapped again.
+    Runs when the momentum was mapped again. Nodes with at most the mass `small` have no velocity before.
     """
     nodes, driven_mass, mobility, work = side.nodes, side.external.driven_mass, at.mobility[number], 0.0
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         for d in range(3):
-            led = len(driven_mass) > 0 and driven_mass[I, d] > 0.0  # such points do not take what the node got
+            led = len(driven_mass) > 0 and driven_mass[I, d] > 0.0  # such points do not follow the node
             if led or not mobility[e, d] > 0.0:
                 continue
             old = mean = nodes.mean_velocity[I, d]

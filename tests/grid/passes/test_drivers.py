@@ -20,7 +20,7 @@ BY_COLOUR = {
     "conditions/driven_points.py",
     "conditions/open_walls.py",
     "conditions/surface_tension/kernels.py",
-    "contact/normals.py",
+    "contact/detection.py",
     "grid/full_cells.py",
     "grid/reached.py",
     "grid/transfer.py",
