@@ -1,9 +1,9 @@
-"""What becomes of the work of contact between surfaces: it is stored in springs, taken by dampers and friction, or lost.
+"""Energy of contact between surfaces: its work is stored in springs, taken by dampers and friction, or lost.
 
 The work of a force in a step counts the mean of the velocities before and after it, (v_k + v_(k+1))/2, and the springs change
-by what happens between, v_k alone. The difference goes to and fro as Δt/2 F·v (as in `pellucid.energy.budget`), so that
-work + taken + stored + Δt/2 F·v stays as it is where forces follow from the overlap and its rate. What it changes by, nothing
-explains: places jump over points of the other surface, areas change, steps are too long for what vibrates.
+by the velocity between, v_k alone. The difference is the pending energy Δt/2 F·v (as in `pellucid.energy.budget`), so that
+work + taken + stored + Δt/2 F·v is constant where forces follow from the overlap and its rate. Its change is the unexplained
+energy: places jump over points of the other surface, areas change, or steps are too long for the vibrations.
 """
 
 from collections.abc import Iterable, Mapping
@@ -21,21 +21,26 @@ class Held(NamedTuple):
 
 
 class ContactEnergy:
-    """The energy of all contact between surfaces since a run began [J]."""
+    """Energy of all contact between surfaces since a run began [J].
+
+    Attributes
+    ----------
+    work : float
+        Work on the bodies.
+    taken : float
+        Energy that dampers and friction took, with that in the springs of friction.
+    held : float
+        Stored and pending energy as the last step began.
+    unexplained : float
+        Energy that the bodies gained and no contact lost, until the last step began.
+    """
 
     def __init__(self) -> None:
-        self.work = 0.0
-        """That the bodies were given."""
-        self.taken = 0.0
-        """By dampers and friction, what the springs of the latter hold with it."""
-        self.held = 0.0
-        """By the overlap and half a step of its forces, as the last step began."""
+        self.work = self.taken = self.held = self.unexplained = 0.0
         self._at_first: float | None = None
-        self.unexplained = 0.0
-        """What the bodies won and nothing lost, until the last step began."""
 
     def begin_step(self, touching: Iterable[Held]) -> None:
-        """What surfaces that touch have of it as a step begins."""
+        """Sum stored, taken and pending energy at the start of a step."""
         self.held = 0.0
         for stored, taken, pending in touching:
             self.held += stored + pending
@@ -45,11 +50,11 @@ class ContactEnergy:
         self.unexplained = self.work + self.taken + self.held - self._at_first
 
     def add_work(self, work: float) -> None:
-        """On the bodies in a step, without that of walls that move."""
+        """Add the work on the bodies in a step, without that of moving walls."""
         self.work += work
 
     def state_numbers(self) -> dict[str, float | None]:
-        """What a checkpoint keeps."""
+        """Return the state for a checkpoint."""
         return dict(vars(self))
 
     def restore(self, numbers: Mapping[str, float | None]) -> None:
@@ -66,11 +71,12 @@ def taken_by_friction(
     damped: np.ndarray,
     slides: np.ndarray,
 ) -> float:
-    """Energy that friction takes of n points that moved along the other body, shape (n, 3) [m], to where they are [J].
+    """Return the energy that friction takes as n points move along the other body by `moved`, shape (n, 3) [m] [J].
 
-    spring: stiffness [N/m], (n,); before, carried: how far each was and is carried [m], drag: on each [N], (n, 3); damped: by
-    the damper of what sticks [J], (n,); slides: (n,). What sticks winds up its spring, and what slides is held by the limit.
-    Both count as taken: a spring gives back what it holds only as long as the point stays in contact.
+    spring: stiffness [N/m], (n,); before, carried: displacement of each point from where it stuck, before and now [m], drag:
+    force on each [N], (n, 3); damped: energy of the damper of points that stick [J], (n,); slides: (n,). Points that stick wind
+    up their spring, and the limit of friction acts on points that slide. Both count as taken: a spring returns its energy only
+    as long as the point stays in contact.
     """
     wound = 0.5 * spring * (np.sum(carried * carried, axis=1) - np.sum(before * before, axis=1))
     return float(np.sum(np.where(slides, -np.einsum("ij,ij->i", drag, moved), wound + damped)))

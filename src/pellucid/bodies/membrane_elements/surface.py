@@ -24,7 +24,7 @@ from pellucid.bodies.membrane_elements.strain import (
 from pellucid.bodies.membranes.bending import make_bending
 from pellucid.bodies.membranes.plane_slice import slice_factor
 from pellucid.bodies.membranes.prestretch import prestretch
-from pellucid.contact.overlong import overlong
+from pellucid.bodies.own_nodes.overlong import find_overlong
 from pellucid.energy import Totals
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.lattice import Grid
@@ -154,7 +154,7 @@ class ElementSurface:
         """Describe elements of body `name` with nodes at these positions [m], shape (n, 3), that have become larger than
         the cells."""
         what = f"body {name} touches another, its element"
-        return overlong(what, self.mesh.corners, place, grid, nodes, OVERLONG)
+        return find_overlong(what, self.mesh.corners, place, grid, nodes, OVERLONG)
 
     def strain(self, position: np.ndarray, velocity: np.ndarray, dt: float, totals: Totals) -> float:
         """Strain the elements whose nodes came to their positions with this velocity [m/s] over a step [s].

@@ -18,8 +18,8 @@ from pellucid.bodies.meshless_solid.volume_inertia import VolumeInertia, pays
 from pellucid.bodies.own_nodes.body import ExplicitNodes
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
+from pellucid.bodies.own_nodes.overlong import LONGEST
 from pellucid.contact.contact_body import ContactBody
-from pellucid.contact.overlong import LONGEST
 from pellucid.energy import DAMPING, FIRST_LOAD, StepWork
 from pellucid.errors import CaseError, Problem, RunStopped
 from pellucid.geometry.meshes.cells import Cells

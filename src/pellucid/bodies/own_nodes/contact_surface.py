@@ -16,8 +16,8 @@ import numpy as np
 from scipy import sparse
 
 from pellucid.bodies.own_nodes.motion import NodalMotion
+from pellucid.bodies.own_nodes.overlong import nodes_about
 from pellucid.contact.contact_surface import ContactSurface, MovingTriangles
-from pellucid.contact.overlong import nodes_about
 from pellucid.geometry.meshes.cells import Cells, vector_areas
 from pellucid.grid.lattice import Grid
 

@@ -20,8 +20,8 @@ from pellucid.bodies.meshless_solid.skin.response import SkinResponse
 from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces
 from pellucid.bodies.own_nodes.grid_transfer import GridCoupling
 from pellucid.bodies.own_nodes.motion import NodalMotion
+from pellucid.bodies.own_nodes.overlong import find_overlong
 from pellucid.contact.contact_body import ContactResponse, WarnsOfContact
-from pellucid.contact.overlong import overlong
 from pellucid.grid.lattice import Grid
 from pellucid.grid.vectors import gather_vectors
 from pellucid.jit.bundle import Bundle
@@ -160,7 +160,7 @@ class Skin(WarnsOfContact):
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Warn of faces that are larger than the cells."""
         what, effect = f"body {self.name} touches another, its outer face", "other bodies penetrate it; refine its mesh there"
-        return overlong(what, self._faces, self._x, self._field.grid, nodes, effect)
+        return find_overlong(what, self._faces, self._x, self._field.grid, nodes, effect)
 
     # step and checkpoint
 

@@ -1,13 +1,13 @@
-"""Elements and faces that are too long for the cells on which they touch other bodies."""
+"""Warnings of elements and faces that are too long for the cells on which they touch other bodies."""
 
 import numpy as np
 
 from pellucid.grid.lattice import Grid
 
 LONGEST = 1.5
-"""Cells: elements start with one at most, and from two on, nodes of the grid between theirs have no contact.
+"""Cells: elements are at most one cell long at the start, and from two on, nodes of the grid between theirs have no contact.
 
-Longer faces of solids have more points, but none but their corners bears a load.
+Longer faces of solids have more points, but only their corners carry a load.
 """
 
 
@@ -21,20 +21,18 @@ def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
     return np.array([grid.real_nodes(first + int(np.dot(way, ends))) for way in np.ndindex(2, 2, 2)])
 
 
-def overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray, effect: str) -> str | None:
-    """A warning about the longest element beside any of these nodes of the grid, shape (n,); None up to `LONGEST` cells.
+def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray, effect: str) -> str | None:
+    """Return a warning of the longest element near any of these nodes of the grid, shape (n,); None up to `LONGEST` cells.
 
-    what: the elements, as "body sheet touches another, its element"; corners: of these, shape (m, 3 or 4); place: of the
-    corners [m], shape (k, 3); effect: what comes of it and what to do.
+    what: name of the elements, such as "body sheet touches another, its element"; corners: of these, shape (m, 3 or 4); place:
+    of the corners [m], shape (k, 3); effect: consequence and remedy.
     Lengths along an axis that is one cell thick do not count: nothing varies there.
     """
     lattice, thin = grid.lattice, grid.thin
     flat = np.where(thin, 0.0, place)[corners]
     length = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=2).max(axis=1)
-    touching = np.zeros(grid.n_nodes, bool)
-    touching[nodes] = True
-    beside = touching[nodes_about(grid, place)].any(axis=0)
-    length[~beside[corners].any(axis=1)] = 0.0
+    near = np.isin(nodes_about(grid, place), nodes).any(axis=0)
+    length[~near[corners].any(axis=1)] = 0.0
     worst = int(np.argmax(length))
     if length[worst] <= LONGEST * lattice.cell:
         return None
