@@ -76,13 +76,6 @@ class Areas(NamedTuple):
     at_rest: float = 0.0  # area of a membrane by its mass [m²/kg]
 
 
-class Along(NamedTuple):
-    """Directions along which a side reaches at the numbered nodes: sign times the normals."""
-
-    normal: np.ndarray  # (n, 3)
-    sign: float
-
-
 OF_VOLUME = Areas(np.zeros((0, 3)))
 
 
@@ -192,9 +185,9 @@ class ContactDetection:
     def _foremost(self, normal: np.ndarray) -> np.ndarray:
         """Return how far the first side reaches along the normals, and the second against them [m], shape (2, n)."""
         foremost = NUMBERED["foremost"].allocate(len(normal), 2)
-        for side in range(2):
+        for side, sign in enumerate(SIGNS):
             for body, near_points in zip(self._bodies[side], self._near_points[side], strict=True):
-                how = self._where, near_points, Along(normal, SIGNS[side]), body.half_width()
+                how = self._where, near_points, sign * normal, body.half_width()
                 _find_foremost(body.n_slabs, body.mapped, *how, OfListed(foremost[side], self.node))
         return foremost
 
@@ -301,13 +294,12 @@ def _orient(one, other, normal):
 
 
 @parallel_loop_by_colour(gives="foremost")
-def _find_foremost(s, mapped, where, near_points, along, radius, foremost):
-    """Find how far the points that reach the numbered nodes extend along sign times the normals [m], each with its own width.
+def _find_foremost(s, mapped, where, near_points, direction, radius, foremost):
+    """Find how far the points that reach the numbered nodes extend along directions [m], each with its own width.
 
-    foremost: an `OfListed` of shape (n,).
+    direction: at the nodes, shape (n, 3); foremost: an `OfListed` of shape (n,).
     """
     functions, lattice, slot = mapped.functions, mapped.lattice, where.slot
-    normal, sign = along.normal, along.sign
     points, slabs = mapped.points, mapped.slabs
     surface, x = radius[0] >= 0.0, points.position
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -323,5 +315,5 @@ def _find_foremost(s, mapped, where, near_points, along, radius, foremost):
                     e = slot[node_at(about, lattice, a, b, c)]
                     if e >= 0 and wx[a] * wy[b] * wz[c] > 0.0:
                         x0, x1, x2 = seen_from(lattice.folding, lattice, about, position, a, b, c)
-                        place = x0 * normal[e, 0] + x1 * normal[e, 1] + x2 * normal[e, 2]
-                        foremost.values[e] = max(foremost.values[e], sign * place + r)
+                        place = x0 * direction[e, 0] + x1 * direction[e, 1] + x2 * direction[e, 2]
+                        foremost.values[e] = max(foremost.values[e], place + r)

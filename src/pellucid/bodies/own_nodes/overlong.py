@@ -31,7 +31,7 @@ def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid,
     lattice, thin = grid.lattice, grid.thin
     flat = np.where(thin, 0.0, place)[corners]
     length = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=2).max(axis=1)
-    near = np.isin(nodes_about(grid, place), nodes).any(axis=0)
+    near = np.asarray(np.isin(nodes_about(grid, place), nodes).any(axis=0))
     length[~near[corners].any(axis=1)] = 0.0
     worst = int(np.argmax(length))
     if length[worst] <= LONGEST * lattice.cell:
