@@ -1,5 +1,6 @@
 """Contact on the nodes of the grid: the interface of a body, with its points, their shape functions and its surface."""
 
+from collections.abc import Callable
 from typing import Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
@@ -70,6 +71,17 @@ class WarnsOfContact(Protocol):
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
         """Return a warning if it is too coarse where it touches others at these nodes of the grid, shape (n,), or None."""
+
+
+@runtime_checkable
+class WarnsOfApproach(Protocol):
+    """A body that has no contact with itself, though parts of it may approach each other."""
+
+    def approach_warning(self, is_filled: Callable[[np.ndarray, float], np.ndarray]) -> str | None:
+        """Return a warning if parts of its surface have approached each other, or None.
+
+        is_filled: returns which places [m], shape (k, 3), lie within a distance [m] of other bodies.
+        """
 
 
 @runtime_checkable

@@ -13,6 +13,7 @@ from pellucid.set_up.gaps import narrow_gaps
 from pellucid.set_up.held_edges import held_edges
 from pellucid.set_up.indenters import coarse_indenters
 from pellucid.set_up.left_free import free_turns, passed_walls
+from pellucid.set_up.narrow_slits import narrow_slits
 from pellucid.set_up.overlap import overlaps_within_fields, refuse_overlaps
 from pellucid.set_up.slip import slipped_past
 from pellucid.set_up.supports import crossing_supports, leading_out
@@ -63,6 +64,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
         yield from coarse_indenters(case)
     if case.grid_or_none is not None:
         yield from narrow_gaps(case, going_on)
+        yield from narrow_slits(case, going_on)
 
 
 def late_pictures(case: Case) -> Iterator[str]:

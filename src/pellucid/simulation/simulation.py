@@ -203,6 +203,7 @@ class Simulation:
             self._watch.angular_momentum(self._turning, self.bodies, self.clock)
         self._watch.volumes(self._on_grid, self.clock)
         self._watch.states(self.bodies, self.clock)
+        self._watch.approaches(self.bodies, self.clock)
         self._watch.conditions(self.conditions, self.clock)
         if self.contact_pairs:
             self._watch.contact(self.contact_pairs, self.clock)

@@ -1,9 +1,13 @@
 """Warnings in a run, each once: balances of energy and angular momentum, the volume of fluids, elements that others touch."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import cKDTree
 
 from pellucid.conditions.active import ActiveConditions
 from pellucid.conditions.contact import Contact
@@ -11,7 +15,7 @@ from pellucid.conditions.enclosed.model import Enclosed
 from pellucid.conditions.rigid.model import Rigid
 from pellucid.conditions.support import Support
 from pellucid.conditions.surface_tension.model import SurfaceTension
-from pellucid.contact.contact_body import WarnsOfContact
+from pellucid.contact.contact_body import WarnsOfApproach, WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
@@ -26,6 +30,7 @@ from pellucid.simulation.fastest import fastest_point
 if TYPE_CHECKING:
     from pellucid.case import Case, EnergyCase
 
+LOOKS = 20  # steps between searches for parts of one body that approach each other
 INTERVAL = 100  # steps between checks of volumes, of states, and of the elements that touch other bodies
 UNEXPLAINED = 0.05
 """Of the energy that moved: what surfaces that touch take or give and neither springs nor friction explain. A rigid body that
@@ -113,6 +118,18 @@ class Watch:
             if (text := surface.contact_warning(places)) is not None:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
+    def approaches(self, bodies: Sequence[Body], clock: Clock) -> None:
+        """Look now and then, and in the end, at parts of one body that approach each other; each body warns once."""
+        if clock.n_steps % LOOKS and not clock.finished(None):
+            return
+        for body in bodies:
+            what = f"approach in {body.name}"
+            if not isinstance(body, WarnsOfApproach) or what in self.warned:
+                continue
+            others = [other for other in bodies if other is not body]
+            if (text := body.approach_warning(partial(_lie_near, others))) is not None:
+                self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+
     def states(self, bodies: Sequence[Body], clock: Clock) -> None:
         """Look now and then, and in the end, at what bodies have come to; each body warns once."""
         if clock.n_steps % INTERVAL and not clock.finished(None):
@@ -165,6 +182,15 @@ class Watch:
         if what not in self.warned:
             self.warned.add(what)
             warnings.warn(text, stacklevel=4)
+
+
+def _lie_near(bodies: Iterable[Body], places: np.ndarray, distance: float) -> np.ndarray:
+    """Return which places [m], shape (k, 3), lie within a distance [m] of any of the points of bodies."""
+    near = np.zeros(len(places), bool)
+    for body in bodies:
+        if len(places):
+            near |= np.isfinite(cKDTree(np.asarray(body.field("position"))).query(places, distance_upper_bound=distance)[0])
+    return near
 
 
 def free_axes(case: "Case") -> Sequence[int]:

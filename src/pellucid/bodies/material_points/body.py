@@ -14,7 +14,10 @@ from pellucid.bodies.material_points.leaving import OpenFaces, brought_in, empty
 from pellucid.bodies.material_points.seeded_body import SeededBody
 from pellucid.bodies.material_points.seeding import Wanted, everywhere, points_along_axes
 from pellucid.bodies.material_points.surface import RigidSurface, TakesForces, surface_of
+from pellucid.bodies.material_points.surface_parts import SurfaceParts
 from pellucid.bodies.points_on_grid import PointsOnGrid
+from pellucid.contact.approaching_parts import describe_gap
+from pellucid.contact.contact_body import WarnsOfApproach
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.energy import FIRST_LOAD, Passed
@@ -42,8 +45,12 @@ from pellucid.reductions import ordered_sum
 NOBODY = np.zeros(0, dtype=bool)
 
 
-class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, GainsPoints, KeepsHeat):
+class MaterialPoints(
+    PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, GainsPoints, KeepsHeat, WarnsOfApproach
+):
     """Points that fill a volume, each with the state of its law."""
+
+    _surface_parts: SurfaceParts | None = None
 
     def __init__(
         self,
@@ -64,6 +71,9 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
         functions = grid_functions(grid_case.functions, per_cell, grid_case.thin(), grid_case.is_periodic())
         here = partial(points_here, velocity_field.grid.lattice, functions)
         arrays, there = _initial_arrays(case, grid_case, here, gravity)
+        self._begun: np.ndarray | None = None  # places of the points by number, where this process has all [m]
+        if not case.material.flows and there == len(arrays["id"]):
+            self._begun = arrays["position"][np.argsort(arrays["id"])]
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays, there)
 
     def _sharing(self) -> SpreadPoints:
@@ -176,6 +186,26 @@ class MaterialPoints(PointsOnGrid, HasContactSurface, BoundByContact, HasPointsA
             return None
         passage = "; and balance the [[inflow]] with an [[outflow]] of the same flow rate" if self._takes_in else ""
         return f"body `{self.name}`: {told}{passage}"
+
+    def approach_warning(self, is_filled: Callable[[np.ndarray, float], np.ndarray]) -> str | None:
+        if self.material.flows or not self._strains or self._takes_in:
+            return None
+        if self._surface_parts is None:
+            begun = self._model.seeded(self._grid_case).position if self._begun is None else self._begun
+            self._surface_parts, self._begun = SurfaceParts(self._model, self._grid_case, begun), None
+        parts = self._surface_parts
+        if not parts.has_deformed(self._positions_of(parts.hosts)):
+            return None
+        gap = parts.find_closing_gap(np.asarray(self.field("position")), is_filled)
+        return None if gap is None else describe_gap(self.name, gap, self._grid_case.cell, at_start=False)
+
+    def _positions_of(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the positions of points by their numbers [m], shape (k, 3)."""
+        if domain.is_cut:
+            return np.asarray(self.field("position")[numbers])
+        stored = np.empty(self.n_points, np.int64)
+        stored[self.arrays["id"]] = np.arange(self.n_points)
+        return np.asarray(self.arrays["position"][stored[numbers]])
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
         """P2G of mass, momentum and internal forces. A body that is not strained keeps its initial stress (usually zero)."""

@@ -157,9 +157,10 @@ class SeededBody(DampedModel):
         per_cell = points_along_axes(self.points_per_cell, grid.thin())
         return min(n for n, thin in zip(per_cell, grid.thin(), strict=True) if not thin)
 
-    def boundary(self, grid: GridCase, hard: bool) -> tuple[np.ndarray, np.ndarray]:
+    def boundary(self, grid: GridCase, hard: bool, spacing: float | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Points on its surface at the start that lie in the grid [m], with outward vector areas [m²], shape (m, 3) each; a
-        cut at a face of the grid is no surface. hard: whether it does not deform."""
+        cut at a face of the grid is no surface. hard: whether it does not deform; spacing: of the points [m], by default
+        `boundary_spacing`."""
         x, y, z = (not thin for thin in grid.thin())
 
         left_out = self._left_out_in(grid)
@@ -170,7 +171,7 @@ class SeededBody(DampedModel):
                 inside &= ~other.contains(places, (x, y, z))
             return inside
 
-        spacing = self.boundary_spacing(grid, hard)
+        spacing = spacing or self.boundary_spacing(grid, hard)
         place, area = boundary_points(contains, *self.bounds(), spacing, (x, y, z), grid.slice_thickness())
         flat, low, high = np.array(grid.thin()), np.array(grid.lower, float), np.array(grid.extent_upper(), float)
         depth, slack = 0.5 * grid.cell / self._points_per_edge(grid), 1e-9 * grid.cell

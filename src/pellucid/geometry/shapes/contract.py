@@ -27,6 +27,11 @@ class Geometry(Model):
     def measure(self, active: ActiveAxes) -> float:
         """Return the length, area or volume over the active axes [m, m², m³]."""
 
+    @property
+    def is_convex(self) -> bool:
+        """Whether it is known to be convex."""
+        return False
+
     def centre(self) -> np.ndarray:
         """Return the centre of the bounds [m], shape (3,), about which initial rotations act."""
         lower, upper = self.bounds()

@@ -19,6 +19,10 @@ class Rotated(Geometry):
         """The rotation from the original to the rotated position."""
         return turn_about(self.rotate, self.shape.centre())
 
+    @property
+    def is_convex(self) -> bool:
+        return self.shape.is_convex
+
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return a box around the rotated shape, computed from the reach of the original along directions rotated back."""
         turn = self.turn

@@ -15,6 +15,10 @@ class Box(Geometry):
     lower: Vector = parameter("m", "lower corner")
     upper: Vector = parameter("m", "upper corner")
 
+    @property
+    def is_convex(self) -> bool:
+        return True
+
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         return np.array(self.lower), np.array(self.upper)
 
@@ -47,6 +51,10 @@ class Sphere(Centred):
 
     radius: float = parameter("m", "radius", gt=0)
 
+    @property
+    def is_convex(self) -> bool:
+        return True
+
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         return self.centre() - self.radius, self.centre() + self.radius
 
@@ -68,6 +76,10 @@ class Cylinder(Centred):
     radius: float = parameter("m", "radius", gt=0)
     axis: Literal["x", "y", "z"] = parameter("", "direction of the axis", "z")
     height: float = parameter("m", "length along the axis; ignored if that axis is thin", 0.0, ge=0)
+
+    @property
+    def is_convex(self) -> bool:
+        return True
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         half = np.full(3, self.radius)

@@ -1,0 +1,123 @@
+"""Parts of the surface of one body that face each other across a gap.
+
+Points of one velocity field share the nodes of the grid. Two parts of one body stick to each other there as soon as their
+points reach the same nodes, about a cell before their surfaces meet: neither slides nor separates any more.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+NARROW = 1.5
+"""Cells: width of a gap from which on points on both sides reach the same nodes."""
+ASIDE = 0.75  # cells along the surface, by which the two places of a pair may lie beside each other
+OPPOSITE = -0.7  # cosine between the normals of two parts that face each other, at most
+PARALLEL = -0.97  # cosine between the normals of both sides of a slit: less than the tip of a notch tapers
+APPROACHED = 0.25  # cells by which parts come nearer before that counts
+FEWEST = 3  # pairs of places that face each other: fewer are no part of a surface
+LEAST_EXTENT = 2.0  # cells: extent of a slit along its sides
+LEAST_GAP = 1e-3  # cells, above which there is a gap
+
+
+class Facing(NamedTuple):
+    """n pairs of places on a surface that face each other."""
+
+    one: np.ndarray  # (n,) numbers of the places
+    other: np.ndarray  # (n,)
+    gap: np.ndarray  # (n,) [m]
+    middle: np.ndarray  # (n, 3) [m]
+
+
+class Gap(NamedTuple):
+    """The narrowest gap between two parts of a surface."""
+
+    width: float  # [m]
+    before: float  # width at the start [m]
+    place: np.ndarray  # (3,) its middle [m]
+
+
+def find_near(place: np.ndarray, distance: float, lower: np.ndarray, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of both of every two places [m], shape (n, 3), within a distance [m] of each other.
+
+    lower, periods: lower corner of the grid [m], and its periods, zero along axes without [m], shape (3,).
+    """
+    folds, inside = periods > 0.0, place - lower
+    inside[:, folds] %= periods[folds]
+    shift = np.where(folds, 0.0, inside.min(axis=0, initial=0.0))
+    tree = cKDTree(inside - shift, boxsize=np.where(folds, periods, 0.0))
+    one, other = tree.query_pairs(distance, output_type="ndarray").T
+    return one, other
+
+
+def select_facing(
+    place: np.ndarray,
+    normal: np.ndarray,
+    one: np.ndarray,
+    other: np.ndarray,
+    cell: float,
+    periods: np.ndarray,
+    opposite: float = OPPOSITE,
+) -> tuple[Facing, np.ndarray]:
+    """Return the pairs of places that face each other across gaps of at most `NARROW` cells, and which of the pairs these are.
+
+    Parameters
+    ----------
+    place, normal
+        Places [m] and their unit normals, shape (n, 3).
+    one, other
+        Numbers of the places of each pair, shape (k,).
+    cell
+        Edge of the cells [m].
+    periods
+        Periods of the grid, zero along axes without [m], shape (3,).
+    opposite
+        Largest cosine between both normals.
+    """
+    gap, beside, away = measure_gaps(place, normal, one, other, periods)
+    faces = (gap > LEAST_GAP * cell) & (gap <= NARROW * cell) & (beside <= ASIDE * cell)
+    faces &= np.einsum("ij,ij->i", normal[one], normal[other]) < opposite
+    return Facing(one[faces], other[faces], gap[faces], (place[one] + 0.5 * away)[faces]), faces
+
+
+def measure_gaps(
+    place: np.ndarray, normal: np.ndarray, one: np.ndarray, other: np.ndarray, periods: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the gaps between pairs of places along their mean normals and how far they lie beside each other [m], shape (n,),
+    and the vectors from one to the other [m], shape (n, 3). A gap is negative where the material of the body lies between."""
+    away = place[other] - place[one]
+    folds = periods > 0.0
+    away[:, folds] -= periods[folds] * np.round(away[:, folds] / periods[folds])
+    mean = normal[one] - normal[other]
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    gap = np.einsum("ij,ij->i", away, mean)
+    return gap, np.linalg.norm(away - gap[:, None] * mean, axis=1), away
+
+
+def find_slit(facing: Facing, empty: np.ndarray, cell: float) -> Gap | None:
+    """Return the narrowest gap of a slit, or None where there is none that extends over `LEAST_EXTENT` cells.
+
+    empty: whether nothing else lies in the middle of each pair, shape (n,).
+    """
+    middle = facing.middle[empty]
+    if len(middle) < FEWEST or float(np.linalg.norm(np.ptp(middle, axis=0))) < LEAST_EXTENT * cell:
+        return None
+    narrowest = int(np.argmin(facing.gap[empty]))
+    width = float(facing.gap[empty][narrowest])
+    return Gap(width, width, middle[narrowest])
+
+
+def describe_gap(name: str, gap: Gap, cell: float, at_start: bool) -> str:
+    """Return the warning about a gap between parts of the body of this name. at_start: whether they have not moved yet."""
+    at = ", ".join(f"{value:.4g}" for value in gap.place)
+    width = f"{gap.width / cell:.2g} cells ({gap.width:.3g} m)"
+    if at_start:
+        what = f"a slit in body {name} is {width} wide at ({at}) m, less than {NARROW:g} cells: its sides"
+    else:
+        left = f"{width} are left of {gap.before / cell:.2g}"
+        what = f"parts of the surface of body {name} approach each other: at ({at}) m {left}; from {NARROW:g} cells on they"
+    return (
+        f"{what} stick to each other: material points of one velocity field share the nodes of the grid, and contact does "
+        f"not act there. Describe them as two bodies with a `field` each and a [[contact]], use kind "
+        f'"meshless-solid" with [[contact]] `between = ["{name}"]`, or a smaller grid.cell, with which they stick later'
+    )
