@@ -36,6 +36,7 @@ class MovingTriangles(NamedTuple):
     places: Callable[[], np.ndarray]  # of the vertices [m], (n, 3)
     velocities: Callable[[], np.ndarray]  # [m/s], (n, 3)
     add_forces: Callable[[np.ndarray], None]  # adds forces on the vertices over a step [N], (n, 3)
+    depth: float = 1.0  # area of what they stand for, over their own: in a plane of a slice, over that of a cell
 
 
 class ContactSurface(ABC):

@@ -188,6 +188,10 @@ class ContactPairs:
     def __len__(self) -> int:
         return len(self._pairs)
 
+    def fields(self) -> list[tuple[VelocityField, VelocityField]]:
+        """Return the two velocity fields of each pair."""
+        return [pair.fields for pair in self._pairs]
+
     def detect(self) -> None:
         """Find where velocity fields touch in a step, after the bodies' mass was mapped to the nodes."""
         for pair in self._pairs:

@@ -144,6 +144,16 @@ class BodyModel(Part):
         return False
 
     @property
+    def is_fluid(self) -> bool:
+        """Whether it flows through its volume: its contact is on the nodes of the grid."""
+        return False
+
+    @property
+    def remedy_for_node_contact(self) -> str:
+        """What to do where it touches solids and membranes on the nodes of the grid."""
+        return "use a smaller grid.cell"
+
+    @property
     def solves_viscosity(self) -> bool:
         """True if its viscosity is solved implicitly on the nodes of the grid."""
         return False

@@ -92,6 +92,8 @@ def _begin(
         with explained(folder.path), folder.made():
             if folder.case.is_file():
                 progress.note(f"replacing the earlier run in {folder.path}")
+            for text in simulation.node_contacts:
+                progress.note(text)
             folder.start(case)
             return _finish(simulation, recorder, until, progress, report, foretell, temporary=out is None)
 
@@ -124,7 +126,7 @@ def try_set_up(case: "Case", progress: Progress) -> list[str]:
         return [*contact_offsets(case), *foretell_case(case), NOT_SET_UP]
     with _first_set_up(case, None, progress, alone=True) as (simulation, _, _):
         within = [f"contact: {overlap.text}" for overlap in simulation.start_overlaps if len(overlap.between) == 1]
-        return [*contact_offsets(case), *within, *foretell_simulation(simulation)]
+        return [*contact_offsets(case), *simulation.node_contacts, *within, *foretell_simulation(simulation)]
 
 
 def resume_case(

@@ -47,17 +47,28 @@ def contacts_of(
     surfaces = {} if column is None else _surfaces_of(case, built, column)
     ends = seams(case.grid) if surfaces else []
     planes = symmetry_planes(case.support, case.grid) if surfaces else []
-    pairs, touching = _pairs_of(fields, built, case, surfaces, gravity, planes, ends)
+    # a band in a plane goes on beyond its ends
+    around = [*(plane for plane in planes if not case.thin[plane.axis]), *_ends_of_slice(case)]
+    pairs, touching = _pairs_of(fields, built, case, surfaces, gravity, around, ends)
     for field in fields:
         if isinstance(field, OwnNodesField):
             field.touches_on_nodes = any(field in pair.fields for pair in pairs)
-    touching += _self_contacts(case, surfaces, planes, ends)
+    touching += _self_contacts(case, surfaces, around, ends)
     walls = [] if column is None else wall_contacts(case, built, surfaces, column, gravity)
     surface_pairs = SurfacePairs([*touching, *walls], planes if touching else [], ends if touching else [])
     for body, _ in built.values():
         if isinstance(body, BoundByContact):
             body.bound_by_contact(surface_pairs.surfaces)
     return ContactPairs(pairs, layout.n_supports, layout.n_loads), surface_pairs
+
+
+def _ends_of_slice(case: "Case") -> list[Plane]:
+    """Return both ends of the cell along a thin axis, as planes of symmetry."""
+    axes = [axis for axis, thin in enumerate(case.thin) if thin]
+    if len(axes) != 1:
+        return []
+    (axis,), grid = axes, case.grid
+    return [Plane(axis, grid.lower[axis]), Plane(axis, grid.lower[axis] + grid.cell)]
 
 
 def _fields_may(case: "Case") -> bool:
@@ -70,7 +81,7 @@ def _fields_may(case: "Case") -> bool:
 def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
     """Make the surfaces of bodies that walls may touch, or bodies of other fields; column: of the work of forces between
     surfaces."""
-    able = {name: body for name, (body, _) in built.items() if _has_surface(body)}
+    able = {name: body for name, (body, _) in built.items() if has_surface(body)}
     fields = [
         {model.name for model in members if model.name in able}
         for members in models_by_field(case).values()
@@ -114,7 +125,7 @@ def _pairs_of(
         known = [surface for surface in (*found[0], *found[1]) if surface is not None]
         serve = (
             all(_have_surfaces(members[field]) for field in (one, other))
-            and len(known) == sum(_has_surface(body) for field in (one, other) for body in members[field])
+            and len(known) == sum(has_surface(body) for field in (one, other) for body in members[field])
             and all(surface.is_hard or surface.serves_deformed for surface in known)
         )
         sheets = all(surface.two_sided for surface in known)
@@ -128,15 +139,22 @@ def _pairs_of(
     return pairs, touching
 
 
-def _has_surface(body: Body) -> TypeGuard[HasContactSurface]:
+def has_surface(body: Body) -> TypeGuard[HasContactSurface]:
+    """Return True if other bodies can touch a body by its surface."""
     return isinstance(body, HasContactSurface) and body.has_surface
 
 
 def _have_surfaces(bodies: Sequence[Body]) -> bool:
+<<<<<<< HEAD
     """Return True if the bodies of a velocity field are in contact by surfaces only: each has one, or lies within a body
     that has one."""
     having = [body for body in bodies if _has_surface(body)]
     return all(_has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
+=======
+    """Whether others touch the bodies of a velocity field by surfaces alone: each has one, or lies within one that has."""
+    having = [body for body in bodies if has_surface(body)]
+    return all(has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
+>>>>>>> d0f20a65 (Films and bands in a plane touch by their surfaces; how each two kinds of bodies touch is a tested table, and contact of solids on the nodes is stated with a remedy)
 
 
 def _triangle_pairs(

@@ -44,6 +44,7 @@ from pellucid.simulation.assembly import build_bodies, work_layout, worthwhile_t
 from pellucid.simulation.clock import Clock
 from pellucid.simulation.contacts import contacts_of, may_touch_by_surfaces
 from pellucid.simulation.light_nodes import small_masses
+from pellucid.simulation.node_contacts import node_contacts
 from pellucid.simulation.observer import Observer
 from pellucid.simulation.ranks import SharedSlabs, idle, interrupted
 from pellucid.simulation.schemes import SCHEMES
@@ -112,6 +113,7 @@ class Simulation:
                     body.begin_relaxing(case.steady.mass_scaling)
         self.contact_pairs, self.surface_pairs = contacts_of(case, built, self.velocity_fields, layout)
         self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start.keys())
+        self.node_contacts = node_contacts(case, built, self.contact_pairs)
         remaps = isinstance(transfer, Flip) and case.time.scheme == "musl"
         acting = self.conditions, self.contact_pairs
         self.stages = Stages(self.bodies, self.velocity_fields, self._on_grid, *acting, remaps)

@@ -198,6 +198,11 @@ class FluidFilmCase(BodyModel):
         signals = Signals(self.physics(), self.material, np.array([self.initial_density]))
         return signals.limit(cell, self.fastest_at_start(self.positions()))
 
+    @property
+    def deforms_in_contact(self) -> bool:
+        """Solids touch it by its surface where it shares its velocity field."""
+        return True
+
     def owns_nodes(self, alone: bool) -> bool:
         """True if no other body shares its velocity field; otherwise the nodes of the grid move the film."""
         return alone

@@ -6,27 +6,32 @@ explicit. Those of bending act at the length of its own elements, but the grid c
 so the cells bound the step, not the elements.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
 
 from pellucid.approximants import grid_functions
 from pellucid.bodies.fluid_film.forms.film_forces import FilmForces, in_space
 from pellucid.bodies.fluid_film.forms.virtual_power import dissipation
 from pellucid.bodies.fluid_film.nodal_fields import FIELDS, NodalFields
+from pellucid.bodies.fluid_film.surfaces.loop_surface import LoopSurface, limit_matrix
 from pellucid.bodies.fluid_film.wave_speeds import Signals
+from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
 from pellucid.bodies.points_on_grid import PointsOnGrid
 from pellucid.bodies.power import power
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.energy import FIRST_LOAD, INTERNAL, VISCOUS, StepWork, no_work
+from pellucid.geometry.algorithms.enclosure import inside
 from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.model import GridCase
 from pellucid.grid.passes.moving import move_points
 from pellucid.grid.vectors import gather_vectors, scatter_vectors
 from pellucid.grid.velocity_field import VelocityField
 from pellucid.grid.velocity_transfer import VelocityTransfer
-from pellucid.parts.capabilities import Membrane, TakesTractions
-from pellucid.parts.step_limit import StepLimit
+from pellucid.parts.capabilities import BoundByContact, HasContactSurface, Membrane, TakesTractions
+from pellucid.parts.step_limit import StepLimit, springs_of_contact, tightest
 from pellucid.parts.surface_load import Traction
 from pellucid.state import of_owner
 
@@ -36,7 +41,7 @@ if TYPE_CHECKING:
 OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
-class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
+class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, BoundByContact):
     """A film whose nodes are points of a velocity field.
 
     Its points are the nodes of its geometry: of a Loop surface those near the surface, not on it. Their numbers are those of
@@ -45,6 +50,9 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     """
 
     energy_kind = "strain"
+    skin: PointsOfNodes | None = None
+    """Contact surface of the film."""
+    _contact_rate = 0.0
 
     def __init__(
         self, case: "FluidFilmCase", grid_case: GridCase, velocity_field: VelocityField, velocity_transfer: VelocityTransfer
@@ -86,11 +94,14 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays, including those that its functions depend on."""
         kept = {f"geometry/{name}": array for name, array in self.geometry.state_arrays().items()}
-        return {**super().state_arrays(), **kept}
+        surface = self.skin.state_arrays() if self.skin is not None else {}
+        return {**super().state_arrays(), **kept, **surface}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         self.geometry.restore(of_owner("geometry", arrays))
         super().restore(arrays)
+        if self.skin is not None:
+            self.skin.restore(arrays)
         self._show()
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
@@ -118,6 +129,53 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         """Forces on the nodes of the film [N for each metre of depth of a curve], shape (n, d), to those of the grid."""
         forces = self._slice * in_space(force, self.geometry.axes)[self.arrays["node"]]
         scatter_vectors(self.n_slabs, self.mapped, forces, target)
+
+    # contact
+
+    def make_contact_surface(self, column: int) -> PointsOfNodes | None:
+        """Return points on the film at its nodes, which take the forces."""
+
+        def take(force: np.ndarray) -> None:
+            load = self.velocity_field.load_row(column - FIRST_LOAD)
+            scatter_vectors(self.n_slabs, self.mapped, force[self.arrays["id"]], load)
+
+        def velocities() -> np.ndarray:
+            velocity = np.empty((len(self._numbers), 3))
+            velocity[self._numbers] = in_space(self._film["v"], self.geometry.axes)
+            return velocity
+
+        how = self.pressed_areas, self.surface_areas(), take, lambda nodes: None
+        surface = PointsOfNodes(self.grid, self.cells(), self.places, velocities, *how, shares=self._limit_shares())
+        surface.triangles = None  # it has no thickness, by which layers of triangles keep their sides
+        surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
+        self.skin = surface
+        return surface
+
+    def _limit_shares(self) -> sparse.csr_array | None:
+        """Return the shares of the nodes in the points of the film beside them, by number; None where nodes lie on the film."""
+        if not isinstance(self.geometry, LoopSurface):
+            return None
+        of_geometry = limit_matrix(self.geometry.rings).tocoo()
+        numbers, n = self._numbers, len(self._numbers)
+        entries = of_geometry.data, (numbers[of_geometry.row], numbers[of_geometry.col])
+        return sparse.csr_array(entries, shape=(n, n))
+
+    def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
+        """Make no step longer than at the start where it touches others by its surface."""
+        if self.skin is not None and any(other is self.skin for other in touching):
+            self._contact_rate = self.skin.rate
+        else:
+            self.skin = None
+
+    def encloses(self, places: np.ndarray) -> bool:
+        cells, own = self.cells(), self.places()
+        if len(cells.triangles):
+            return bool(inside(places, own, cells.triangles).all())
+        first, second = cells.lines.T
+        n, z = len(own), np.array((0.0, 0.0, 1.0))
+        flat = own * (1.0, 1.0, 0.0)
+        band = np.concatenate([np.stack([first, second, second + n], axis=1), np.stack([first, second + n, first + n], axis=1)])
+        return bool(inside(places * (1.0, 1.0, 0.0) + 0.5 * z, np.concatenate([flat, flat + z]), band).all())
 
     # motion
 
@@ -156,7 +214,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         self.totals.stored = self._slice * self.forces.stored_energy(self._o, film["part_mass"])
         fastest = float(np.sqrt(np.max(np.sum(self.points.velocity**2, axis=1))))
         h = self.grid.lattice.inverse_cell
-        self._bound_rate(self._signals().rate(h) + fastest * h)
+        self._bound_rate(max(self._signals().rate(h) + fastest * h, self._contact_rate))
 
     def _spread(self, moved: np.ndarray) -> None:
         """Move nodes along the film; what flows between them takes its mass along, and momentum in all stays what it was."""
@@ -191,7 +249,13 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions):
         return Signals(self.forces.physics, self.forces.material, self.forces.densities(self._o, self._film["part_mass"]))
 
     def signal_limit(self) -> StepLimit:
+<<<<<<< HEAD
         return self._signals().limit(self.grid.lattice.cell, self.fastest())
+=======
+        """How its waves, its viscosity and its bending bound the step."""
+        limit = self._signals().limit(self.grid.lattice.cell, self.fastest())
+        return limit if self._contact_rate == 0.0 else tightest([limit, springs_of_contact(self._contact_rate)])
+>>>>>>> d0f20a65 (Films and bands in a plane touch by their surfaces; how each two kinds of bodies touch is a tested table, and contact of solids on the nodes is stated with a remedy)
 
     def work(self) -> StepWork:
         done = no_work(VISCOUS + 1, 0)

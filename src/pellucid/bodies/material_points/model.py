@@ -47,6 +47,10 @@ class MaterialPointsCase(SeededBody):
         return not self.material.flows
 
     @property
+    def is_fluid(self) -> bool:
+        return self.material.flows
+
+    @property
     def probed(self) -> tuple[str, ...]:
         return (*COMMON_FIELDS, *self.material.probed_fields, *(("angle",) if self.rigid else ()))
 

@@ -9,6 +9,7 @@ from pellucid.bodies.membrane_elements.membrane import ElementMembrane
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
 from pellucid.bodies.membranes.bending import Resistance
 from pellucid.bodies.membranes.on_grid import BendsOnGrid, membrane_functions
+from pellucid.bodies.membranes.plane_slice import is_loop
 from pellucid.bodies.membranes.plate_bending import PlateBending
 from pellucid.bodies.own_nodes.contact_surface import PointsOfNodes
 from pellucid.bodies.power import power
@@ -58,6 +59,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         }
         functions = membrane_functions(grid_case, isinstance(surface.bending, PlateBending))
         self._closed = case.surface.closed
+        if any(grid_case.thin()):
+            self._closed = is_loop(surface.vertices, surface.cells.surface(), grid_case)
         self.node_velocity = arrays["velocity"].copy()
         """Velocity of the nodes in the last step, in the order of the mesh [m/s], shape (n, 3). It is that of the grid which
         strains the elements: forces on the nodes of the grid do work along it."""
@@ -118,7 +121,11 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
             self.sheet = None
 
     def encloses(self, places: np.ndarray) -> bool:
-        return self._closed and bool(inside(places, self.places(), self.surface.cells.surface()).all())
+        if not self._closed:
+            return False
+        own, thin = self.places(), np.array(self.grid.thin)
+        level = np.where(thin, 0.5 * (own.min(axis=0) + own.max(axis=0)), places)  # nothing varies along the thin axis
+        return bool(inside(level, own, self.surface.cells.surface()).all())
 
     def add_pressure(self, pressure: float, column: int) -> None:
         forces = np.zeros((self.n_points, 3))

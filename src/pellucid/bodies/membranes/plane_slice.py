@@ -24,6 +24,15 @@ def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
     return float(np.prod(grid.slice_thickness() / np.ptp(vertices, axis=0)[deep]))
 
 
+def is_loop(vertices: np.ndarray, triangles: np.ndarray, grid: GridCase) -> bool:
+    """Return True if a band in a plane goes round what lies within it: it has no rims along the thin axis."""
+    bands = _bands(vertices, grid)
+    if len(bands) != 1:
+        return False
+    ends = vertices[_rim(triangles)][:, :, bands[0]]
+    return bool((np.abs(ends[:, 1] - ends[:, 0]) <= LEANING * np.ptp(vertices[:, bands[0]])).all())
+
+
 def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterator[Finding]:
     """A surface, which stands at `path`, that lies beyond the one cell of a thin axis, or has no slice as it is no band."""
     vertices, triangles = surface

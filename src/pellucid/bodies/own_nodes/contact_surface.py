@@ -23,6 +23,7 @@ from pellucid.grid.lattice import Grid
 
 SPACINGS = 2.5  # between points, over which the weights of one reach
 ITERATIONS, ABOVE = 60, 1.02  # of a power iteration, and the factor by which its result may be too low
+FLAT = 1e-6  # of the largest extent, along a thin axis
 LONGEST = 1.0  # cells: longest edge of the equal triangles
 
 
@@ -48,7 +49,7 @@ class PointsOfFaces(ContactSurface):
         self._thin, lattice = np.array(grid.thin), grid.lattice
         self._middle = np.array(lattice.lower) + 0.5 * lattice.cell  # where points lie, however thick a slice is
         self.is_hard = hard
-        self.triangles = None if self._thin.any() else MovingTriangles(triangles, places, velocities, take)
+        self.triangles = moving_triangles(grid, triangles, places, velocities, take)
         corners = np.where(self._thin, 0.0, places())[triangles]
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
         parts = np.maximum(1, np.ceil(edges / (LONGEST * lattice.cell) - 1e-9)).astype(np.int64)
@@ -112,6 +113,35 @@ class PointsOfFaces(ContactSurface):
         return 1.0 / (ABOVE * largest)
 
 
+def moving_triangles(
+    grid: Grid,
+    triangles: np.ndarray,
+    places: Callable[[], np.ndarray],
+    velocities: Callable[[], np.ndarray],
+    take: Callable[[np.ndarray], None],
+) -> MovingTriangles | None:
+    """Return triangles between corners for contact of surfaces of triangles; of a band in a plane, one as deep as the cell.
+
+    None where they have no contact: across several thin axes, and of surfaces that are no bands along the thin axis.
+    """
+    axes = np.flatnonzero(grid.thin)
+    if not len(axes):
+        return MovingTriangles(triangles, places, velocities, take)
+    begun = places()
+    extent = np.ptp(begun, axis=0)
+    if len(axes) > 1 or not extent[axes[0]] > FLAT * extent.max():
+        return None
+    axis, lattice = int(axes[0]), grid.lattice
+    across = lattice.lower[axis] + lattice.cell / extent[axis] * (begun[:, axis] - begun[:, axis].min())
+
+    def as_deep_as_the_cell() -> np.ndarray:
+        place = places().copy()
+        place[:, axis] = across
+        return place
+
+    return MovingTriangles(triangles, as_deep_as_the_cell, velocities, take, grid.slice_thickness / lattice.cell)
+
+
 class NodalResponse:
     """Response of points, which have shares of nodes of shape (m, nodes), to forces."""
 
@@ -145,6 +175,8 @@ class PointsOfNodes(ContactSurface):
         Function that adds forces on the nodes [N], shape (n, 3).
     warning
         `contact_warning` of the body.
+    shares
+        Shares of the nodes in the contact points, shape (n, n), where these do not lie at the nodes.
     """
 
     serves_deformed = True
@@ -160,15 +192,16 @@ class PointsOfNodes(ContactSurface):
         weights: np.ndarray,
         take: Callable[[np.ndarray], None],
         warning: Callable[[np.ndarray], str | None],
+        shares: sparse.csr_array | None = None,
     ) -> None:
         self._grid, self._warning, triangles = grid, warning, cells.surface()
-        self._smooth = _without_hourglass(cells.quadrilaterals, places())
+        self._smooth = _without_hourglass(cells.quadrilaterals, places()) if shares is None else shares
         self._from_smooth = None if self._smooth is None else sparse.csr_array(self._smooth.T)
         self._places, self._velocities, self._vector_areas, self._take = places, velocities, vector_areas, take
         self._thin, self._weights, n = np.array(grid.thin), weights, len(weights)
-        self.triangles = None if self._thin.any() else MovingTriangles(triangles, places, velocities, take)
+        self.triangles = moving_triangles(grid, triangles, places, velocities, take)
         self._middle = np.array(grid.lattice.lower) + 0.5 * grid.lattice.cell
-        corners = np.where(self._thin, 0.0, places())[triangles]
+        corners = np.where(self._thin, 0.0, places())[triangles if len(triangles) else cells.lines]
         longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
         self.reach = np.full(n, SPACINGS * float(np.median(longest)))
         self.place, self.velocity, self.area, self.slip = (np.zeros((n, 3)) for _ in range(4))

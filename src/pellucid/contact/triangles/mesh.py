@@ -104,6 +104,7 @@ class TriangleMesh:
         ends = np.sort(own[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         edges, edge_of = np.unique(ends, axis=0, return_inverse=True)
         area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        area *= self._moving.depth
         used = np.unique(own)
         at_vertices = np.bincount(own.ravel(), np.repeat(area / 6.0, 3), minlength=n)[used]
         at_edges = np.bincount(edge_of.ravel(), np.repeat(area / 6.0, 3), minlength=len(edges))
