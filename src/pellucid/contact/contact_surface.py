@@ -57,6 +57,8 @@ class ContactSurface(ABC):
     """Of what moves with the surface at once [kg/m²]."""
     rate: float
     """How fast it can swing: a step that the body allows is below the reciprocal [1/s]."""
+    is_plane = False
+    """Whether it is that of a slice, across which nothing varies."""
     follows_steps = True
     """Whether contact may let it swing as fast as the steps of the case can follow, or only at its rate."""
     rigid_mass = np.inf
@@ -155,6 +157,10 @@ class ContactSurface(ABC):
         normal = np.cross(second - first, across)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         return normal, np.einsum("ij,ij->i", normal, first)
+
+    def edges(self) -> np.ndarray:
+        """Longest edges of the elements about each point of a sheet [m], shape (m,)."""
+        return np.zeros(len(self.place))
 
     def speed(self) -> float:
         """The largest of its points [m/s]."""

@@ -448,6 +448,13 @@ class SurfacePairs:
             for overlap in pair.overlaps():
                 yield overlap.one, overlap.one.place[overlap.listed]
 
+    def against_sheets(self) -> Iterator[tuple[ContactSurface, ContactSurface, float]]:
+        """Yield each sheet, another surface that is none and that it touches, and the length of the step [s]."""
+        for pair in self._pairs:
+            if len(pair.surfaces) == 2 and pair.surfaces[0].is_sheet != pair.surfaces[1].is_sheet:
+                one, other = pair.surfaces
+                yield (one, other, pair.step) if one.is_sheet else (other, one, pair.step)
+
     def find_start_overlaps(self) -> list[tuple[Touch, float]]:
         """Find what overlaps as the run begins: pairs with the depth that exerts no pressure [m]."""
         starting = [pair for pair in self._pairs if not all(surface.is_hard for surface in pair.surfaces)]

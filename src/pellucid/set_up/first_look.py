@@ -11,7 +11,7 @@ from pellucid.set_up.floating import floating_bodies
 from pellucid.set_up.flows import flow_warnings
 from pellucid.set_up.gaps import narrow_gaps
 from pellucid.set_up.held_edges import held_edges
-from pellucid.set_up.indenters import coarse_indenters
+from pellucid.set_up.indenters import coarse_indenters, coarse_sheets
 from pellucid.set_up.left_free import free_turns, passed_walls
 from pellucid.set_up.narrow_slits import narrow_slits
 from pellucid.set_up.overlap import overlaps_within_fields, refuse_overlaps
@@ -62,6 +62,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
     yield from held_edges(case)
     if case.grid_or_none is not None and len({body.field for body in case.body}) > 1:
         yield from coarse_indenters(case)
+        yield from coarse_sheets(case)
     if case.grid_or_none is not None:
         yield from narrow_gaps(case, going_on)
         yield from narrow_slits(case, going_on)

@@ -4,9 +4,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 from pellucid.case import Case
 from pellucid.conditions.symmetry import symmetry_planes
 from pellucid.contact.images import Plane
+from pellucid.contact.overlong import PASSES, describe_passage
+from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.grid.model import GridCase
 from pellucid.set_up.hard_bodies import hard_bodies
 
@@ -41,6 +44,32 @@ def coarse_indenters(case: Case) -> Iterator[str]:
                     f"{radius / spacing:.2g} of the {resolved_by} there ({spacing:.3g} m), fewer than {FEWEST:g}; pressed into "
                     f"{other.name} it meets a wrong force, mostly too large, by 10 to 70 % at 2 and less; use {finer}"
                 )
+
+
+def coarse_sheets(case: Case) -> Iterator[str]:
+    """Warnings about bodies that are small compared with the elements of a membrane of another velocity field, between whose
+    nodes they can pass; one for each two of them."""
+    planes = symmetry_planes(case.support, case.grid)
+    bodies = [body.with_others(case.body) for body in case.body if not (body.is_fluid or body.is_surface)]
+    for sheet in case.body:
+        faces = _faces_of_sheet(sheet, case.grid) if isinstance(sheet, MembraneElementsCase) else None
+        for body in bodies:
+            if faces is None or body.field == sheet.field or not (body.deforms_in_contact or body.is_rigid):
+                continue
+            box = _with_images(_within(body.bounds(), case.grid), planes, case.grid.cell)
+            radius, edge = _radius_and_spacing(box, _within(sheet.bounds(), case.grid), faces, case.grid)
+            half = radius + sheet.contact_reach
+            if half < PASSES * edge:
+                yield describe_passage(body.name, sheet.name, 2.0 * half, "across its way", edge)
+
+
+def _faces_of_sheet(sheet: MembraneElementsCase, grid: GridCase) -> Faces:
+    """Return the triangles of a membrane on both sides; of a halved square the edge is its side."""
+    vertices, triangles = sheet.surface.triangulate()
+    corners = np.where(grid.thin(), 0.0, vertices)[triangles]
+    edges = np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1)
+    middle, area = vertices[triangles].mean(axis=1), vector_areas(vertices, triangles)
+    return np.concatenate([middle, middle]), np.concatenate([area, -area]), np.concatenate([edges, edges])
 
 
 def _radius_and_spacing(hard: Box, soft: Box, faces: Faces | None, grid: GridCase) -> tuple[float, float]:

@@ -35,9 +35,9 @@ def narrow_slits(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterat
         one, other = find_near(place, float(np.hypot(NARROW, ASIDE)) * grid.cell, np.array(grid.lower, float), periods)
         facing, _ = select_facing(place, normal, one, other, grid.cell, periods, PARALLEL)
         filled = np.zeros(len(facing.middle), bool)
-        for other in case.body:
-            if other is not model and not other.is_surface and len(filled):
-                filled |= other.with_others(case.body).contains(facing.middle, (x, y, z), grid.periods())
+        for body in case.body:
+            if body is not model and not body.is_surface and len(filled):
+                filled |= body.with_others(case.body).contains(facing.middle, (x, y, z), grid.periods())
         slit = find_slit(facing, ~filled, grid.cell)
         if slit is not None:
             yield describe_gap(model.name, slit, grid.cell, at_start=True)

@@ -17,6 +17,7 @@ from pellucid.conditions.support import Support
 from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.contact.contact_body import WarnsOfApproach, WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
+from pellucid.contact.overlong import passes_between
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import FIRST_JUDGED, AngularBalance, EnergyBudget
@@ -111,8 +112,14 @@ class Watch:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def surfaces(self, pairs: SurfacePairs, clock: Clock) -> None:
-        """Look now and then at surfaces that touch others."""
-        if clock.n_steps % INTERVAL or "contact" in self.warned:
+        """Look now and then at surfaces that touch others, or come near sheets."""
+        if clock.n_steps % INTERVAL:
+            return
+        for sheet, other, step in pairs.against_sheets():
+            what, ahead = f"{other.body} on {sheet.body}", INTERVAL * step * (sheet.speed() + other.speed())
+            if what not in self.warned and (text := passes_between(sheet, other, ahead)) is not None:
+                self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+        if "contact" in self.warned:
             return
         for surface, places in pairs.touching():
             if (text := surface.contact_warning(places)) is not None:

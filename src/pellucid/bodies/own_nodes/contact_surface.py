@@ -199,9 +199,11 @@ class PointsOfNodes(ContactSurface):
         self._from_smooth = None if self._smooth is None else sparse.csr_array(self._smooth.T)
         self._places, self._velocities, self._vector_areas, self._take = places, velocities, vector_areas, take
         self._thin, self._weights, n = np.array(grid.thin), weights, len(weights)
+        self.is_plane = bool(self._thin.any())
         self.triangles = moving_triangles(grid, triangles, places, velocities, take)
         self._middle = np.array(grid.lattice.lower) + 0.5 * grid.lattice.cell
-        corners = np.where(self._thin, 0.0, places())[triangles if len(triangles) else cells.lines]
+        self._corners = triangles if len(triangles) else cells.lines
+        corners = np.where(self._thin, 0.0, places())[self._corners]
         longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
         self.reach = np.full(n, SPACINGS * float(np.median(longest)))
         self.place, self.velocity, self.area, self.slip = (np.zeros((n, 3)) for _ in range(4))
@@ -219,6 +221,14 @@ class PointsOfNodes(ContactSurface):
         self.place[...], self.velocity[...], self.area[...] = places, velocities, self._vector_areas()
         self.place[:, self._thin] = self._middle[self._thin]
         self.area[:, self._thin] = 0.0
+
+    def edges(self) -> np.ndarray:
+        """Longest of the sides of elements about each node [m], shape (n,); of a halved square the side, not the diagonal."""
+        corners = np.where(self._thin, 0.0, self._places())[self._corners]
+        sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        longest = np.zeros(len(self.place))
+        np.maximum.at(longest, self._corners, np.median(sides, axis=1)[:, None] if sides.shape[1] > 2 else sides)
+        return longest
 
     def contact_warning(self, places: np.ndarray) -> str | None:
         return self._warning(nodes_about(self._grid, places).ravel())

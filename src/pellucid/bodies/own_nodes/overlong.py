@@ -1,7 +1,9 @@
 """Warnings of elements and faces that are too long for the cells on which they touch other bodies."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
+from pellucid.contact.contact_surface import ContactSurface
 from pellucid.grid.lattice import Grid
 
 LONGEST = 1.5
@@ -9,6 +11,12 @@ LONGEST = 1.5
 
 Longer faces of solids have more points, but only their corners carry a load.
 """
+PASSES = 0.8
+"""Edges of the elements of a sheet: half width of a body below which it may pass between the nodes. A ball passes between four
+nodes at the corners of a square below 0.71 of its side, and the sheet is stretched before that."""
+WAYS = 12  # along a sheet, in which widths are measured
+HIGH = 2.0  # edges: height of the part of a body in front, whose width tells whether it passes between nodes
+ABOUT = 3.0  # edges about the foremost place, within which such a part lies
 
 
 def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
@@ -40,4 +48,51 @@ def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid,
     return (
         f"where {what} {worst} at ({centre}) m is {length[worst]:.3g} m long, {length[worst] / lattice.cell:.2g} cells of "
         f"{lattice.cell:g} m: {effect}"
+    )
+
+
+def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -> str | None:
+    """Return a warning if the part of a body that comes to a sheet may pass between its nodes, or None.
+
+    Parameters
+    ----------
+    ahead
+        Distance by which the surfaces may come nearer until the next look [m].
+    """
+    edges, place = sheet.edges(), other.place[: len(other.place) - other.n_edge_points]
+    margin = HIGH * float(edges.max()) + ahead
+    lower, upper = sheet.place.min(axis=0) - margin, sheet.place.max(axis=0) + margin
+    near = place[((place >= lower) & (place <= upper)).all(axis=1)]
+    if not len(near):
+        return None
+    distance, node = cKDTree(sheet.place).query(near)
+    first = int(np.argmin(distance))
+    edge, normal, foot = float(edges[node[first]]), sheet.normals()[node[first]], sheet.place[node[first]]
+    if distance[first] > HIGH * edge + ahead or not normal.any():
+        return None
+    normal = normal if (place.mean(axis=0) - foot) @ normal > 0.0 else -normal
+    near = near[np.linalg.norm(near - near[first], axis=1) <= ABOUT * edge]
+    height = (near - foot) @ normal
+    front = near[height <= height.min() + HIGH * edge]
+    half = 0.5 * _find_width(front, normal, sheet.is_plane) + float(np.max(sheet.half_width))
+    if not 0.0 < half < PASSES * edge:
+        return None
+    at = ", ".join(f"{value:.4g}" for value in foot)
+    return describe_passage(other.body, sheet.body, 2.0 * half, f"near ({at}) m", edge)
+
+
+def _find_width(place: np.ndarray, normal: np.ndarray, is_plane: bool) -> float:
+    """Return the least width of places [m], shape (n, 3), across a normal, among `WAYS`; in a plane, in that plane."""
+    tangents = np.linalg.svd(normal[None])[2][1:]
+    angle = np.pi * np.arange(WAYS) / WAYS
+    widths = np.ptp(place @ (np.stack([np.cos(angle), np.sin(angle)], axis=1) @ tangents).T, axis=0)
+    return float(widths.max() if is_plane else widths.min())
+
+
+def describe_passage(body: str, sheet: str, width: float, where: str, edge: float) -> str:
+    """Return the warning that a body of a width [m] may pass through a sheet with such edges [m]; where: a place."""
+    return (
+        f"body {body} comes to membrane {sheet} with a part of {width:.3g} m in width {where}, and the edges of the elements "
+        f"are {edge:.3g} m long there: it can pass between the nodes, which alone touch others; use elements with edges "
+        f"of at most {0.5 * width:.2g} m there"
     )
