@@ -1,5 +1,7 @@
 """Warnings of elements and faces that are too long for the cells on which they touch other bodies."""
 
+from math import sqrt
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -11,9 +13,8 @@ LONGEST = 1.5
 
 Longer faces of solids have more points, but only their corners carry a load.
 """
-PASSES = 0.8
-"""Edges of the elements of a sheet: half width of a body below which it may pass between the nodes. A ball passes between four
-nodes at the corners of a square below 0.71 of its side, and the sheet is stretched before that."""
+PASSES = sqrt(0.5)
+"""Edges of the elements of a sheet: half width of a body below which it may pass between four nodes at corners of a square."""
 WAYS = 12  # along a sheet, in which widths are measured
 HIGH = 2.0  # edges: height of the part of a body in front, whose width tells whether it passes between nodes
 ABOUT = 3.0  # edges about the foremost place, within which such a part lies
