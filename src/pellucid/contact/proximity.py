@@ -10,7 +10,8 @@ Weights reach over the rim of a surface that ends. There less of them is found t
 of it down to one quarter, the point counts less and less, and half where it lies just beside the rim. A place that lies outside
 of the point nearest to it is in no body, though it may be behind the plane of another side: that does not count where the two
 sides meet at a corner, so that what glides over an edge or a joint is not held there, or where it is deeper than the place is
-outside.
+outside. Nodes of a sheet that lie beyond such a corner count less and less: they stay beside a rim for long, and with all of
+their depth on one side of it and none on the other, they would get energy each time they pass it.
 """
 
 from math import inf, pi, sqrt
@@ -28,6 +29,7 @@ CHUNK = 256  # points that a thread takes at a time
 CLEAR = 0.5  # of the reach: distance from the plane of the nearest point, beyond which a place lies above the surface
 CORNER = 0.5  # cosine between the normals of two sides, below which they meet at a corner
 ALONE = 1e-4  # of the square of the reach: spread of the points in it along a surface, below which they tell no slope
+BEYOND = 0.25  # of the reach: how far beyond a side that meets another at a corner nodes of a sheet touch that other one
 GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
 """Columns of what is found of a point: distance [m], how much it counts, sum of the weights, normal of the other surface; by
 how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot."""
@@ -204,7 +206,8 @@ def find_beside(chunk, about, clear, results):
         found[p, GAP] = 0.5 * (s[1] / s[0] + away)
         turned = n0 * other.normal[closest, 0] + n1 * other.normal[closest, 1] + n2 * other.normal[closest, 2] < CORNER
         if not meeting.two_sided[1] and outside > 0.0 and (turned or outside < -found[p, GAP] - meeting.slack):
-            found[p, SHARE] = 0.0
+            fades = meeting.any_way and turned
+            found[p, SHARE] *= max(0.0, 1.0 - outside / (BEYOND * other.reach[closest])) if fades else 0.0
         _find_slope(p, s, (n0, n1, n2), e, ALONE * other.reach[closest] ** 2, meeting.dimension, found)
 
 

@@ -17,7 +17,7 @@ from pellucid.conditions.support import Support
 from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.contact.contact_body import WarnsOfApproach, WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
-from pellucid.contact.overlong import passes_between
+from pellucid.contact.overlong import find_places_beside, passes_between
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import FIRST_JUDGED, AngularBalance, EnergyBudget
@@ -119,6 +119,9 @@ class Watch:
             what, ahead = f"{other.body} on {sheet.body}", INTERVAL * step * (sheet.speed() + other.speed())
             if what not in self.warned and (text := passes_between(sheet, other, ahead)) is not None:
                 self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
+            places = find_places_beside(sheet, other) if "contact" not in self.warned else ()
+            if len(places) and (text := sheet.contact_warning(places)) is not None:
+                self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
         if "contact" in self.warned:
             return
         for surface, places in pairs.touching():

@@ -16,6 +16,7 @@ Longer faces of solids have more points, but only their corners carry a load.
 PASSES = sqrt(0.5)
 """Edges of the elements of a sheet: half width of a body below which it may pass between four nodes at corners of a square."""
 WAYS = 12  # along a sheet, in which widths are measured
+SPACINGS = 2.5  # between points of a surface, over which one reaches
 HIGH = 2.0  # edges: height of the part of a body in front, whose width tells whether it passes between nodes
 ABOUT = 3.0  # edges about the foremost place, within which such a part lies
 
@@ -80,6 +81,18 @@ def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -
         return None
     at = ", ".join(f"{value:.4g}" for value in foot)
     return describe_passage(other.body, sheet.body, 2.0 * half, f"near ({at}) m", edge)
+
+
+def find_places_beside(sheet: ContactSurface, other: ContactSurface) -> np.ndarray:
+    """Return the places of the points of a sheet that lie beside another surface [m], shape (n, 3), whether or not they overlap
+    with it at this moment: no further from one of its points than these are from each other."""
+    distance = float(np.max(other.reach)) / SPACINGS + float(np.max(sheet.half_width))
+    lower, upper = other.place.min(axis=0) - distance, other.place.max(axis=0) + distance
+    near = sheet.place[((sheet.place >= lower) & (sheet.place <= upper)).all(axis=1)]
+    if not len(near):
+        return near
+    found = cKDTree(other.place).query(near, distance_upper_bound=distance)[0]
+    return np.asarray(near[np.isfinite(found)])
 
 
 def _find_width(place: np.ndarray, normal: np.ndarray, is_plane: bool) -> float:
