@@ -52,9 +52,11 @@ def coarse_sheets(case: Case) -> Iterator[str]:
     planes = symmetry_planes(case.support, case.grid)
     bodies = [body.with_others(case.body) for body in case.body if not (body.is_fluid or body.is_surface)]
     for sheet in case.body:
-        faces = _faces_of_sheet(sheet, case.grid) if isinstance(sheet, MembraneElementsCase) else None
+        if not isinstance(sheet, MembraneElementsCase):
+            continue
+        faces = _faces_of_sheet(sheet, case.grid)
         for body in bodies:
-            if faces is None or body.field == sheet.field or not (body.deforms_in_contact or body.is_rigid):
+            if body.field == sheet.field or not (body.deforms_in_contact or body.is_rigid):
                 continue
             box = _with_images(_within(body.bounds(), case.grid), planes, case.grid.cell)
             radius, edge = _radius_and_spacing(box, _within(sheet.bounds(), case.grid), faces, case.grid)

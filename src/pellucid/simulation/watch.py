@@ -119,7 +119,7 @@ class Watch:
             what, ahead = f"{other.body} on {sheet.body}", INTERVAL * step * (sheet.speed() + other.speed())
             if what not in self.warned and (text := passes_between(sheet, other, ahead)) is not None:
                 self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
-            places = find_places_beside(sheet, other) if "contact" not in self.warned else ()
+            places = find_places_beside(sheet, other)
             if len(places) and (text := sheet.contact_warning(places)) is not None:
                 self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
         if "contact" in self.warned:

@@ -67,7 +67,7 @@ def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -
     near = place[((place >= lower) & (place <= upper)).all(axis=1)]
     if not len(near):
         return None
-    distance, node = cKDTree(sheet.place).query(near)
+    distance, node = map(np.asarray, cKDTree(sheet.place).query(near))
     first = int(np.argmin(distance))
     edge, normal, foot = float(edges[node[first]]), sheet.normals()[node[first]], sheet.place[node[first]]
     if distance[first] > HIGH * edge + ahead or not normal.any():
