@@ -27,10 +27,10 @@ MEMBRANE = {"Membrane", "TakesPressure"}
 FILM = {"Membrane", "TakesTractions"}
 OFFERED = {
     MaterialPoints: ON_GRID
-    | {"HasContactSurface", "BoundByContact", "HasPointsAtWalls", "LosesPoints", "GainsPoints", "KeepsHeat"},
+    | {"HasContactSurface", "BoundByContact", "HasPointsAtWalls", "LosesPoints", "GainsPoints", "KeepsHeat", "WarnsOfApproach"},
     MembranePoints: ON_GRID | MEMBRANE,
     ElementsOnGrid: ON_GRID | MEMBRANE | {"WarnsOfContact", "HasContactSurface", "BoundByContact"},
-    FilmOnGrid: ON_GRID | FILM,
+    FilmOnGrid: ON_GRID | FILM | {"HasContactSurface", "BoundByContact"},
     MembraneElements: OWN_NODES | MEMBRANE | {"WarnsOfContact", "HasContactSurface", "BoundByContact"},
     MeshlessSolid: OWN_NODES | {"HasMesh", "HasContactSurface", "BoundByContact"},
     FluidFilm: FILM | {"TakesExternalForces", "TakesGravity", "TakesSupports", "TakesNormalMotions", "ShowsStart"},
