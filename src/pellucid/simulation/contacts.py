@@ -145,16 +145,10 @@ def has_surface(body: Body) -> TypeGuard[HasContactSurface]:
 
 
 def _have_surfaces(bodies: Sequence[Body]) -> bool:
-<<<<<<< HEAD
     """Return True if the bodies of a velocity field are in contact by surfaces only: each has one, or lies within a body
     that has one."""
-    having = [body for body in bodies if _has_surface(body)]
-    return all(_has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
-=======
-    """Whether others touch the bodies of a velocity field by surfaces alone: each has one, or lies within one that has."""
     having = [body for body in bodies if has_surface(body)]
     return all(has_surface(body) or any(other.encloses(body.places()) for other in having) for body in bodies)
->>>>>>> d0f20a65 (Films and bands in a plane touch by their surfaces; how each two kinds of bodies touch is a tested table, and contact of solids on the nodes is stated with a remedy)
 
 
 def _triangle_pairs(

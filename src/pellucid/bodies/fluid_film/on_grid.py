@@ -249,13 +249,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return Signals(self.forces.physics, self.forces.material, self.forces.densities(self._o, self._film["part_mass"]))
 
     def signal_limit(self) -> StepLimit:
-<<<<<<< HEAD
-        return self._signals().limit(self.grid.lattice.cell, self.fastest())
-=======
-        """How its waves, its viscosity and its bending bound the step."""
         limit = self._signals().limit(self.grid.lattice.cell, self.fastest())
         return limit if self._contact_rate == 0.0 else tightest([limit, springs_of_contact(self._contact_rate)])
->>>>>>> d0f20a65 (Films and bands in a plane touch by their surfaces; how each two kinds of bodies touch is a tested table, and contact of solids on the nodes is stated with a remedy)
 
     def work(self) -> StepWork:
         done = no_work(VISCOUS + 1, 0)
