@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
+from pellucid.bodies.own_nodes.overlong import find_places_beside, passes_between
 from pellucid.conditions.active import ActiveConditions
 from pellucid.conditions.contact import Contact
 from pellucid.conditions.enclosed.model import Enclosed
@@ -17,7 +18,6 @@ from pellucid.conditions.support import Support
 from pellucid.conditions.surface_tension.model import SurfaceTension
 from pellucid.contact.contact_body import WarnsOfApproach, WarnsOfContact
 from pellucid.contact.contact_energy import ContactEnergy
-from pellucid.contact.overlong import find_places_beside, passes_between
 from pellucid.contact.pairs import ContactPairs
 from pellucid.contact.surface_pairs import SurfacePairs
 from pellucid.energy import FIRST_JUDGED, AngularBalance, EnergyBudget
