@@ -10,12 +10,26 @@ from pellucid.references.indentation import Layer, at_contact, force
 FOLDER = Path(__file__).parents[2] / "validation" / "sphere-on-layer"
 
 
+def script(name: str) -> ModuleType:
+    module = ModuleType(name)
+    module.__file__ = str(FOLDER / f"{name}.py")
+    exec((FOLDER / f"{name}.py").read_text(encoding="utf-8"), module.__dict__)
+    return module
+
+
 @pytest.fixture(scope="module")
 def influence() -> ModuleType:
-    module = ModuleType("influence")
-    module.__file__ = str(FOLDER / "influence.py")
-    exec((FOLDER / "influence.py").read_text(encoding="utf-8"), module.__dict__)
-    return module
+    return script("influence")
+
+
+@pytest.fixture(scope="module")
+def blocks() -> ModuleType:
+    return script("blocks")
+
+
+def table(name: str) -> list[dict[str, str]]:
+    with (FOLDER / f"{name}.csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def hertz(young_modulus: float, poisson_ratio: float, radius: float, depth: float) -> float:
@@ -89,3 +103,34 @@ def test_tables_are_those_of_the_script(influence: ModuleType, table: str, funct
         found, contact = influence.press(getattr(influence, function), float(row["depth"]), layer)
         assert found == pytest.approx(float(row["force"]), rel=1e-5)
         assert contact == pytest.approx(float(row["contact"]), abs=1e-4)
+
+
+@pytest.mark.parametrize("tool", ["sphere", "cylinder"])
+def test_finite_elements_of_small_strains_agree_with_pressures(influence: ModuleType, blocks: ModuleType, tool: str) -> None:
+    """Four elements in the contact; a side at twice the thickness and the penalty lower the force by 0.3 %."""
+    function = influence.of_rings if tool == "sphere" else influence.of_strips
+    layer, _ = influence.press(function, 0.05, (1.0, 0.3, True))
+    ((found, _),) = blocks.indent(1.0, 2.0, 0.3, (0.05,), tool == "sphere", finite=False, per_contact=4)
+    assert found * (1.0 - 0.3**2) == pytest.approx(layer, rel=0.01)
+
+
+def test_finite_strain_agrees_with_felupe() -> None:
+    """indentation.csv is good to 1 %."""
+    bonded = [row for row in table("indentation") if row["bonded"] == "bonded"]
+    others = {tuple(float(row[k]) for k in ("thickness", "width", "poisson", "depth")): row for row in bonded}
+    found = [row for row in table("blocks") if (row["tool"], row["strains"]) == ("sphere", "finite")]
+    compared = 0
+    for row in found:
+        key = tuple(float(row[k]) for k in ("thickness", "width", "poisson_ratio", "depth"))
+        if key in others:
+            over_hertz = float(row["force"]) / hertz(1.0, key[2], 1.0, key[3])
+            assert over_hertz == pytest.approx(float(others[key]["finite_elements"]), rel=0.01)
+            compared += 1
+    assert compared == 4
+
+
+def test_blocks_are_those_of_the_script(blocks: ModuleType) -> None:
+    """With a third of the elements the force is within 0.5 %."""
+    ((found, _),) = blocks.indent(1.0, 2.0, 0.3, (0.05,), False, per_contact=4)
+    kept = [row for row in table("blocks") if tuple(row.values())[:6] == ("cylinder", "1.0", "2.0", "0.3", "finite", "0.05")]
+    assert found == pytest.approx(float(kept[0]["force"]), rel=5e-3)
