@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from pellucid.case import Case
-from pellucid.references.indentation import Layer, force
 from pellucid.results.storage.probes import ProbeReader
 from pellucid.simulation.simulation import Simulation
 
@@ -181,29 +180,6 @@ def test_a_tool_without_a_word_about_its_rotation_is_held_with_a_warning(led):
     with pytest.warns(UserWarning, match="holds it against rotation about x, y, z"):
         _, rows = finished(table([block(), tool()], motion=[motion], probe=probes("z")))
     assert abs(rows[-1, 0]) == pytest.approx(abs(led), rel=5e-3)
-
-
-def ball_on_layer(cells, width, depth):
-    """Force of a rigid ball of radius 1 m on a layer of a thickness 1 m [N]."""
-    h = 1.0 / cells
-    n = round(width / h)
-    mesh = {"box": {"lower": (0.0, 0.0, 0.0), "upper": (n * h, n * h, 1.0), "cells": (n, n, cells)}}
-    ball = {"sphere": {"centre": (0.0, 0.0, 2.0 + 0.2 * h), "radius": 1.0}}
-    bodies = [block(mesh=mesh), tool(shape=ball, points_per_cell=1, cut_at=["x-lower", "y-lower"])]
-    foot = {"body": "block", "where": {"box": {"lower": (-1.0, -1.0, -1.0), "upper": (9.0, 9.0, 0.1 * h)}}}
-    support = [{"where": PLANES[:2], "fix": "normal"}, foot]
-    motion = HELD | {"displacement": {"z": {"kind": "steady", "velocity": -depth - 0.2 * h}}}
-    data = table(bodies, {"tolerance": 1e-4}, support=support, motion=[motion], probe=probes("z"))
-    ends = [np.ceil((x + 2.0 * h) / h) * h for x in (max(width, 1.0), max(width, 1.0), 3.0)]
-    data["grid"] = {"lower": (0.0, 0.0, 0.0), "upper": tuple(ends), "cell": h}
-    return 4.0 * abs(finished(data)[1][-1, 0])
-
-
-@pytest.mark.slow
-def test_a_rigid_ball_on_a_layer():
-    """2.4 elements in the radius of the contact, which is small beside ball and layer."""
-    exact = force(Layer(E, NU, 1.0, True), 1.0, 0.05)
-    assert ball_on_layer(10, 1.2, 0.05) == pytest.approx(exact, rel=0.03)
 
 
 @pytest.mark.slow
