@@ -73,4 +73,3 @@ def test_feet_gather_and_spread_by_the_same_shares():
     assert np.sum(into * values) == pytest.approx(np.sum(force * feet.gather(values)))
     assert into.sum(axis=0) == pytest.approx(force.sum(axis=0))
     assert feet.gather(values)[0] == pytest.approx(0.25 * values[1] + 0.75 * values[3])
-    assert feet.only(np.array([False, True])).gather(values) == pytest.approx(feet.gather(values)[1:])

@@ -12,11 +12,15 @@ def surface(place):
     n = len(place)
     area = np.tile([0.0, 2.0, 0.0], (n, 1))
     velocity = np.tile([1.0, 2.0, 3.0], (n, 1))
+
+    def find_directions(normal, size):
+        normal[...], size[...] = area / 2.0, 2.0
+
     return SimpleNamespace(
         place=np.array(place),
         velocity=velocity,
         reach=np.full(n, 0.1),
-        directions=lambda: (area / 2.0, np.full(n, 2.0)),
+        find_directions=find_directions,
     )
 
 

@@ -129,13 +129,13 @@ class ContactSurface(ABC):
 
     def normals(self) -> np.ndarray:
         """Unit normals of the points, shape (m, 3), zero where they have no area; at edges the means of both faces."""
-        return self.directions()[0]
+        normal = np.empty_like(self.area)
+        self.find_directions(normal, np.empty(len(normal)))
+        return normal
 
-    def directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the `normals` and `sizes` of the points."""
-        normal, size = np.empty_like(self.area), np.empty(len(self.area))
+    def find_directions(self, normal: np.ndarray, size: np.ndarray) -> None:
+        """Find the `normals` and `sizes` of the points."""
         _find_directions(self.area, normal, size)
-        return normal, size
 
     def side(self) -> float:
         """The area of the largest of its sides along the axes [m²]."""

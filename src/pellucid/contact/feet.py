@@ -29,13 +29,6 @@ class Feet(NamedTuple):
         """Add forces on the feet [N], shape (n, 3), to those on the other surface's points, shape (q, 3)."""
         _spread(self.first, self.point, self.share, force, into)
 
-    def only(self, kept: np.ndarray) -> "Feet":
-        """Return those of a mask, shape (n,)."""
-        counts = np.diff(self.first)
-        shares = np.repeat(kept, counts)
-        first = np.concatenate([[0], np.cumsum(counts[kept])])
-        return Feet(first, self.point[shares], self.share[shares])
-
 
 @kernel()
 def _gather(first, point, share, values, found):

@@ -29,44 +29,48 @@ class Following:
         self._beside = width + CLEAR * reach + self._margin
         self._two_sided = other.two_sided
         self._places: list[np.ndarray] = []
+        self._images = np.zeros(0, np.int64)
         self._moved = [0.0, 0.0]
+        self._room = self._margin
+        """Distance by which the surfaces may come nearer before the next search [m]."""
         self.candidates = Candidates(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64))
         self.most_near = 0
         """Number of points in all lists."""
 
     def find(self, n_points: int, one: Described, other: Described, stands: tuple[bool, bool]) -> bool:
-        """Renew the candidates among the first points of the one surface where needed; whether there are any.
+        """Renew the candidates among the first points of the one surface where needed; return True if there are any.
 
         stands: whether each surface is where it was in the step before.
         """
         described = one.place[:n_points], other.place
-        if not self._places or len(other.point) or one.wraps or len(described[1]) != len(self._places[1]):
-            self._search(*described, other.normal)
+        if not self._places or not np.array_equal(other.point, self._images):
+            self._search(*described, other)
         else:
             for side in range(2):
-                if not stands[side]:
+                if not stands[side]:  # a point that comes back at the other end of a periodic grid has moved far
                     self._moved[side] = sqrt(_largest_square(described[side], self._places[side]))
-            if sum(self._moved) > self._margin:
-                self._search(*described, other.normal)
+            if sum(self._moved) > self._room:
+                self._search(*described, other)
         return len(self.candidates.asks) > 0
 
-    def _search(self, one: np.ndarray, other: np.ndarray, normal: np.ndarray) -> None:
-        self._places, self._moved = [one.copy(), other.copy()], [0.0, 0.0]
-        nothing = np.zeros(0, np.int64)
+    def _search(self, one: np.ndarray, other: np.ndarray, described: Described) -> None:
+        self._places, self._images, self._moved = [one.copy(), other.copy()], described.point.copy(), [0.0, 0.0]
+        sight, nothing = self._sight, np.zeros(0, np.int64)
         self.candidates, self.most_near = Candidates(nothing, np.zeros(1, np.int64), nothing), 0
-        if not len(one) or not len(other):
-            return
-        sight = self._sight
-        lower = np.maximum(one.min(axis=0) - sight, other.min(axis=0))
-        upper = np.minimum(one.max(axis=0) + sight, other.max(axis=0))
+        ends_of_one, ends_of_other = np.empty((2, 3)), np.empty((2, 3))
+        _find_ends(one, ends_of_one)
+        _find_ends(other, ends_of_other)
+        lower = np.maximum(ends_of_one[0] - sight, ends_of_other[0])
+        upper = np.minimum(ends_of_one[1] + sight, ends_of_other[1])
+        self._room = self._margin + max(0.0, float((lower - upper).max()))
         if (lower > upper).any():
             return
         asks = np.flatnonzero(((one >= lower - sight) & (one <= upper + sight)).all(axis=1))
         boxes, n = make_boxes(other, other, lower, upper, sight), len(other)
         ends, how = np.zeros(len(asks) + 1, np.int64), (self._sight, self._beside, self._two_sided)
-        _list_near(one, other, normal, asks, boxes, *how, ends, nothing)
+        _list_near(one, other, described.normal, asks, boxes, *how, ends, nothing)
         near = np.zeros(int(ends[-1]), np.int64)
-        _list_near(one, other, normal, asks, boxes, *how, ends, near)
+        _list_near(one, other, described.normal, asks, boxes, *how, ends, near)
         counts = np.diff(ends)
         near += n * np.repeat(np.arange(len(asks)), counts)
         near.sort()
@@ -74,6 +78,16 @@ class Following:
         having = counts > 0
         self.candidates = Candidates(asks[having], np.concatenate([[0], ends[1:][having]]), near)
         self.most_near = len(near)
+
+
+@kernel()
+def _find_ends(place, ends):
+    """Find the lowest and the highest coordinates of places [m], shape (2, 3)."""
+    for d in range(3):
+        ends[0, d], ends[1, d] = np.inf, -np.inf
+    for p in range(len(place)):
+        for d in range(3):
+            ends[0, d], ends[1, d] = min(ends[0, d], place[p, d]), max(ends[1, d], place[p, d])
 
 
 @kernel()

@@ -1,14 +1,17 @@
 """Surfaces beside planes of symmetry, where they go on as their mirror images, and beside the seams of periodic grids."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from pellucid.contact.contact_surface import ContactSurface
+from pellucid.jit import kernel
 
 NO_IMAGES = np.zeros(0, np.int64), np.zeros((0, 3))
+BESIDE = 1.2
+"""Distance from a plane of symmetry within which points have images, over their reach: images from one reach on have no weight,
+and points of lattices seldom lie at this distance, so that the images remain the same from step to step."""
 ACROSS = 2.0  # of the largest reach of a point, from a seam: a place beside it meets no point that is further beyond
 
 
@@ -38,59 +41,90 @@ class Described(NamedTuple):
     velocity: np.ndarray  # (n, 3) [m/s]
     point: np.ndarray  # (n - m,) of which point each image is one
     flip: np.ndarray  # (n - m, 3) -1 along the axes across which it is mirrored, 1 along others
-    wraps: bool = False  # whether points come back at the other end of a periodic grid
 
     def fold(self, force: np.ndarray) -> np.ndarray:
         """Forces on the points of the surface, shape (m, 3), with those on their images, of forces on all (n, 3)."""
-        m = len(self.place) - len(self.point)
         if not len(self.point):
             return force
+        m = len(self.place) - len(self.point)
         total = force[:m].copy()
-        np.add.at(total, self.point, self.flip * force[m:])
+        _fold(self.point, self.flip, force[m:], total)
         return total
 
+    def velocities(self, of_points: np.ndarray) -> np.ndarray:
+        """Return velocities of all n points [m/s], shape (n, 3), for those of the m points of the surface."""
+        return np.concatenate([of_points, self.flip * of_points[self.point]]) if len(self.point) else of_points
 
-def describe(surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[Seam] = ()) -> Described:
-    """The points of a surface with their images."""
-    (normal, size), m = surface.directions(), len(surface.place)
+
+@kernel()
+def _fold(point, flip, force, total):
+    for i in range(len(point)):
+        for d in range(3):
+            total[point[i], d] += flip[i, d] * force[i, d]
+
+
+def describe(
+    surface: ContactSurface, planes: Sequence[Plane], seams: Sequence[Seam] = (), before: Described | None = None
+) -> Described:
+    """Return the points of a surface with their images.
+
+    before: the same in the step before, whose arrays are used again while there are as many images.
+    """
+    m = len(surface.place)
+    of_points = surface.place, surface.velocity, surface.reach
+    kept = before is not None and len(before.size) == m + len(before.point)
+    found = before if before is not None and kept else _make_room(m, m)
     if not planes and not seams:
-        return Described(surface.place, normal, size, surface.reach, surface.velocity, *NO_IMAGES)
-    found = _Points(surface.place, normal, size, surface.reach, surface.velocity, np.arange(m), np.ones((m, 3)))
-    for axis, at, period in seams:
-        found.place = found.place.copy()
-        found.place[:, axis] -= period * np.floor((found.place[:, axis] - at) / period)
-    for axis, at, period in seams:
-        x, far = found.place[:, axis], ACROSS * float(surface.reach.max(initial=0.0))
-        low, high = np.flatnonzero(x < at + far), np.flatnonzero(x > at + period - far)
-        shift = period * np.eye(3)[axis]
-        found.add(np.concatenate([low, high]), np.ones(3), np.repeat([shift, -shift], [len(low), len(high)], axis=0))
-    for axis, at in planes:
-        across = np.ones(3)
-        across[axis] = -1.0
-        found.add(np.flatnonzero(np.abs(found.place[:, axis] - at) < found.reach), across, 2.0 * at * np.eye(3)[axis])
-    of_images = found.point[m:], found.flip[m:]
-    return Described(found.place, found.normal, found.size, found.reach, found.velocity, *of_images, len(seams) > 0)
+        found = found._replace(place=surface.place, velocity=surface.velocity, reach=surface.reach)
+        surface.find_directions(found.normal, found.size)
+        return found
+    faces = np.array([(axis, at, period) for axis, at, period in seams] + [(axis, at, 0.0) for axis, at in planes])
+    n = -1
+    while n != len(found.place):
+        found = _make_room(m, n) if n >= 0 else found
+        surface.find_directions(found.normal[:m], found.size[:m])
+        n = int(_describe(faces, *of_points, *found))
+    return found
 
 
-@dataclass
-class _Points:
-    """Points of a surface and images of them, as `Described` has them; `point` and `flip` of all."""
+def _make_room(m: int, n: int) -> Described:
+    arrays = np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty(n), np.empty((n, 3))
+    return Described(*arrays, np.zeros(n - m, np.int64), np.zeros((n - m, 3)))
 
-    place: np.ndarray
-    normal: np.ndarray
-    size: np.ndarray
-    reach: np.ndarray
-    velocity: np.ndarray
-    point: np.ndarray
-    flip: np.ndarray
 
-    def add(self, near: np.ndarray, across: np.ndarray, shift: np.ndarray) -> None:
-        """Add images of some: vectors times `across`, (3,), and places moved then by a shift [m], (3,) or one for each."""
-        if not len(near):
-            return
-        self.place = np.concatenate([self.place, across * self.place[near] + shift])
-        self.normal = np.concatenate([self.normal, across * self.normal[near]])
-        self.velocity = np.concatenate([self.velocity, across * self.velocity[near]])
-        self.size, self.reach = (np.concatenate([of, of[near]]) for of in (self.size, self.reach))
-        self.point = np.concatenate([self.point, self.point[near]])
-        self.flip = np.concatenate([self.flip, across * self.flip[near]])
+@kernel()
+def _describe(faces, place_of_points, velocity_of_points, reach_of_points, place, normal, size, reach, velocity, point, flip):
+    """Describe points and their images, as far as there is room; return the number of both.
+
+    faces: seams, then planes, each with an axis, a place [m] and a period (of planes 0) [m], shape (k, 3).
+    """
+    m, n, far = len(place_of_points), len(place_of_points), 0.0
+    for p in range(m):
+        reach[p], far = reach_of_points[p], max(far, ACROSS * reach_of_points[p])
+        for d in range(3):
+            place[p, d], velocity[p, d] = place_of_points[p, d], velocity_of_points[p, d]
+        for j in range(len(faces)):
+            axis, at, period = int(faces[j, 0]), faces[j, 1], faces[j, 2]
+            if period > 0.0:
+                place[p, axis] -= period * np.floor((place[p, axis] - at) / period)
+    for j in range(len(faces)):
+        axis, at, period, upto = int(faces[j, 0]), faces[j, 1], faces[j, 2], n
+        for side in range(2 if period > 0.0 else 1):
+            for i in range(min(upto, len(place))):
+                x = place[i, axis]
+                if period > 0.0:
+                    near, sign = x < at + far if side == 0 else x > at + period - far, 1.0
+                    shift = period if side == 0 else -period
+                else:
+                    near, sign, shift = abs(x - at) < BESIDE * reach[i], -1.0, 2.0 * at
+                if not near:
+                    continue
+                if n < len(place):
+                    for d in range(3):
+                        across = sign if d == axis else 1.0
+                        place[n, d] = across * place[i, d] + (shift if d == axis else 0.0)
+                        normal[n, d], velocity[n, d] = across * normal[i, d], across * velocity[i, d]
+                        flip[n - m, d] = across * flip[i - m, d] if i >= m else across
+                    size[n], reach[n], point[n - m] = size[i], reach[i], point[i - m] if i >= m else i
+                n += 1
+    return n

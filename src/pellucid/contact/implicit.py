@@ -25,7 +25,8 @@ from scipy import sparse
 from pellucid.contact.contact_surface import ContactSurface, Response
 from pellucid.contact.feet import Feet
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import TINY, Implicit, Overlap
+from pellucid.contact.overlap import Implicit, Overlap
+from pellucid.contact.point_forces import TINY
 
 ROUNDS = 6  # at most, in which points that would be pulled are left out and those that would overlap are added
 ITERATIONS = 60  # of conjugate gradients, at most
@@ -107,9 +108,7 @@ class NormalForces:
             along = along - (overlap.one.velocity[overlap.listed] - overlap.relative)
         else:
             of_other = self._velocity[id(block.other)]
-            if block.images is not None and len(block.images.point):
-                of_other = np.concatenate([of_other, block.images.flip * of_other[block.images.point]])
-            along = along - block.feet.gather(of_other)
+            along = along - block.feet.gather(of_other if block.images is None else block.images.velocities(of_other))
         return np.asarray(-np.einsum("ij,ij->i", along, overlap.normal))
 
     def solve(self) -> list[Implicit]:

@@ -12,8 +12,20 @@ import numpy as np
 from pellucid.contact.contact_energy import Held, taken_by_friction
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
-from pellucid.contact.feet import Feet
-from pellucid.contact.images import Described
+from pellucid.contact.point_forces import (
+    ENTERED,
+    LOST,
+    N_LAW,
+    N_SUMS,
+    NOW,
+    PENDING,
+    POWER,
+    RUBBED,
+    STEADY,
+    STORED,
+    TINY,
+    find_point_forces,
+)
 
 DAMPING, ROOM, LEAST_ROOM = 0.1, 0.9, 0.3
 """Damping ratio for the masses of the layers that touch. Part of what central differences allow that springs and dampers of
@@ -34,12 +46,12 @@ STIFFER = 4.0
 """Times at most that friction between such bodies is stiffer than their overlap: it then swings twice as fast as they do."""
 OUT = 10
 """Steps during which surfaces must be further apart before this reduces an overlap of the start."""
-TINY = 1e-300
 ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
 ROUNDED_START = 1e-9  # of a length of the mesh: depth at the start that is rounding
 IMPLICIT = 25.0
 """Rate of a body on implicit normal forces over its own rate, as far as the step is small enough for that."""
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
+NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((2, 0))
 
 
 class Overlap(NamedTuple):
@@ -62,72 +74,6 @@ class Implicit(NamedTuple):
 
     press: np.ndarray  # (n,) [N]
     after: np.ndarray  # (n,) depths at the end of the step [m]
-
-
-class GivenBefore:
-    """Forces of dampers and friction that a contact gave in the last step, on points and against their feet.
-
-    It tells their power along the velocities at the end of that step, which the energy that they took counts.
-    """
-
-    def __init__(self) -> None:
-        self._listed, self._force = np.zeros(0, np.int64), np.zeros((0, 3))
-        self._before, self._pressed = self._listed, self._force
-        self._feet: Feet | None = None
-        self._images = np.zeros(0, np.int64), np.zeros((0, 3))
-
-    def keep(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, other: Described | None = None) -> None:
-        """Keep forces [N] on listed points, shape (n, 3); feet: on the points and images of another surface."""
-        self._listed, self._force, self._feet = listed, force, feet
-        if other is not None:
-            self._images = other.point, other.flip
-
-    def forget(self) -> np.ndarray:
-        """Keep nothing but what `pressed` returns; which points had such forces."""
-        listed = self._before = self._listed
-        self._pressed = self._force
-        self.keep(self._listed[:0], self._force[:0])
-        return listed
-
-    def pressed(self, overlap: Overlap) -> np.ndarray:
-        """Return the normal forces in the last step [N], shape (n,), of the points of an overlap; 0 for points without one.
-
-        They were kept as their opposites, as `OverlapLaw` gives implicit forces.
-        """
-        listed = overlap.listed
-        if not len(self._before):
-            return np.zeros(len(listed))
-        at = np.minimum(np.searchsorted(self._before, listed), len(self._before) - 1)
-        press = -np.einsum("ij,ij->i", self._pressed[at], overlap.normal)
-        return np.where(self._before[at] == listed, np.maximum(press, 0.0), 0.0)
-
-    def power(self, velocity: np.ndarray, of_other: np.ndarray) -> float:
-        """Return the power [W] along velocities of the points less those at the feet [m/s].
-
-        of_other: of the points of the other surface, shape (q, 3), or where there are no feet, of a wall, shape (3,).
-        """
-        if not len(self._listed):
-            return 0.0
-        along = of_other
-        if self._feet is not None:
-            point, flip = self._images
-            all_points = np.concatenate([of_other, flip * of_other[point]]) if len(point) else of_other
-            along = self._feet.gather(all_points)
-        return float(np.sum(self._force * (velocity[self._listed] - along)))
-
-    def state_numbers(self) -> list[object]:
-        """Return the state for a checkpoint."""
-        feet = None if self._feet is None else [part.tolist() for part in self._feet]
-        return [self._listed.tolist(), self._force.tolist(), feet, [part.tolist() for part in self._images]]
-
-    def restore(self, numbers: Sequence[Any]) -> None:
-        """Go on from a checkpoint."""
-        listed, force, feet, (point, flip) = numbers
-        self._listed, self._force = np.array(listed, np.int64), np.reshape(np.array(force, float), (-1, 3))
-        self._feet = None
-        if feet is not None:
-            self._feet = Feet(np.array(feet[0], np.int64), np.array(feet[1], np.int64), np.array(feet[2], float))
-        self._images = np.array(point, np.int64), np.reshape(np.array(flip, float), (-1, 3))
 
 
 class StartOverlap:
@@ -210,7 +156,7 @@ class OverlapLaw:
     ) -> None:
         self._friction = friction
         self._hard = all(side.is_hard for side in sides)
-        self._mass = 1.0 / max(sum(1.0 / side.rigid_mass for side in sides), 1e-300)
+        self._mass = 1.0 / max(sum(1.0 / side.rigid_mass for side in sides), TINY)
         soft = [side for side in sides if self._hard or not side.is_hard]
         with_sheet = any(side.is_sheet for side in soft)
         damping = SHEET_DAMPING if with_sheet else DAMPING
@@ -253,7 +199,10 @@ class OverlapLaw:
         """Whether friction follows from what points moved since the last equilibrium."""
         self.lent = 0.0
         """Energy that the overlaps got in this step as leads changed [J]."""
-        self._limits: list[tuple[ContactSurface, np.ndarray, np.ndarray, np.ndarray]] = []
+        self._limits: list[tuple[ContactSurface, np.ndarray, np.ndarray]] = []
+        self._numbers = np.zeros(N_LAW)
+        stiffness, stiffer = (self.stiffness, self._implicit), STIFFER if self.stop else 1.0
+        self._numbers[:STEADY] = *stiffness, self._damping, self._softness, friction, stiffer
 
     def forces(
         self,
@@ -264,165 +213,120 @@ class OverlapLaw:
         before: float = 0.0,
         implicit: Sequence[Implicit] = (),
     ) -> list[np.ndarray]:
-        """Forces on the points of each overlap over a step dt [s], shape (n, 3) [N]; last: length of the step before [s].
+        """Return the forces on the points of each overlap over a step dt [s], shape (n, 3) [N].
 
-        touched: of the points of each surface, by its identity, shape (m,): those that friction holds are marked. before: power
-        of the forces `given` in the step before along the velocities of now [W]. implicit: normal forces of each overlap,
-        where the law is implicit.
+        last: length of the step before [s]. touched: of the points of each surface, by its identity, shape (m,): those that
+        friction holds are marked. before: power of the forces `given` in the step before along the velocities of now [W].
+        implicit: normal forces of each overlap, where the law is implicit.
+
+        Of the work f (d' - d) of implicit forces, where the depth goes from d to d' in a step, the overlap stores
+        ½ k (d'² - d²). The rest is taken, and half of Δt f times the loss of the velocity of approach. Points ahead of the
+        surface store nothing.
         """
-        if self.is_implicit:
-            return self._forces_with(implicit, overlaps, dt, last, touched, before)
-        springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
-        hardened = [self._softness * overlap.depth**2 for overlap in overlaps]
-        pressures = [k * overlap.depth * (1.0 + h) for k, overlap, h in zip(springs, overlaps, hardened, strict=True)]
-        tangents = self._tangents(overlaps, springs, dt) if self.stop else []
-        if self.stop is not None and all(overlap.apart for overlap in overlaps):
-            return self._forces_apart(self.stop, overlaps, pressures, springs, hardened, tangents, dt, last, touched)
-        extras = self.stop.force_on_all(overlaps, pressures, tangents, dt) if self.stop else [0.0] * len(overlaps)
-        stored = taken = pending = power = 0.0
-        found, given, self.given = [], [], []
+        extras = [NONE] * len(overlaps)
+        if self.stop is not None:
+            springs = self._springs(overlaps)
+            if all(overlap.apart for overlap in overlaps):
+                return self._forces_apart(self.stop, overlaps, springs, dt, last, touched)
+            extras = self.stop.force_on_all(overlaps, springs.pressures, self._tangents(overlaps, springs, dt), dt)
+        found, self.given, sums = [], [], np.zeros(N_SUMS)
         self._limits.clear()
-        for overlap, pressure, spring, h, extra in zip(overlaps, pressures, springs, hardened, extras, strict=True):
-            n = overlap.normal
-            approach = -np.einsum("ij,ij->i", overlap.relative, n)
-            damping = overlap.share * self._damping * overlap.area
-            press = np.maximum(pressure + damping * approach + extra, 0.0)
-            force = press[:, None] * n
-            stored += 0.5 * float(np.sum(spring * overlap.depth**2 * (1.0 + 0.5 * h)))
-            power += float(np.sum((press - pressure) * approach))
-            given.append(press - pressure)
+        self._numbers[STEADY] = self.is_steady
+        for i, (overlap, extra) in enumerate(zip(overlaps, extras, strict=True)):
+            one, n = overlap.one, len(overlap.listed)
+            force, given, limits = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 2))
+            normal_forces = np.array(implicit[i]) if self.is_implicit else NO_FORCES
+            new, drag = NOT_NEW if overlap.new is None else overlap.new, NONE if one.drag is None else one.drag
+            points = overlap.listed, overlap.depth, overlap.normal, overlap.area, overlap.relative, new
+            results = force, given, limits, sums
+            find_point_forces(self._numbers, overlap.share, *points, extra, normal_forces, drag, one.slip, dt, last, *results)
             if self._friction > 0.0:
-                along = overlap.relative + approach[:, None] * n
-                # what presses harder than the overlap alone is held by as much stiffer springs along it
-                holds = spring * np.clip(press / np.maximum(pressure, TINY), 1.0, STIFFER) if self.stop else spring
-                drag, lost = self._drag(overlap, along, self._friction * press, holds, damping, last)
-                force += drag
-                taken += lost
-                touched[id(overlap.one)][overlap.listed] = True
-            # before the first step nothing was done, and the first does half of its own
-            pending += 0.5 * (last or dt) * float(np.sum(force * overlap.relative))
+                touched[id(one)][overlap.listed] = True
+                if self.is_steady and one.drag is None:
+                    self._limits.append((one, overlap.listed, limits))
             found.append(force)
-            self.given.append(force - pressure[:, None] * n)
-        if self.counts_both_ends:
-            # a damper that stops a node in a step takes half of its energy by its force before, along what is left of the speed
-            now = sum(float(np.sum(part * o.relative)) for part, o in zip(self.given, overlaps, strict=True))
-            taken = -0.5 * last * (before + now)
-            for overlap, spring in zip(overlaps, springs, strict=True):
-                taken += _lost_on_entry(overlap, spring, last)
+            self.given.append(given)
+        # a damper that stops a node in a step takes half of its energy by its force before, along what is left of the speed
+        at_both_ends = -0.5 * last * (before + sums[NOW])
+        if self.is_implicit:
+            taken = self.lost - sums[ENTERED] + at_both_ends
+            self.lost = float(sums[LOST])
+        elif self.counts_both_ends:
+            taken = at_both_ends + sums[ENTERED]
+        elif self.stop is None:
+            taken = sums[RUBBED] + last * sums[POWER]
         else:
-            taken += last * power if self.stop is None else self.stop.taken(given, power, last)
-        self.held = Held(stored, taken - self.lent, pending)
+            damped = [np.einsum("ij,ij->i", of, overlap.normal) for of, overlap in zip(self.given, overlaps, strict=True)]
+            taken = sums[RUBBED] + self.stop.taken(damped, float(sums[POWER]), last)
+        self.held = Held(float(sums[STORED]), float(taken) - self.lent, float(sums[PENDING]))
         return found
 
     def reach_equilibrium(self) -> None:
         """Let points that slide go on from where friction holds them."""
-        for one, at, spring, most in self._limits:
-            one.slip[at] = _held(one.slip[at], spring, most)
+        for one, at, limits in self._limits:
+            one.slip[at] = _held(one.slip[at], *limits.T)
 
     def normal_stiffness(self, overlap: Overlap) -> np.ndarray:
         """Return the stiffness of the implicit normal forces of an overlap, shape (n,) [N/m]."""
         return np.asarray(self._implicit * overlap.share * overlap.area)
 
-    def _forces_with(
-        self,
-        implicit: Sequence[Implicit],
-        overlaps: Sequence[Overlap],
-        dt: float,
-        last: float,
-        touched: Mapping[int, np.ndarray],
-        before: float,
-    ) -> list[np.ndarray]:
-        """Return the forces of overlaps whose normal forces are known, with friction.
-
-        Of f (d' - d), where the depth goes from d to d' in a step, the overlap stores ½ k (d'² - d²) and the rest is taken, and
-        half of Δt f times the loss of the velocity of approach besides. What lies ahead of the surface stores nothing.
-        """
-        stored = pending = now = lost = entered = 0.0
-        found, self.given = [], []
-        for overlap, (press, after) in zip(overlaps, implicit, strict=True):
-            n, k = overlap.normal, self.normal_stiffness(overlap)
-            energy = 0.5 * k * np.maximum(overlap.depth, 0.0) ** 2
-            opening = np.einsum("ij,ij->i", overlap.relative, n)
-            normal, drag = press[:, None] * n, np.zeros((len(press), 3))
-            stored += float(np.sum(energy))
-            if overlap.new is not None:  # the energy of the way that points came in within the step before nothing gave
-                came_in = overlap.new & (-2.0 * (last or dt) * opening > overlap.depth)
-                entered += float(np.sum(energy[came_in]))
-            later = 0.5 * k * np.maximum(after, 0.0) ** 2
-            lost += float(np.sum(press * (after - overlap.depth - 0.5 * dt * opening) - later + energy))
-            if self._friction > 0.0:
-                along, area = overlap.relative - opening[:, None] * n, overlap.share * overlap.area
-                most, holds = self._friction * press, self.stiffness * area
-                drag, _ = self._drag(overlap, along, most, holds, self._damping * area, last)
-                touched[id(overlap.one)][overlap.listed] = True
-                now += float(np.sum(drag * along))
-                pending += 0.5 * (last or dt) * float(np.sum(drag * along))
-            found.append(normal + drag)
-            self.given.append(drag - normal)
-        taken = self.lost - entered - 0.5 * last * (before + now)
-        self.lost = lost
-        self.held = Held(stored, taken, pending)
-        return found
-
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
         """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
-        if self.stop is None:
-            return
-        springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
-        pressures = [k * o.depth * (1.0 + self._softness * o.depth**2) for k, o in zip(springs, overlaps, strict=True)]
-        _, drags = self._carried(overlaps, springs, pressures, last)
-        self.stop.forces_apart(overlaps, pressures, drags, self._friction, self._tangents(overlaps, springs, dt), dt)
+        if self.stop is not None:
+            self._find_apart(self.stop, overlaps, self._springs(overlaps), dt, last)
 
-    def _carried(
-        self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], pressures: Sequence[np.ndarray], last: float
-    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Return the displacement of points from where they stuck [m], and the spring forces limited by friction [N]."""
+    def _springs(self, overlaps: Sequence[Overlap]) -> "Springs":
+        springs = [overlap.share * self.stiffness * overlap.area for overlap in overlaps]
+        hardened = [self._softness * overlap.depth**2 for overlap in overlaps]
+        depths = [overlap.depth for overlap in overlaps]
+        pressures = [k * d * (1.0 + h) for k, d, h in zip(springs, depths, hardened, strict=True)]
+        energies = [0.5 * k * d**2 * (1.0 + 0.5 * h) for k, d, h in zip(springs, depths, hardened, strict=True)]
+        return Springs(springs, pressures, sum(float(np.sum(energy)) for energy in energies))
+
+    def _find_apart(
+        self, stop: DeadStop, overlaps: Sequence[Overlap], springs: "Springs", dt: float, last: float
+    ) -> tuple[list[np.ndarray], ...]:
+        """Return, for each overlap, the displacements of points from where they stuck [m], the spring forces limited by
+        friction, the forces of dampers along the normals, and friction [N]."""
         carried, drags = [], []
-        for overlap, spring, pressure in zip(overlaps, springs, pressures, strict=True):
+        for overlap, spring, pressure in zip(overlaps, springs.stiffness, springs.pressures, strict=True):
             n, before = overlap.normal, overlap.one.slip[overlap.listed]
-            along = overlap.relative - np.einsum("ij,ij->i", overlap.relative, n)[:, None] * n
-            carried.append(before - np.einsum("ij,ij->i", before, n)[:, None] * n + last * along)
-            drags.append(_limited(-spring[:, None] * carried[-1], self._friction * pressure)[0])
-        return carried, drags
+            along = _along(overlap.relative, n)
+            carried.append(_along(before, n) + last * along)
+            drags.append(_limited(-spring[:, None] * carried[-1], self._friction * pressure))
+        tangents = self._tangents(overlaps, springs, dt)
+        return carried, drags, *stop.forces_apart(overlaps, springs.pressures, drags, self._friction, tangents, dt)
 
     def _forces_apart(
         self,
         stop: DeadStop,
         overlaps: Sequence[Overlap],
-        pressures: Sequence[np.ndarray],
-        springs: Sequence[np.ndarray],
-        hardened: Sequence[np.ndarray],
-        tangents: Sequence[np.ndarray],
+        springs: "Springs",
         dt: float,
         last: float,
         touched: Mapping[int, np.ndarray],
     ) -> list[np.ndarray]:
         """Return contact forces with one damper for each point, along the normal and along the surface."""
-        befores = [overlap.one.slip[overlap.listed] for overlap in overlaps]
-        carried, drags = self._carried(overlaps, springs, pressures, last)
-        extras, dragged = stop.forces_apart(overlaps, pressures, drags, self._friction, tangents, dt)
-        stored = taken = pending = 0.0
+        taken = pending = 0.0
         found, given = [], []
-        for i, overlap in enumerate(overlaps):
-            n, spring, press = overlap.normal, springs[i], np.maximum(pressures[i] + extras[i], 0.0)
-            approach = -np.einsum("ij,ij->i", overlap.relative, n)
-            along = overlap.relative + approach[:, None] * n
-            force, damped = press[:, None] * n, (press - pressures[i])[:, None] * n
-            stored += 0.5 * float(np.sum(spring * overlap.depth**2 * (1.0 + 0.5 * hardened[i])))
+        parts = overlaps, springs.stiffness, springs.pressures, *self._find_apart(stop, overlaps, springs, dt, last)
+        for overlap, spring, pressure, carried, drag, extra, dragged in zip(*parts, strict=True):
+            one, at, press = overlap.one, overlap.listed, np.maximum(pressure + extra, 0.0)
+            force, damped = press[:, None] * overlap.normal, (press - pressure)[:, None] * overlap.normal
             if self._friction > 0.0:
-                most = self._friction * press
-                slides = np.linalg.norm(dragged[i], axis=1) >= most * (1.0 - ROUNDED)
-                overlap.one.slip[overlap.listed] = np.where(slides[:, None], _held(carried[i], spring, most), carried[i])
-                force += dragged[i]
-                damped += np.where(slides[:, None], 0.0, dragged[i] - drags[i])
-                still = np.zeros(len(press))
-                taken += taken_by_friction(spring, befores[i], carried[i], dragged[i], last * along, still, slides)
-                touched[id(overlap.one)][overlap.listed] = True
+                most, before = self._friction * press, one.slip[at]
+                slides = np.linalg.norm(dragged, axis=1) >= most * (1.0 - ROUNDED)
+                one.slip[at] = np.where(slides[:, None], _held(carried, spring, most), carried)
+                force += dragged
+                damped += np.where(slides[:, None], 0.0, dragged - drag)
+                moved = last * _along(overlap.relative, overlap.normal)
+                taken += taken_by_friction(spring, before, carried, dragged, moved, np.zeros(len(press)), slides)
+                touched[id(one)][at] = True
             pending += 0.5 * (last or dt) * float(np.sum(force * overlap.relative))
             given.append(damped)
             found.append(force)
-        taken += stop.taken_apart(overlaps, given, pressures, last)
-        self.held = Held(stored, taken, pending)
+        taken += stop.taken_apart(overlaps, given, springs.pressures, last)
+        self.held = Held(springs.stored, taken, pending)
         return found
 
     def separate(self, last: float, before: float = 0.0) -> None:
@@ -433,38 +337,24 @@ class OverlapLaw:
         self.lost = 0.0
         self._limits.clear()
 
-    def _tangents(self, overlaps: Sequence[Overlap], springs: Sequence[np.ndarray], dt: float) -> list[np.ndarray]:
+    def _tangents(self, overlaps: Sequence[Overlap], springs: "Springs", dt: float) -> list[np.ndarray]:
         """Return the stiffness of each point against more depth, and the one at the end of a step dt [s], as it counts in the
         bound on the step, shape (2, n) [N/m]."""
         found = []
-        for overlap, spring in zip(overlaps, springs, strict=True):
+        for overlap, spring in zip(overlaps, springs.stiffness, strict=True):
             approach = np.maximum(-np.einsum("ij,ij->i", overlap.relative, overlap.normal), 0.0)
             now = spring * (1.0 + 3.0 * self._softness * overlap.depth**2)
             later = spring * (1.0 + 3.0 * self._softness * (overlap.depth + dt * approach) ** 2)
             found.append(np.stack([now, self._followed**2 * later]))
         return found
 
-    def _drag(
-        self, overlap: Overlap, along: np.ndarray, most: np.ndarray, spring: np.ndarray, damping: np.ndarray, last: float
-    ) -> tuple[np.ndarray, float]:
-        """Friction of points with velocities along the other body [m/s], shape (n, 3), at most so much [N] and on springs of
-        such stiffness [N/m], shape (n,); the energy that it took since the last step [J]."""
-        one, n, at = overlap.one, overlap.normal, overlap.listed
-        if one.drag is not None:
-            drag, _ = _limited(-one.drag[at][:, None] * along, most)
-            return drag, -last * float(np.sum(drag * along))
-        before = one.slip[at]
-        carried = before - np.einsum("ij,ij->i", before, n)[:, None] * n + last * along
-        drag, slides = _limited(-spring[:, None] * carried - damping[:, None] * along, most)
-        kept = _held(carried, spring, most)
-        if self.is_steady:
-            self._limits.append((one, at, spring, most))
-            one.slip[at] = carried
-            before, carried = _held(before, spring, most), kept
-        else:
-            one.slip[at] = np.where(slides[:, None], kept, carried)
-        damped = last * damping * np.sum(along * along, axis=1)
-        return drag, taken_by_friction(spring, before, carried, drag, last * along, damped, slides)
+
+class Springs(NamedTuple):
+    """Springs of the overlaps of bodies that do not deform."""
+
+    stiffness: list[np.ndarray]  # of the points of each overlap, (n,) [N/m]
+    pressures: list[np.ndarray]  # (n,) [N]
+    stored: float  # [J]
 
 
 def _stiff(courant: float) -> float:
@@ -475,23 +365,6 @@ def _stiff(courant: float) -> float:
     """
     room = max(ROOM * (4.0 - (2.0 * courant) ** 2), LEAST_ROOM)
     return sqrt((2.0 * DAMPING) ** 2 + room) - 2.0 * DAMPING
-
-
-def _lost_on_entry(overlap: Overlap, spring: np.ndarray, last: float) -> float:
-    """Return the energy that points of a sheet lose as they come into an overlap within the last step [J].
-
-    A point that comes in by a depth d of its way s in a step gives ½ k d s to the springs, as leapfrog steps count, which hold
-    ½ k d² then. With critical dampers it does not come out again.
-    """
-    if overlap.new is None:
-        return 0.0
-    way = -last * np.einsum("ij,ij->i", overlap.relative, overlap.normal)
-    return 0.5 * float(np.sum(np.where(overlap.new, spring * overlap.depth * np.maximum(way - overlap.depth, 0.0), 0.0)))
-
-
-def may_press(depth: np.ndarray, relative: np.ndarray, normal: np.ndarray, step: float) -> np.ndarray:
-    """Return which points overlap, or come in within a step [s] and half of it more; shape (n,)."""
-    return np.asarray(depth - 1.5 * step * np.minimum(np.einsum("ij,ij->i", relative, normal), 0.0) > 0.0)
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:
@@ -515,19 +388,23 @@ def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
     return way / size if size > 0.0 else way
 
 
-def _limited(drag: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Forces, shape (n, 3), none larger than most, shape (n,), and which are limited."""
+def _along(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    return np.asarray(vectors - np.einsum("ij,ij->i", vectors, normal)[:, None] * normal)
+
+
+def _limited(drag: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """Return forces, shape (n, 3), none larger than `most`, shape (n,)."""
     size = np.linalg.norm(drag, axis=1)
     slides = size > most
     drag[slides] *= (most[slides] / size[slides])[:, None]
-    return drag, slides
+    return drag
 
 
 def _held(carried: np.ndarray, spring: np.ndarray, most: np.ndarray) -> np.ndarray:
     """What a spring keeps of how far it was carried where its force is limited."""
     size = np.linalg.norm(carried, axis=1)
     longest = np.where(spring > 0.0, most / np.where(spring > 0.0, spring, 1.0), 0.0)
-    return np.asarray(carried * np.minimum(1.0, longest / np.maximum(size, 1e-300))[:, None])
+    return np.asarray(carried * np.minimum(1.0, longest / np.maximum(size, TINY))[:, None])
 
 
 def coefficient(kind: str, friction: float | None) -> float:

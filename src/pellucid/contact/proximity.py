@@ -72,7 +72,10 @@ class Meeting(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Weights and feet of n candidates with k points of the other surface in their lists, and of at most as many feet."""
+    """Weights and feet of n candidates with k points of the other surface in their lists, and of at most as many feet.
+
+    Feet have depths and more, see `pellucid.contact.overlap.Overlap`, in the order of the candidates.
+    """
 
     beside: np.ndarray  # (n, COLUMNS)
     weight: np.ndarray  # (k,) of the points in the lists
@@ -81,12 +84,19 @@ class Found(NamedTuple):
     first: np.ndarray  # (n + 1,) of each foot in `point` and `share`
     point: np.ndarray  # (k,) of the other surface
     share: np.ndarray  # (k,)
+    listed: np.ndarray  # (n,)
+    depth: np.ndarray  # (n,) [m]
+    normal: np.ndarray  # (n, 3)
+    area: np.ndarray  # (n,) [m²]
+    relative: np.ndarray  # (n, 3) [m/s]
+    new: np.ndarray  # (n,)
 
 
 def make_room(n: int, k: int) -> Found:
     """Return arrays for n candidates with k points in their lists."""
-    whole = np.zeros(n, np.int64), np.zeros((n, 3)), np.zeros(n + 1, np.int64), np.zeros(k, np.int64), np.zeros(k)
-    return Found(np.zeros((n, COLUMNS)), np.zeros(k), *whole)
+    feet = np.zeros(n, np.int64), np.zeros((n, 3)), np.zeros(n + 1, np.int64), np.zeros(k, np.int64), np.zeros(k)
+    overlap = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3)), np.zeros(n), np.zeros((n, 3)), np.zeros(n, bool)
+    return Found(np.zeros((n, COLUMNS)), np.zeros(k), *feet, *overlap)
 
 
 class Neighbourhood(NamedTuple):
@@ -94,7 +104,6 @@ class Neighbourhood(NamedTuple):
 
     one: Asking
     other: Points
-    candidates: Candidates
     meeting: Meeting
 
 
@@ -139,12 +148,12 @@ def _asking(one, p):
 
 
 @kernel(inner=True)
-def _gain(about, e, x, n):
+def _gain(about, candidates, e, x, n):
     """The reciprocal of the largest cosine between the normal of a node of a sheet and those of points with weight; 0 if none
     differs from zero: then all count."""
     other, meeting, largest = about.other, about.meeting, 0.0
-    for r in range(about.candidates.first[e], about.candidates.first[e + 1]):
-        q = uintp(about.candidates.near[r])
+    for r in range(candidates.first[e], candidates.first[e + 1]):
+        q = uintp(candidates.near[r])
         _, square, beyond = _beside(other, q, x)
         w, m = _weight(other, meeting, q, square, beyond, n, 0.0)
         if w > 0.0:
@@ -153,15 +162,15 @@ def _gain(about, e, x, n):
 
 
 @kernel(inner=True)
-def _sum_moments(about, e, clear, s, weight):
+def _sum_moments(about, candidates, e, clear, s, weight):
     """The moments s of the weights about candidate e of the one surface, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d; the
     point of the other that is nearest, and how far outside of its plane the candidate lies. Keeps the weights."""
-    other, candidates = about.other, about.candidates
+    other = about.other
     x, n = _asking(about.one, uintp(candidates.asks[e]))
     for a in range(17):
         s[a] = 0.0
     nearest, outside, closest = inf, 0.0, uintp(0)
-    gain = _gain(about, e, x, n) if about.meeting.any_way else 1.0
+    gain = _gain(about, candidates, e, x, n) if about.meeting.any_way else 1.0
     for r in range(candidates.first[e], candidates.first[e + 1]):
         q = uintp(candidates.near[r])
         d, square, beyond = _beside(other, q, x)
@@ -183,15 +192,15 @@ def _sum_moments(about, e, clear, s, weight):
 
 
 @parallel_loop()
-def find_beside(chunk, about, clear, results):
+def find_beside(chunk, about, candidates, clear, results):
     """Find what lies beside the candidates of one surface, where they count.
 
-    about: a `Neighbourhood`; clear: largest distance that is an overlap [m]; results: a `Found`.
+    about: a `Neighbourhood`; candidates: its `Candidates`; clear: largest distance that is an overlap [m]; results: a `Found`.
     """
     other, meeting, found, s = about.other, about.meeting, results.beside, zeros(17)
-    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(about.candidates.asks))):
+    for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(candidates.asks))):
         found[p, SHARE] = 0.0
-        closest, outside = _sum_moments(about, p, clear, s, results.weight)
+        closest, outside = _sum_moments(about, candidates, p, clear, s, results.weight)
         if s[0] <= NONE:
             continue
         size = sqrt(s[2] * s[2] + s[3] * s[3] + s[4] * s[4])
@@ -260,13 +269,13 @@ def _corrected(w, found, p, d):
 
 
 @kernel()
-def find_feet(about, results, counts, most):
+def find_feet(about, candidates, results, counts, most):
     """Find the feet on the other surface of candidates that count and overlap, or are at most so far above it [m].
 
     results: a `Found`, in which `find_beside` found what lies beside them; counts: by how much points of the one count, shape
     (m,). Returns the numbers of feet and of their shares in points of the other (`pellucid.contact.feet`).
     """
-    other, candidates, found, weight, n, k = about.other, about.candidates, results.beside, results.weight, 0, 0
+    other, found, weight, n, k = about.other, results.beside, results.weight, 0, 0
     for e in range(len(candidates.asks)):
         p = uintp(candidates.asks[e])
         if not found[e, SHARE] * counts[p] > 0.0 or found[e, GAP] >= most:
@@ -286,3 +295,82 @@ def find_feet(about, results, counts, most):
         n += 1
     results.first[n] = k
     return n, k
+
+
+@kernel()
+def measure_depths(about, candidates, results, counts, weights, velocity, of_other, width, most, from_feet, by_own_normals):
+    """Find how deep candidates lie in the other surface that overlap, or are at most so far above it [m]; return their number.
+
+    Parameters
+    ----------
+    about, candidates, results, counts, most
+        See `find_feet`.
+    weights
+        Areas of the points of the one surface [m²].
+    velocity, of_other
+        Velocities of the points of both surfaces [m/s].
+    width
+        Distance of the surfaces at which they touch [m].
+    from_feet
+        Whether depths count from the feet, which the forces move: with another distance a surface that bends and swings wins
+        energy.
+    by_own_normals
+        Whether they count along the normals of the points.
+    """
+    n, _ = find_feet(about, candidates, results, counts, most)
+    one, found = about.one, results.beside
+    for i in range(n):
+        e = results.candidate[i]
+        p = uintp(candidates.asks[e])
+        n0, n1, n2, gap = found[e, NORMAL], found[e, NORMAL + 1], found[e, NORMAL + 2], found[e, GAP]
+        if by_own_normals:
+            sign = 1.0 if one.normal[p, 0] * n0 + one.normal[p, 1] * n1 + one.normal[p, 2] * n2 > 0.0 else -1.0
+            n0, n1, n2 = sign * one.normal[p, 0], sign * one.normal[p, 1], sign * one.normal[p, 2]
+        if from_feet:
+            gap = n0 * (one.place[p, 0] - results.place[i, 0]) + n1 * (one.place[p, 1] - results.place[i, 1])
+            gap += n2 * (one.place[p, 2] - results.place[i, 2])
+        results.listed[i], results.depth[i] = p, width - gap
+        results.normal[i, 0], results.normal[i, 1], results.normal[i, 2] = n0, n1, n2
+        results.area[i] = found[e, SHARE] * counts[p] * weights[p]
+        for d in range(3):
+            results.relative[i, d] = 0.0
+        for r in range(results.first[i], results.first[i + 1]):
+            q = uintp(results.point[r])
+            for d in range(3):
+                results.relative[i, d] += results.share[r] * of_other[q, d]
+        for d in range(3):
+            results.relative[i, d] = velocity[p, d] - results.relative[i, d]
+    return n
+
+
+@kernel()
+def keep_touching(results, n, pushed, step, ahead):
+    """Keep those of n points that overlap, with their feet; return the numbers of points and of shares of feet.
+
+    pushed: points that had forces in the last step, in ascending order; others are new. ahead: whether those stay too, and
+    points that come in within a step [s] and half of it more.
+    """
+    first, kept, k, r = results.first, 0, 0, 0
+    for i in range(n):
+        p, depth, begin, end = results.listed[i], results.depth[i], first[i], first[i + 1]
+        while r < len(pushed) and pushed[r] < p:
+            r += 1
+        new = r == len(pushed) or pushed[r] != p
+        stays = depth > 0.0
+        if ahead and not stays:
+            opening = 0.0
+            for d in range(3):
+                opening += results.relative[i, d] * results.normal[i, d]
+            stays = not new or depth - 1.5 * step * min(opening, 0.0) > 0.0
+        if not stays:
+            continue
+        results.listed[kept], results.depth[kept], results.area[kept], results.new[kept] = p, depth, results.area[i], new
+        for d in range(3):
+            results.normal[kept, d], results.relative[kept, d] = results.normal[i, d], results.relative[i, d]
+        first[kept] = k
+        for s in range(begin, end):
+            results.point[k], results.share[k] = results.point[s], results.share[s]
+            k += 1
+        kept += 1
+    first[kept] = k
+    return kept, k

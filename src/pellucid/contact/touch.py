@@ -1,8 +1,8 @@
-"""What touches by its surface: the base of pairs of surfaces, and of surfaces and walls."""
+"""Contacts of surfaces with each other and with walls, as a simulation handles them: the base class."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -10,8 +10,11 @@ from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.images import Described
-from pellucid.contact.overlap import GivenBefore, Overlap, StartOverlap
+from pellucid.contact.overlap import Overlap, StartOverlap
 from pellucid.contact.steady_contact import ContactLead
+
+if TYPE_CHECKING:
+    from pellucid.contact.contact_side import GivenBefore
 
 
 class ContactLaw(Protocol):
@@ -84,7 +87,7 @@ class Touch(ABC):
         """Return the overlaps of the start that exert no pressure, of surfaces that have such."""
         return []
 
-    def given_before(self) -> list[GivenBefore]:
+    def given_before(self) -> "list[GivenBefore]":
         """Return the forces of dampers and friction in the last step, where they are kept by points."""
         return []
 

@@ -133,6 +133,30 @@ def gather_gradient(about, lattice, velocity):
 
 
 @pointwise
+def gather_affine(about, lattice, velocity):
+    """The nodal velocity at the point [m/s], a 3-tuple, and its gradient there [1/s], a 9-tuple: `gather` and `gather_gradient`
+    in one pass."""
+    wx, wy, wz, gx, gy, gz, h = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz, lattice.inverse_cell
+    v0 = v1 = v2 = xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
+    for a in range(len(wx)):
+        for b in range(len(wy)):
+            I = node_at(about, lattice, a, b, 0)
+            x, y, z = velocity[I, 0], velocity[I, 1], velocity[I, 2]
+            line0, line1, line2, slope0, slope1, slope2 = wz[0] * x, wz[0] * y, wz[0] * z, gz[0] * x, gz[0] * y, gz[0] * z
+            for c in range(1, len(wz)):
+                I = node_at(about, lattice, a, b, c)
+                x, y, z = velocity[I, 0], velocity[I, 1], velocity[I, 2]
+                line0, line1, line2 = line0 + wz[c] * x, line1 + wz[c] * y, line2 + wz[c] * z
+                slope0, slope1, slope2 = slope0 + gz[c] * x, slope1 + gz[c] * y, slope2 + gz[c] * z
+            w, along_x, along_y = wx[a] * wy[b], gx[a] * wy[b], wx[a] * gy[b]
+            v0, v1, v2 = v0 + w * line0, v1 + w * line1, v2 + w * line2
+            xx, xy, xz = xx + along_x * line0, xy + along_y * line0, xz + w * slope0
+            yx, yy, yz = yx + along_x * line1, yy + along_y * line1, yz + w * slope1
+            zx, zy, zz = zx + along_x * line2, zy + along_y * line2, zz + w * slope2
+    return (v0, v1, v2), (xx * h, xy * h, xz * h, yx * h, yy * h, yz * h, zx * h, zy * h, zz * h)
+
+
+@pointwise
 def add_vector(about, lattice, target, vector):
     """Add N_I times a vector to each node of `target`, shape (nodes, 3)."""
     wx, wy, wz = about.wx, about.wy, about.wz

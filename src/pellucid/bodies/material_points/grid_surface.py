@@ -20,7 +20,7 @@ from pellucid.bodies.material_points.edge_points import EdgePoints
 from pellucid.contact.contact_surface import ContactSurface
 from pellucid.geometry.shapes.sharp_edges import FLAT, SHARP
 from pellucid.grid.lattice import Lattice
-from pellucid.grid.stencil import add_affine, gather, gather_gradient, stencil
+from pellucid.grid.stencil import add_affine, gather_affine, stencil
 from pellucid.jit import kernel
 from pellucid.jit.bundle import Bundle
 from pellucid.jit.loops import parallel_loop
@@ -49,8 +49,8 @@ def _follow(chunk, surface, step, dt):
     functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
         about = stencil(functions, lattice, surface.host, uintp(p))
-        v = gather(about, lattice, surface.velocity)
-        xx, xy, xz, yx, yy, yz, zx, zy, zz = gather_gradient(about, lattice, surface.velocity)
+        v, gradient = gather_affine(about, lattice, surface.velocity)
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = gradient
         o0, o1, o2 = o[p, 0], o[p, 1], o[p, 2]
         more = (xx * o0 + xy * o1 + xz * o2, yx * o0 + yy * o1 + yz * o2, zx * o0 + zy * o1 + zz * o2)
         for d in range(3):
@@ -176,10 +176,10 @@ class GridSurface(ContactSurface):
         """Return the areas at the start [m²]."""
         return self._weights
 
-    def directions(self) -> tuple[np.ndarray, np.ndarray]:
-        normal, size = super().directions()
-        normal[len(normal) - self.n_edge_points :] = self._edge_normal
-        return normal, size
+    def find_directions(self, normal: np.ndarray, size: np.ndarray) -> None:
+        super().find_directions(normal, size)
+        if self.n_edge_points:
+            normal[len(normal) - self.n_edge_points :] = self._edge_normal
 
     def begin(self) -> None:
         self.stands = self._rests

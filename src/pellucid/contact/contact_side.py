@@ -1,0 +1,205 @@
+"""Sides of contacts, i.e. points of a surface that lie in another surface or behind a wall, and contacts made of them."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pellucid.contact.contact_surface import ContactSurface
+from pellucid.contact.feet import Feet
+from pellucid.contact.images import NO_IMAGES, Described
+from pellucid.contact.implicit import Block, NormalForces
+from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw, StartOverlap
+from pellucid.contact.steady_contact import ContactLead
+from pellucid.contact.touch import Touch
+from pellucid.jit import kernel
+
+
+class GivenBefore:
+    """Forces of dampers and friction in the last step, on points and against their feet.
+
+    Their power along the velocities at the end of that step is a part of the energy that they took.
+    """
+
+    def __init__(self) -> None:
+        self._listed, self._force = np.zeros(0, np.int64), np.zeros((0, 3))
+        self._before, self._pressed = self._listed, self._force
+        self._feet: Feet | None = None
+        self._images = NO_IMAGES
+
+    def keep(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, other: Described | None = None) -> None:
+        """Keep forces [N] on listed points, shape (n, 3); feet: on the points and images of another surface."""
+        self._listed, self._force, self._feet = listed, force, feet
+        if other is not None:
+            self._images = other.point.copy(), other.flip.copy()
+
+    def forget(self) -> np.ndarray:
+        """Keep nothing but what `pressed` returns; return the points that had such forces."""
+        listed = self._before = self._listed
+        self._pressed = self._force
+        self.keep(self._listed[:0], self._force[:0])
+        return listed
+
+    def pressed(self, overlap: Overlap) -> np.ndarray:
+        """Return the normal forces in the last step [N], shape (n,), of the points of an overlap; 0 for points without one.
+
+        They were kept as their opposites, as `OverlapLaw` gives implicit forces.
+        """
+        listed = overlap.listed
+        if not len(self._before):
+            return np.zeros(len(listed))
+        at = np.minimum(np.searchsorted(self._before, listed), len(self._before) - 1)
+        press = -np.einsum("ij,ij->i", self._pressed[at], overlap.normal)
+        return np.where(self._before[at] == listed, np.maximum(press, 0.0), 0.0)
+
+    def power(self, velocity: np.ndarray, of_other: np.ndarray) -> float:
+        """Return the power [W] along velocities of the points less those at the feet [m/s].
+
+        of_other: of the points of the other surface, shape (q, 3), or where there are no feet, of a wall, shape (3,).
+        """
+        if not len(self._listed):
+            return 0.0
+        if self._feet is None:
+            return float(np.sum(self._force * (velocity[self._listed] - of_other)))
+        return float(_find_power(self._listed, self._force, *self._feet, *self._images, velocity, of_other))
+
+    def state_numbers(self) -> list[object]:
+        """Return the state for a checkpoint."""
+        feet = None if self._feet is None else [part.tolist() for part in self._feet]
+        return [self._listed.tolist(), self._force.tolist(), feet, [part.tolist() for part in self._images]]
+
+    def restore(self, numbers: Sequence[Any]) -> None:
+        """Go on from a checkpoint."""
+        listed, force, feet, (point, flip) = numbers
+        self._listed, self._force = np.array(listed, np.int64), np.reshape(np.array(force, float), (-1, 3))
+        self._feet = None
+        if feet is not None:
+            self._feet = Feet(np.array(feet[0], np.int64), np.array(feet[1], np.int64), np.array(feet[2], float))
+        self._images = np.array(point, np.int64), np.reshape(np.array(flip, float), (-1, 3))
+
+
+@kernel()
+def _find_power(listed, force, first, foot, share, image, flip, velocity, of_other):
+    power, m = 0.0, len(of_other)
+    for i in range(len(listed)):
+        for d in range(3):
+            v = velocity[listed[i], d]
+            for r in range(first[i], first[i + 1]):
+                q = foot[r]
+                v -= share[r] * (of_other[q, d] if q < m else flip[q - m, d] * of_other[image[q - m], d])
+            power += force[i, d] * v
+    return power
+
+
+class ContactSide(ABC):
+    """Points of a surface that may lie in another surface or behind a wall.
+
+    Attributes
+    ----------
+    one, other : ContactSurface
+        Their surface, and the other one; None for a wall.
+    start : StartOverlap
+        Overlap of the start; None between bodies that do not deform.
+    share : float
+        Share of the stiffness.
+    overlap : Overlap
+        Points that were found to overlap; None where none does.
+    feet, images : Feet, Described
+        Feet of these points on the other surface, and its points; None for a wall.
+    pushed : ndarray
+        Points with forces in the last step, in ascending order.
+    lead : ContactLead
+        Lead by which the overlap is removed in steady states; None on sides without one.
+    lent : float
+        Energy over the stiffness that the overlap got as leads changed in this step [m³].
+    """
+
+    def __init__(self, one: ContactSurface, other: ContactSurface | None, start: StartOverlap | None, share: float) -> None:
+        self.one, self.other, self.start, self.share = one, other, start, share
+        self.overlap: Overlap | None = None
+        self.feet: Feet | None = None
+        self.images: Described | None = None
+        self.lead: ContactLead | None = None
+        self.lent, self.pushed, self.given = 0.0, np.zeros(0, np.int64), GivenBefore()
+
+    @abstractmethod
+    def find(self, described: Mapping[int, Described], step: float, ahead: bool) -> Overlap | None:
+        """Return the points that overlap, or None.
+
+        described: the points of surfaces, by identity; step: length of the step, or of the one before if that was longer [s];
+        ahead: whether points count that come in within the step or had forces in the last one.
+        """
+
+    @property
+    @abstractmethod
+    def other_velocity(self) -> np.ndarray:
+        """Velocities of the points of the other surface, shape (q, 3), or of the wall, shape (3,) [m/s]."""
+
+    def remove_overlap(self) -> None:
+        """Have a lead from now on, for steady states."""
+        self.lead, self.share = ContactLead(self.one), 1.0
+
+    def apply(self, overlap: Overlap, force: np.ndarray, forces: Mapping[int, np.ndarray]) -> None:
+        """Add forces on the points of the overlap [N], shape (n, 3), to those of both surfaces."""
+        forces[id(self.one)][overlap.listed] += force
+        if self.other is not None and self.feet is not None:
+            self.feet.spread(-force, forces[id(self.other)])
+
+
+class PointContact(Touch):
+    """Contact of points of surfaces with other surfaces or a wall, by an `OverlapLaw`."""
+
+    law: OverlapLaw
+
+    def __init__(
+        self, surfaces: Sequence[ContactSurface], law: OverlapLaw, sides: Sequence[ContactSide], name: str | None
+    ) -> None:
+        super().__init__(surfaces, law, name)
+        self.sides = list(sides)
+        self._described: Mapping[int, Described] = {}
+
+    def find(self, described: dict[int, Described]) -> bool:
+        self._described = described
+        self.impulse, self.before, self.law.lent = np.zeros(3), 0.0, 0.0
+        for side in self.sides:
+            self.before += side.given.power(side.one.velocity, side.other_velocity)
+            side.pushed, side.lent = side.given.forget(), 0.0
+            side.overlap = side.find(described, self.step, self.law.is_implicit)
+            self.law.lent += side.share * self.law.stiffness * side.lent
+        return any(side.overlap is not None for side in self.sides)
+
+    def overlaps(self) -> list[Overlap]:
+        return [side.overlap for side in self.sides if side.overlap is not None]
+
+    def start_overlaps(self) -> list[StartOverlap]:
+        return [side.start for side in self.sides if side.start is not None]
+
+    def given_before(self) -> list[GivenBefore]:
+        return [side.given for side in self.sides]
+
+    def leads(self) -> list[ContactLead]:
+        return [side.lead for side in self.sides if side.lead is not None]
+
+    def begin_steady(self) -> None:
+        super().begin_steady()
+        self.law.is_implicit = False  # leads remove the overlap
+
+    def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
+        touching = [(side, side.overlap) for side in self.sides if side.overlap is not None]
+        overlaps = [overlap for _, overlap in touching]
+        implicit: list[Implicit] = []
+        if self.law.is_implicit:
+            k = self.law.normal_stiffness
+            blocks = [
+                Block(overlap, k(overlap), side.given.pressed(overlap), side.other, side.images, side.feet)
+                for side, overlap in touching
+            ]
+            implicit = NormalForces(blocks, dt, self._described, forces).solve()
+        found = self.law.forces(overlaps, dt, last, touched, self.before, implicit)
+        if self.law.counts_both_ends:
+            for (side, overlap), given in zip(touching, self.law.given, strict=True):
+                side.given.keep(overlap.listed, given, side.feet, side.images)
+        for (side, overlap), force in zip(touching, found, strict=True):
+            side.apply(overlap, force, forces)
+            self.impulse += (1.0 if side.one is self.surfaces[0] else -1.0) * dt * force.sum(axis=0)

@@ -1,0 +1,152 @@
+"""Overlap of the points of one surface with another surface."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pellucid.contact import proximity
+from pellucid.contact.contact_side import ContactSide
+from pellucid.contact.contact_surface import FULL, NONE, ContactSurface
+from pellucid.contact.dead_stop import ASKEW, FACING
+from pellucid.contact.feet import Feet
+from pellucid.contact.following import Following
+from pellucid.contact.images import Described, Seam
+from pellucid.contact.overlap import Overlap, StartOverlap, rests_on_flat_side, stop_apart
+from pellucid.contact.proximity import CHUNK, Asking, Meeting, Neighbourhood, Points
+from pellucid.jit.bundle import Bundle
+
+RIM = 0.01  # of the reach of points: how far beyond the rim of a plane an edge may lie that rests on it
+SLACK = 0.1  # of the reach of points of the other surface: a depth that is none in a steady state
+NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
+ROOM = 1.5  # size of arrays over the number of points, so that few searches need new arrays
+
+
+class SurfaceSide(ContactSide):
+    """The points of one surface against another, with this share of the stiffness.
+
+    by_edges: whether edges count, as they do where neither body deforms; they bear with all of the stiffness. seams: of a
+    periodic grid. ahead: whether the law is implicit at first.
+    """
+
+    other: ContactSurface
+
+    def __init__(
+        self,
+        one: ContactSurface,
+        other: ContactSurface,
+        meeting: Meeting,
+        share: float,
+        by_edges: bool = False,
+        seams: Sequence[Seam] = (),
+        ahead: bool = False,
+    ) -> None:
+        start = None if one.is_hard and other.is_hard else StartOverlap(float(other.reach.max()))
+        super().__init__(one, other, start, share)
+        self._meeting, self._seams = meeting, seams
+        self._n_faces = len(one.place) - one.n_edge_points
+        self._counts = np.ones(len(one.place))
+        self._counts[self._n_faces :] = 1.0 / share if by_edges else 0.0
+        self._apart = by_edges and stop_apart(one, other)
+        self._corners = None
+        if by_edges and other.faces is not None and not one.two_sided:
+            self._corners = np.unique(other.faces[other.faces >= 0])
+        self._following = Following(other, float(np.max(one.half_width + other.half_width)))
+        # over a body that deforms a sheet follows the third-order distance: feet lie deeper by a part of its thickness
+        self._from_feet = not (other.is_hard or one.is_sheet)
+        near = NEAR * float(np.median(other.reach))
+        self._near = near if self._from_feet or ahead else 0.0
+        self._about: Bundle | None = None
+        self._arrays: tuple[np.ndarray, ...] = ()
+        self._found = Bundle(proximity.make_room(0, 0))
+
+    def remove_overlap(self) -> None:
+        super().remove_overlap()
+        self._near = float(np.median(self.one.reach))  # of points across a gap, which counts in the mean overlap
+        # where overlaps vanish, points that press lie now on this, now on that side of the plane of the nearest point
+        self._meeting = self._meeting._replace(slack=SLACK * float(np.median(self.other.reach)))
+        self._about = None
+
+    @property
+    def other_velocity(self) -> np.ndarray:
+        return self.other.velocity
+
+    def find(self, described: Mapping[int, Described], step: float, ahead: bool) -> Overlap | None:
+        if self._corners is not None:
+            return self._find_within_planes(self._corners)
+        one, other, before = described[id(self.one)], described[id(self.other)], self._following.candidates
+        self.images = other
+        may = self._following.find(len(self.one.place), one, other, (self.one.stands, self.other.stands))
+        if self._following.candidates is not before:
+            n, k = len(self._following.candidates.asks), self._following.most_near
+            if n > len(self._found.listed) or k > len(self._found.weight):
+                self._found = Bundle(proximity.make_room(int(ROOM * n), int(ROOM * k)))
+        n, found = self._measure(one, other) if may else 0, self._found
+        if self.start is not None:
+            found.depth[:n] = self.start.reduce(found.depth[:n])
+        if self.lead is not None:
+            found.depth[:n], self.lent = self.lead.applied(found.listed[:n], found.depth[:n], found.area[:n])
+        n, k = proximity.keep_touching(found, n, self.pushed, step, ahead) if n else (0, 0)
+        if not n:
+            return None
+        self.feet = Feet(found.first[: n + 1], found.point[:k], found.share[:k])
+        listed = found.listed[:n].copy()  # the others are read in this step alone
+        apart = self._apart and rests_on_flat_side(self.one, listed)
+        new = found.new[:n] if self.start is not None else None
+        points = found.depth[:n], found.normal[:n], found.area[:n], found.relative[:n]
+        return Overlap(self.one, listed, *points, self.share, apart, new)
+
+    def _measure(self, one: Described, other: Described) -> int:
+        """Measure how deep points lie in the other surface, and find their feet; return the number of points."""
+        candidates, width = self._following.candidates, self.one.half_width + self.other.half_width
+        arrays = one.place, one.normal, other.place, other.normal, other.size, other.reach
+        if self._about is None or any(new is not old for new, old in zip(arrays, self._arrays, strict=True)):
+            asking, points = Asking(*arrays[:2]), Points(*arrays[2:])
+            self._about, self._arrays = Bundle(Neighbourhood(asking, points, self._meeting)), arrays
+        about = self._about
+        proximity.find_beside(len(candidates.asks) // CHUNK + 1, about, candidates, width + self._near, self._found)
+        # areas of a surface that deforms lean as cells are crossed, by a hundredth and more, and brake what slides
+        how = width, width + self._near, self._from_feet, self._from_feet and self.one.is_hard
+        counts, velocities = (self._counts, self.one.weights()), (one.velocity, other.velocity)
+        return int(proximity.measure_depths(about, candidates, self._found, *counts, *velocities, *how))
+
+    def _find_within_planes(self, corners: np.ndarray) -> Overlap | None:
+        """Find the same against planes through corners, at places with the velocity of the other body, which is rigid."""
+        one, other = self.one, self.other
+        normal, level = other.planes()
+        places, deepest = other.place[corners], self._meeting.deepest
+        middle, place = places.mean(axis=0), one.place
+        for axis, _, period in self._seams:
+            place = place.copy()
+            place[:, axis] -= period * np.round((place[:, axis] - middle[axis]) / period)
+        near = ((place > places.min(axis=0) - deepest) & (place < places.max(axis=0) + deepest)).all(axis=1)
+        at = np.flatnonzero(near & (self._counts * one.weights() > 0.0))
+        height = np.einsum("ij,kj->ik", place[at], normal) - level
+        facing = -np.einsum("ij,kj->ik", one.normals()[at], normal)
+        on_edge = at >= self._n_faces
+        # what lies askew to a flat side touches it at an edge; a round side does not, over as far as the other sinks in
+        askew, full = (ASKEW, FACING) if one.faces is not None else (NONE, FULL)
+        # planes that look the same way as the point do not touch it: beside the rim it may lie a little beyond them
+        meets = facing > NONE
+        above = np.where(meets, height, -np.inf)
+        nearest = above.argmax(axis=1)
+        rows = np.arange(len(at))
+        depth = one.half_width - above[rows, nearest]
+        beyond = np.where(meets, -np.inf, height).max(axis=1) - np.where(on_edge, RIM * other.reach[0], 0.0)
+        counts = np.where(on_edge, 1.0, np.clip((facing[rows, nearest] - askew) / (full - askew), 0.0, 1.0))
+        within = (depth > 0.0) & (depth < deepest) & (beyond <= 0.0) & (counts > 0.0)
+        at, depth, counts, normal = at[within], depth[within], counts[within], normal[nearest[within]]
+        if not len(at):
+            return None
+        # shares of the corners with which these make up each place: their sums of forces and torques are those at the place
+        arm = places - middle
+        spread = np.linalg.pinv(np.einsum("ci,cj->ij", arm, arm), rcond=1e-9, hermitian=True)
+        from_middle = place[at] - middle
+        self._shares = 1.0 / len(places) + np.einsum("ni,ij,cj->nc", from_middle, spread, arm)
+        relative = one.velocity[at] - np.einsum("nc,cd->nd", self._shares, other.velocity[corners])
+        area = counts * self._counts[at] * one.weights()[at]
+        return Overlap(one, at, depth, normal, area, relative, self.share, self._apart and rests_on_flat_side(one, at))
+
+    def apply(self, overlap: Overlap, force: np.ndarray, forces: Mapping[int, np.ndarray]) -> None:
+        super().apply(overlap, force, forces)
+        if self._corners is not None:
+            forces[id(self.other)][self._corners] -= np.einsum("nc,nd->cd", self._shares, force)
