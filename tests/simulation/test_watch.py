@@ -12,7 +12,8 @@ from pellucid.simulation.watch import Watch
 
 
 def clock(n_steps):
-    return SimpleNamespace(n_steps=n_steps, finished=lambda until: False, progress=lambda: 1.0, against_energy_error=None)
+    known = {"against_energy_error": None, "is_adjusting": False}
+    return SimpleNamespace(n_steps=n_steps, finished=lambda until: False, progress=lambda: 1.0, **known)
 
 
 def half_lost(moved, made=0.0):
@@ -55,7 +56,9 @@ def test_a_squeezed_liquid_is_warned_of_with_a_speed_that_helps():
     assert body.state_warning() is None
     body.arrays["volume"] *= 0.96 / 0.98
     told = body.state_warning()
-    assert told.startswith("body `water`: it is squeezed by 4 % of its volume; if so much is not meant, raise eos.sound_speed")
+    assert told.startswith(
+        "body `water`: it is compressed by 4 % of its volume; if this is not intended, increase eos.sound_speed"
+    )
     assert told.endswith("with 5.2 m/s it is 0.6 %")
 
 

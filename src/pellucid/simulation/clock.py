@@ -126,6 +126,9 @@ class Clock:
     against_energy_error: str | None = None
     """What a user can do, where it is not finer steps."""
 
+    is_adjusting = False
+    """True while the clock changes forces of contact at constant loads, so that the energy balance is not judged."""
+
     def progress(self) -> float:
         """Return the progress of the run [s]."""
         return self.time

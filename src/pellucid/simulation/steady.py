@@ -137,6 +137,11 @@ class SteadyClock(Clock):
             self._reach()
 
     @property
+    def is_adjusting(self) -> bool:  # type: ignore[override]
+        """True from the first correction of overlaps to the equilibrium: each correction changes forces at once."""
+        return self._corrections > 0
+
+    @property
     def is_last_try(self) -> bool:
         return self._step == max(self.steady.most_steps - 1, self.loading) and not self._quiet
 

@@ -70,8 +70,9 @@ class Watch:
         """Warnings given so far."""
 
     def energy(self, budget: EnergyBudget, clock: Clock, bodies: Sequence[Body]) -> None:
-        """Judge the error of the balance at the end of a step, not in the first ones of a run unless bodies take their own, but
-        always in the last. Raises RunStopped above the limit, and at once where it is no number."""
+        """Judge the error of the balance at the end of a step, but not in the first steps of a run (unless bodies take substeps)
+        and not while a steady analysis corrects overlaps; always in the last step. Raises RunStopped above the limit, and in
+        any step if it is not finite."""
         error = abs(budget.energy_error())
         if not isfinite(error):
             words, place = fastest_point(bodies)
@@ -79,7 +80,7 @@ class Watch:
             causes = f"{', '.join(budget.lost_entries()) or 'sums'} became infinite or undefined"
             raise RunStopped(f"{text} ({causes}){', ' * bool(words)}{words}; {AGAINST_LOSS}", **place)
         early = clock.n_steps < FIRST_JUDGED and not self._own_steps
-        if (early and not clock.finished(None)) or error < self._limits.warn:
+        if (early and not clock.finished(None)) or clock.is_adjusting or error < self._limits.warn:
             return
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
         if budget.made > 0.0:
