@@ -10,19 +10,22 @@ SIX = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0,
 """Tetrahedra of a cube about a diagonal."""
 
 
-def slit_block(path: Path, size: float, gap: float, n: int = 4) -> None:
-    """Write a cube of n cubes of six tetrahedra along each edge, with a gap between the halves [m], as a file of VTK."""
+def slit_block(path: Path, size: float, gap: float | None, n: int = 4) -> None:
+    """Write a cube of n cubes of six tetrahedra along each edge, with a gap between the halves [m], as a file of VTK.
+
+    With None the halves have their nodes between them in common.
+    """
     number: dict[tuple[int, int, int, int], int] = {}
     nodes, cells = [], []
     for i, j, k in product(range(n), repeat=3):
         half = -1 if k < n // 2 else 1
         corners = []
         for a, b, c in CORNERS:
-            side = half if k + c == n // 2 else 0
+            side = half if k + c == n // 2 and gap is not None else 0
             key = i + a, j + b, k + c, side
             if key not in number:
                 number[key] = len(nodes)
-                nodes.append(np.array(key[:3]) * size / n + (0.0, 0.0, 0.5 * side * gap))
+                nodes.append(np.array(key[:3]) * size / n + (0.0, 0.0, 0.5 * side * (gap or 0.0)))
             corners.append(number[key])
         cells += [[corners[q] for q in four] for four in SIX]
     lines = ["# vtk DataFile Version 3.0", "block", "ASCII", "DATASET UNSTRUCTURED_GRID", f"POINTS {len(nodes)} double"]

@@ -23,6 +23,7 @@ TABLES = (
     "absorbing",
     "inflow",
     "outflow",
+    "steady",
 )
 SLIP = [{"where": f"{axis}-{side}", "fix": "normal"} for axis in "xyz" for side in ("lower", "upper")]
 

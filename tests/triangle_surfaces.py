@@ -40,6 +40,7 @@ def step(pair: object, dt: float = 1e-5) -> bool:
     """Find the overlap of a pair and add its forces, for a step; whether there is one."""
     for surface in pair.surfaces:
         surface.force[:] = 0.0
+    pair.step = dt
     pair.follow(dt)
     touches = pair.find({})
     if touches:

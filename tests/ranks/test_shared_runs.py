@@ -37,6 +37,7 @@ CASES = [
     f"{STEPS.with_name('duct.toml')}:40",  # points that come in and leave, led and pushed
     f"{STEPS.with_name('vessel.toml')}:20",  # a wall at the surface of a region, at a plane of symmetry
     f"{STEPS.with_name('shelf.toml')}:40",  # clamps of membranes that bend, at a support and by a motion
+    f"{STEPS.with_name('fold.toml')}:40",  # a membrane that touches itself
 ]
 
 

@@ -37,6 +37,7 @@ class MovingTriangles(NamedTuple):
     velocities: Callable[[], np.ndarray]  # [m/s], (n, 3)
     add_forces: Callable[[np.ndarray], None]  # adds forces on the vertices over a step [N], (n, 3)
     depth: float = 1.0  # area of what they stand for, over their own: in a plane of a slice, over that of a cell
+    response: Response | None = None  # motion of the vertices in a step, where it is known before contact
 
 
 class ContactSurface(ABC):
@@ -96,6 +97,8 @@ class ContactSurface(ABC):
     """Motion of the points in a step by the forces on the nodes, where these are known before contact; None elsewhere."""
     triangles: MovingTriangles | None = None
     """Triangles of the surface; None of one that is known by points alone."""
+    of_itself: Mapping[str, np.ndarray] = {}
+    """Arrays of the contact of the surface with itself, by name, which belong to the state of its body."""
     place: np.ndarray
     area: np.ndarray
     velocity: np.ndarray
@@ -197,7 +200,7 @@ class ContactSurface(ABC):
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """What a checkpoint keeps."""
-        return {"surface/slip": self.slip}
+        return {"surface/slip": self.slip} | {f"surface/itself/{name}": array for name, array in self.of_itself.items()}
 
     def go_on(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Begin as an earlier run ended, where that had this surface; else from where the body is, without friction."""

@@ -31,6 +31,7 @@ from pellucid.contact.point_forces import TINY
 ROUNDS = 6  # at most, in which points that would be pulled are left out and those that would overlap are added
 ITERATIONS = 60  # of conjugate gradients, at most
 RESIDUAL = 3e-4  # of that of no forces, in the norm of the scaled system
+EXACTLY, TIMES = 1e-11, 10  # the same for a steady state, which forces with such an error keep in motion, with more iterations
 
 
 class Block(NamedTuple):
@@ -115,37 +116,53 @@ class NormalForces:
         """Return the forces on the points of each block, and their depths at the end of the step."""
         ahead = np.concatenate([block.overlap.depth + self._dt * self._approach(block) for block in self._blocks])
         stiffness = np.concatenate([block.stiffness for block in self._blocks])
-        force = np.concatenate([block.given for block in self._blocks])
-        stiff, after = stiffness > 0.0, ahead
-        pressed = stiff & (ahead > 0.0)
-        turned = sparse.csr_array(self._factor.T)
-        for _ in range(ROUNDS):
-            root = np.where(pressed, np.sqrt(stiffness), 0.0)
-            force = root * self._solve(root, root * ahead, np.where(pressed, force / np.maximum(root, TINY), 0.0))
-            after = ahead - self._factor @ (turned @ force)
-            # of those that press the overlaps would be negative where forces pull
-            before, pressed = pressed, stiff & np.where(pressed, force > 0.0, after > 0.0)
-            if (before == pressed).all():
-                break
-        force = np.maximum(force, 0.0)
-        after = ahead - self._factor @ (turned @ force)
+        given = np.concatenate([block.given for block in self._blocks])
+        force, after = solve_forces(self._factor, ahead, stiffness, given)
         ends = np.cumsum([len(block.given) for block in self._blocks])[:-1]
         return [Implicit(*both) for both in zip(np.split(force, ends), np.split(after, ends), strict=True)]
 
-    def _solve(self, root: np.ndarray, wanted: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return y of (1 + √k C Cᵀ √k) y = √k d*, from a first guess; root: √k, zero of points that are left out."""
-        scaled = sparse.csr_array(self._factor * root[:, None])
-        turned = sparse.csr_array(scaled.T)
-        residual = wanted - y - scaled @ (turned @ y)
-        way, square = residual, float(np.sum(residual * residual))
-        least = RESIDUAL**2 * float(np.sum(wanted * wanted))
-        for _ in range(ITERATIONS):
-            if square <= least:
-                break
-            image = way + scaled @ (turned @ way)
-            step = square / float(np.sum(way * image))
-            y = y + step * way
-            residual = residual - step * image
-            before, square = square, float(np.sum(residual * residual))
-            way = residual + (square / before) * way
-        return y
+
+def solve_forces(
+    factor: sparse.csr_array, ahead: np.ndarray, stiffness: np.ndarray, force: np.ndarray, exactly: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the forces on n points [N], shape (n,), and their depths at the end of the step [m], shape (n,).
+
+    factor: C with Δt² G = C Cᵀ; ahead: depths at the end of the step without forces [m], (n,); stiffness: k of each point
+    [N/m], (n,); force: first guess [N], (n,); exactly: to rounding, in steady states.
+    """
+    residual, times = (EXACTLY, TIMES) if exactly else (RESIDUAL, 1)
+    stiff, after = stiffness > 0.0, ahead
+    pressed = stiff & (ahead > 0.0)
+    turned = sparse.csr_array(factor.T)
+    for _ in range(times * ROUNDS):
+        root = np.where(pressed, np.sqrt(stiffness), 0.0)
+        first = np.where(pressed, force / np.maximum(root, TINY), 0.0)
+        force = root * _solve_pressed(factor, root, root * ahead, first, residual, times * ITERATIONS)
+        after = ahead - factor @ (turned @ force)
+        # of those that press the overlaps would be negative where forces pull
+        before, pressed = pressed, stiff & np.where(pressed, force > 0.0, after > 0.0)
+        if (before == pressed).all():
+            break
+    force = np.maximum(force, 0.0)
+    return force, ahead - factor @ (turned @ force)
+
+
+def _solve_pressed(
+    factor: sparse.csr_array, root: np.ndarray, wanted: np.ndarray, y: np.ndarray, tolerance: float, iterations: int
+) -> np.ndarray:
+    """Return y of (1 + √k C Cᵀ √k) y = √k d*, from a first guess; root: √k, zero of points that are left out."""
+    scaled = sparse.csr_array(factor * root[:, None])
+    turned = sparse.csr_array(scaled.T)
+    residual = wanted - y - scaled @ (turned @ y)
+    way, square = residual, float(np.sum(residual * residual))
+    least = tolerance**2 * float(np.sum(wanted * wanted))
+    for _ in range(iterations):
+        if square <= least:
+            break
+        image = way + scaled @ (turned @ way)
+        step = square / float(np.sum(way * image))
+        y = y + step * way
+        residual = residual - step * image
+        before, square = square, float(np.sum(residual * residual))
+        way = residual + (square / before) * way
+    return y

@@ -48,8 +48,9 @@ OUT = 10
 """Steps during which surfaces must be further apart before this reduces an overlap of the start."""
 ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
 ROUNDED_START = 1e-9  # of a length of the mesh: depth at the start that is rounding
-IMPLICIT = 25.0
-"""Rate of a body on implicit normal forces over its own rate, as far as the step is small enough for that."""
+IMPLICIT, IMPLICIT_SHEETS = 25.0, 100.0
+"""Rate of a body on implicit normal forces over its own rate, as far as the step is small enough for that; of a sheet, which is
+thin against the way of its nodes in a step."""
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((2, 0))
 
@@ -161,7 +162,8 @@ class OverlapLaw:
         with_sheet = any(side.is_sheet for side in soft)
         damping = SHEET_DAMPING if with_sheet else DAMPING
         rates = [side.rate for side in soft]
-        self._implicit = IMPLICIT**2 / sum(1.0 / (side.mass_per_area * side.rate**2) for side in soft)
+        harder = IMPLICIT_SHEETS if with_sheet else IMPLICIT
+        self._implicit = harder**2 / sum(1.0 / (side.mass_per_area * side.rate**2) for side in soft)
         for i, side in enumerate(soft):
             if side.follows_steps:
                 part = step * side.rate if step > 0.0 else courant

@@ -14,7 +14,7 @@ of their periods, and hardly acts on bodies as a whole. Bodies of which none def
 under what presses them: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -148,15 +148,18 @@ class SurfacePairs:
                 for surface in rigid:
                     surface.pushed_along.append(way)
         self._settle([pair for pair, touches in zip(self._pairs, touching, strict=True) if touches], dt, last)
+        late = []
         for pair, touches in zip(self._pairs, touching, strict=True):
             if not touches:
                 pair.law.separate(last, pair.before)
+                continue
+            if pair.is_last:
+                late.append(pair)
                 continue
             for surface in pair.surfaces:
                 if id(surface) not in forces:
                     forces[id(surface)] = self._cleared(surface, len(described[id(surface)].place))
             pair.push(dt, last, forces, touched)
-        self.energy.begin_step(pair.law.held for pair in self._pairs)
         for surface in self.surfaces:
             holds = bool(touched[id(surface)].any())
             if self._is_steady:
@@ -166,6 +169,9 @@ class SurfacePairs:
                 (self._holding.add if holds else self._holding.discard)(id(surface))
             if id(surface) in forces:
                 surface.add_forces(described[id(surface)].fold(forces[id(surface)]))
+        for pair in late:
+            pair.push(dt, last, forces, touched)
+        self.energy.begin_step(pair.law.held for pair in self._pairs)
 
     def _cleared(self, surface: ContactSurface, n: int) -> np.ndarray:
         """Return an array of n forces, which are zero, kept from step to step."""
@@ -256,12 +262,19 @@ class SurfacePairs:
             pair.find(described)
         return [(pair, depth) for pair in starting if (depth := pair.start_depth()) > 0.0]
 
-    def skip_start_overlaps(self, names: Collection[str]) -> None:
-        """Let bodies with these names touch each other, and walls, from the start on: they did so in an earlier run."""
+    def go_on(self, bodies: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+        """Let bodies that continue an earlier run touch each other, walls and themselves as they did there.
+
+        bodies: their arrays by name. What they overlap with presses from the start on. Where the arrays have the sides on which
+        parts of a surface touch each other, these are restored.
+        """
         for pair in self._pairs:
-            if all(surface.body in names for surface in pair.surfaces):
+            if all(surface.body in bodies for surface in pair.surfaces):
                 for start in pair.start_overlaps():
                     start.skip()
+        for surface in self.surfaces:
+            if surface.body in bodies and surface.of_itself:
+                surface.go_on(bodies[surface.body])
 
     def impulses(self) -> dict[str, np.ndarray]:
         """On the first body of each pair with a name over this step [N s], (3,)."""

@@ -55,6 +55,9 @@ class Touch(ABC):
         self.before = 0.0
         """Power of the dampers and friction of the last step along the velocities of now [W]."""
 
+    is_last = False
+    """Whether it pushes after all others, with their forces known to the bodies."""
+
     @property
     def between(self) -> tuple[str, ...]:
         """Both that touch, for messages."""

@@ -112,7 +112,7 @@ class Simulation:
                 if isinstance(body, Relaxable):
                     body.begin_relaxing(case.steady.mass_scaling)
         self.contact_pairs, self.surface_pairs = contacts_of(case, built, self.velocity_fields, layout)
-        self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start.keys())
+        self.start_overlaps = find_start_overlaps(self.surface_pairs, case, start)
         self.node_contacts = node_contacts(case, built, self.contact_pairs)
         remaps = isinstance(transfer, Flip) and case.time.scheme == "musl"
         acting = self.conditions, self.contact_pairs

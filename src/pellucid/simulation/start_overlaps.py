@@ -1,7 +1,9 @@
 """Bodies that start nearer to each other than contact allows: what the user is told about them."""
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from pellucid.contact.surface_pairs import SurfacePairs
 
@@ -49,12 +51,14 @@ class OverlappingStart(NamedTuple):
         return {"between": list(self.between), "depth": self.depth, "distance": self.distance}
 
 
-def find_start_overlaps(pairs: SurfacePairs, case: "Case", going_on: Collection[str]) -> list[OverlappingStart]:
+def find_start_overlaps(
+    pairs: SurfacePairs, case: "Case", going_on: Mapping[str, Mapping[str, np.ndarray]]
+) -> list[OverlappingStart]:
     """Find bodies that overlap as a run begins, by more than rounding.
 
-    going_on: names of the bodies that begin in the state of an earlier run. What overlaps there presses from the start on.
+    going_on: arrays of the bodies that begin in the state of an earlier run, see `SurfacePairs.go_on`.
     """
-    pairs.skip_start_overlaps(going_on)
+    pairs.go_on(going_on)
     if not len(pairs):
         return []
     found = [OverlappingStart(pair.between, depth, pair.distance) for pair, depth in pairs.find_start_overlaps()]

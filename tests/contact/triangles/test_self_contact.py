@@ -8,6 +8,7 @@ from triangle_surfaces import crossings, folded_in_three, layers_apart, square, 
 
 from pellucid.errors import CaseError
 from pellucid.simulation.simulation import Simulation
+from pellucid.state import of_owner
 
 THICKNESS = 1e-3
 CLOTH = {"kind": "linear-membrane", "density": 300.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
@@ -56,6 +57,30 @@ def test_a_sheet_slides_on_another_layer_by_the_law_of_coulomb(tmp_path, frictio
         assert energy.taken < 0.02 * 0.5 * mass * speeds[-1] ** 2
 
 
+@pytest.mark.parametrize(("speed", "tilt"), [(2.0, 0.0), (20.0, 0.02)])
+def test_an_impact_stops_where_contact_acts(tmp_path, speed, tilt):
+    """A loose sheet is thrown on a held one, by one and by ten thicknesses in a step: its nodes stay at 0.95 of the thickness
+    or more, and contact takes its kinetic energy."""
+    (lower, below), (upper, above) = square(12, 0.6), square(5, 0.2)
+    upper = upper + np.array((0.05, 0.2, 3.0 * THICKNESS)) + tilt * upper[:, [0]] * np.array((0.0, 0.0, 1.0))
+    write_obj(tmp_path / "two.obj", np.concatenate([lower, upper]), np.concatenate([below, above + len(lower)]))
+    body = cloth(tmp_path / "two.obj", 1e-4, material=CLOTH | {"young_modulus": 1e5})
+    held = {"name": "floor", "body": "cloth", "part": {"box": {"lower": (-1, -1, -1e-6), "upper": (1, 1, 1e-6)}}}
+    more = {"motion": [held | {"hold": ["x", "y", "z"]}], "contact": itself()}
+    sim = Simulation(case(body, counts=(16, 16, 4), cell=0.05, lower=(-0.1, -0.1, -0.1), **more), threads=1)
+    arrays, loose = sim.bodies[0].arrays, np.arange(len(lower), len(lower) + len(upper))
+    arrays["velocity"][loose, 2] = -speed
+    lowest = np.inf
+    for _ in range(60):
+        sim.step()
+        lowest = min(lowest, arrays["position"][loose, 2].min())
+    assert lowest > 0.95 * THICKNESS
+    assert np.abs(arrays["velocity"][loose, 2]).max() < 0.01 * speed
+    energy = sim.surface_pairs.energy
+    assert energy.taken == pytest.approx(0.5 * arrays["mass"][loose].sum() * speed**2, rel=1e-3)
+    assert abs(energy.unexplained) < 1e-3 * energy.taken
+
+
 def z_on_floor(path, end, parts=(17, 4)):
     """A cloth folded in three falls on a wall. Vertices lie a little off, so that it has somewhere to buckle to."""
     vertices, triangles = folded_in_three(parts, 0.5, 0.5 * parts[1] / parts[0], 0.02)
@@ -81,13 +106,13 @@ def fall(tables, triangles, along, radius, every):
 
 def test_a_cloth_folded_in_three_falls_on_itself(tmp_path):
     """No edge goes through a triangle, and the balance of contact closes to 1 %. Arms strike at 2.5 m/s, a quarter of the
-    thickness in a step, on elements of 30 mm: layers keep 0.85 of it."""
+    thickness in a step, on elements of 30 mm: layers keep 0.95 of it."""
     parts = (17, 4)
     tables, triangles = z_on_floor(tmp_path / "z.obj", 0.15, parts)
     along = strip(parts, 0.5, 0.5 * parts[1] / parts[0])[0]
-    sim, crossed, apart = fall(tables, triangles, along, 0.06, 20)
+    sim, crossed, apart = fall(tables, triangles, along, 0.06, 12)
     assert crossed == 0
-    assert apart > 0.85
+    assert apart > 0.95
     energy = sim.surface_pairs.energy
     assert energy.taken > 0.0
     assert abs(energy.unexplained) < 0.01 * energy.taken
@@ -107,7 +132,7 @@ def test_it_goes_on_from_a_checkpoint_bit_for_bit(tmp_path):
     while not one.surface_pairs.energy.taken > 0.0 or one.time < 0.09:
         one.step()
     arrays = {name: array.copy() for name, array in one.state_arrays().items()}
-    assert any("-contact/" in name for name in arrays)
+    assert any("surface/itself/" in name for name in arrays)
     numbers = one.state_numbers()
     other = Simulation(tables, threads=1)
     other.restore(arrays, numbers)
@@ -163,7 +188,11 @@ def tube(n, m, half):
 
 def collapse(path, kind, end):
     """A tube that collapses under a pressure from outside, and is then pinched between two walls: all of it, or its upper half
-    on a wall or beside its image at a plane of symmetry."""
+    on a wall or beside its image at a plane of symmetry.
+
+    The wall rises to half of the thickness and touches the mid-surface: a wall at the plane of symmetry would overlap with the
+    nodes held there from the start on, and act half of the thickness later.
+    """
     half, n, m, gap = kind != "whole", 32, 3, 3e-3
     vertices, triangles = tube(n, m, half)
     write_obj(path, vertices, triangles)
@@ -171,7 +200,10 @@ def collapse(path, kind, end):
     speed = (start - 0.5 * gap) / end
     material = {"kind": "linear-membrane", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.0}
     body = cloth(path, 9e-6, name="cloth", damping=60.0, material=material)
-    walls = [{"name": "top", "point": (0, 0, start), "normal": (0, 0, -1), "velocity": (0, 0, -speed)}]
+    offset = 0.5 * THICKNESS if kind == "on a wall" else 0.0
+    if kind == "on a wall":
+        body["contact_offset"] = 0.0
+    walls = [{"name": "top", "point": (0, 0, start - offset), "normal": (0, 0, -1), "velocity": (0, 0, -speed)}]
     more = {"pressure": [{"body": "cloth", "value": -80.0, "rise": 0.4 * end}], "end": end}
     if half:
         more["support"] = [{"where": "z-lower", "fix": "normal"}]
@@ -180,7 +212,7 @@ def collapse(path, kind, end):
         middle = {"box": {"lower": (-1, -1, -1e-6), "upper": (1, 1, 1e-6)}}
         more["motion"] = [{"name": "middle", "body": "cloth", "part": middle, "hold": ["z"]}]
     if kind == "on a wall":
-        walls.append({"name": "floor", "point": (0, 0, 0), "normal": (0, 0, 1)})
+        walls.append({"name": "floor", "point": (0, 0, 0), "normal": (0, 0, 1), "velocity": (0, 0, offset / end)})
     else:
         more["contact"] = itself()
     lower = (-0.05, -0.02, 0.0 if half else -0.03)
@@ -188,46 +220,68 @@ def collapse(path, kind, end):
 
 
 def squeeze(tables, triangles):
-    """Force on the upper wall at the end [N], how far the tube reaches along x [m], crossings in all frames."""
-    sim, crossed, force = Simulation(tables, threads=1), 0, 0.0
+    """Mean force on the upper wall over the last fortieth [N], extent of the tube along x [m], crossings in all frames."""
+    sim, crossed, impulse = Simulation(tables, threads=1), 0, 0.0
+    span = tables.time.end / 40
     for _ in sim:
-        force = sim.surface_pairs.impulses()["top"][2] / sim.dt
+        if sim.time > tables.time.end - span:
+            impulse += sim.surface_pairs.impulses()["top"][2]
         if sim.n_steps % 100 == 0:
             crossed += crossings(sim.bodies[0].arrays["position"], triangles)
     energy = sim.surface_pairs.energy
     assert abs(energy.unexplained) < (0.01 if tables.contact else 0.04) * energy.taken
-    return force, sim.bodies[0].arrays["position"][:, 0].max(), crossed
+    return impulse / span, sim.bodies[0].arrays["position"][:, 0].max(), crossed
 
 
 @pytest.mark.slow
 def test_a_pinched_tube_is_as_stiff_as_its_half_on_a_wall(tmp_path):
-    """Its walls touch inside. The half beside its image agrees to a thousandth with the one on a wall; the whole one has other
-    diagonals below and tips a little."""
+    """Its walls touch inside. The half beside its image agrees with the one on a wall. The whole one is softer by 7 % on this
+    mesh and by 4 % with elements half as long: bending at a plane of symmetry differs from that of the whole mesh where it is
+    folded within an element."""
     found = {}
     for kind in ("whole", "on a wall", "beside its image"):
         found[kind] = squeeze(*collapse(tmp_path / "tube.obj", kind, 0.5))
     force, reach, _ = found["on a wall"]
-    assert found["beside its image"][0] == pytest.approx(force, rel=2e-3)
+    assert found["beside its image"][0] == pytest.approx(force, rel=5e-3)
     assert found["beside its image"][1] == pytest.approx(reach, rel=1e-4)
-    assert found["whole"][0] == pytest.approx(force, rel=0.08)
+    assert found["whole"][0] == pytest.approx(force, rel=0.1)
     assert found["whole"][1] == pytest.approx(reach, rel=0.01)
     assert not any(crossed for *_, crossed in found.values())
 
 
 def test_a_slit_in_a_meshless_block_closes(tmp_path):
-    """A block of two halves with a gap of 0.5 mm is pressed by 2 mm: it resists as one that is pressed by 1.5 mm, less what
-    the layers of contact give way, 6 % on four cells; base and top agree, and contact loses no energy."""
-    size, gap, down, modulus = 0.1, 5e-4, 2e-3, 1e5
-    path = tmp_path / "slit.vtk"
-    slit_block(path, size, gap)
-    material = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": modulus, "poisson_ratio": 0.3}
-    body = {
-        "name": "cloth",
-        "kind": "meshless-solid",
-        "mesh": {"file": {"path": str(path)}},
-        "damping": 100.0,
-        "material": material,
-    }
+    """A block of two halves with a gap of 0.5 mm is pressed by 2 mm: it resists as one without a slit at the same strain within
+    1 % on four cells in a half, and contact loses no energy. On two cells it is 1.9 % softer whatever points are in contact,
+    since free faces of meshless solids become wavy."""
+    size, gap, down = 0.1, 5e-4, 2e-3
+    shut, unexplained = pressed_block(tmp_path / "shut.vtk", size, gap, down, 8)
+    expected, _ = pressed_block(tmp_path / "whole.vtk", size, None, (down - gap) * size / (size - gap), 4)
+    assert shut == pytest.approx(expected, rel=0.01)
+    assert abs(unexplained) < 0.01 * 0.5 * shut * (down - gap)
+
+
+def test_what_a_shut_slit_transmits_does_not_depend_on_the_step(tmp_path):
+    """Springs that an explicit step bears gave way by 6 % at a Courant number of 0.5, with the square of the step."""
+    found = [pressed_block(tmp_path / "shut.vtk", 0.1, 5e-4, 2e-3, 4, courant)[0] for courant in (0.8, 0.2)]
+    assert found[0] == pytest.approx(found[1], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_shut_slit_transmits_the_same_in_a_steady_state(tmp_path):
+    """The relaxation comes to rest in contact, and nothing gives way: no leads are needed."""
+    expected, _ = pressed_block(tmp_path / "shut.vtk", 0.1, 5e-4, 2e-3, 4)
+    sim = Simulation(block_case(tmp_path / "shut.vtk", 0.1, 5e-4, 2e-3, 0.5, steady={"tolerance": 1e-4}), threads=1)
+    while not sim.clock.finished(None):
+        sim.step()
+    (body,) = sim.bodies
+    force = body.motion.internal[body.mesh.nodes[:, 2] < 1e-6, 2].sum()
+    assert -force == pytest.approx(expected, rel=2e-3)
+
+
+def block_case(path, size, gap, down, courant, **steady):
+    """A block between its base, which is held, and its top, which is pressed down."""
+    material = {"kind": "neo-hookean", "density": 1000.0, "young_modulus": 1e5, "poisson_ratio": 0.3}
+    body = {"name": "cloth", "kind": "meshless-solid", "mesh": {"file": {"path": str(path)}}, "material": material}
     base = {"box": {"lower": (-1, -1, -1e-6), "upper": (1, 1, 1e-6)}}
     top = {"box": {"lower": (-1, -1, size - 1e-6), "upper": (1, 1, size + 1e-6)}}
     ramp = {"kind": "ramp", "distance": -down, "duration": 0.05}
@@ -235,8 +289,15 @@ def test_a_slit_in_a_meshless_block_closes(tmp_path):
         {"name": "base", "body": "cloth", "part": base, "hold": ["z"]},
         {"name": "top", "body": "cloth", "part": top, "displacement": {"z": ramp}},
     ]
-    tables = case(body, counts=(8, 8, 8), cell=0.025, lower=(-0.05, -0.05, -0.05), motion=motions, contact=itself(), end=0.08)
-    sim = Simulation(tables, threads=1)
+    more = {"motion": motions, "contact": [] if gap is None else itself(), "end": 0.08}
+    more |= steady or {"courant": courant}
+    return case(body | ({} if steady else {"damping": 100.0}), counts=(8, 8, 8), cell=0.025, lower=(-0.05,) * 3, **more)
+
+
+def pressed_block(path, size, gap, down, n, courant=0.5):
+    """Force on a block at rest [N], the mean of base and top, and the energy that contact does not explain [J]."""
+    slit_block(path, size, gap, n)
+    sim = Simulation(block_case(path, size, gap, down, courant), threads=1)
     while sim.time < 0.07:
         sim.step()
     before, time = {name: impulse.copy() for name, impulse in sim.reactions().items()}, sim.time
@@ -244,9 +305,7 @@ def test_a_slit_in_a_meshless_block_closes(tmp_path):
         pass
     force = {name: (sim.reactions()[name] - before[name])[2] / (sim.time - time) for name in ("base", "top")}
     assert force["base"] == pytest.approx(-force["top"], rel=0.01)
-    assert force["base"] == pytest.approx(modulus * size * (down - gap), rel=0.08)
-    energy = sim.surface_pairs.energy
-    assert abs(energy.unexplained) < 0.01 * 0.5 * force["base"] * (down - gap)
+    return 0.5 * (force["base"] - force["top"]), sim.surface_pairs.energy.unexplained
 
 
 def test_what_bears_neither_compression_nor_bending_is_refused(tmp_path):
@@ -293,6 +352,53 @@ def test_a_flat_bag_opens_without_a_crossing(tmp_path):
     assert first == 0.0
     assert crossed == 0
     assert widest > 10.0 * THICKNESS
+
+
+def volume(vertices, triangles):
+    """Volume within a closed surface [m³]."""
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    return np.einsum("ni,ni->", a, np.cross(b, c)) / 6.0
+
+
+def test_a_bag_closes_until_its_walls_meet(tmp_path):
+    """A pressure from outside presses a pillow flat, and its layers on each other: no crossing, and they stay apart by the
+    thickness, so that its volume stays positive."""
+    vertices, triangles = pillow(8, 0.16, 12.0 * THICKNESS)
+    write_obj(tmp_path / "bag.obj", vertices, triangles)
+    body = cloth(tmp_path / "bag.obj", 1e-5, damping=30.0)
+    more = {"pressure": [{"body": "cloth", "value": -60.0, "rise": 0.02}], "contact": itself(0.2), "end": 0.1}
+    sim = Simulation(case(body, counts=(12, 12, 8), cell=0.02, lower=(-0.04, -0.04, -0.08), **more), threads=1)
+    inside = (np.abs(vertices[:, :2] - 0.08) < 0.055).all(axis=1)
+    upper, lower = inside & (vertices[:, 2] > 0.0), inside & (vertices[:, 2] < 0.0)
+    smallest, apart, crossed = np.inf, np.inf, 0
+    for _ in sim:
+        places = sim.bodies[0].arrays["position"]
+        smallest = min(smallest, volume(places, triangles))
+        apart = min(apart, (places[upper, 2] - places[lower, 2]).min())
+        if sim.n_steps % 20 == 0:
+            crossed += crossings(places, triangles)
+    assert crossed == 0
+    assert 0.95 < apart / THICKNESS < 1.05
+    assert smallest > 0.5 * THICKNESS * 0.11**2
+
+
+def test_it_goes_on_from_the_end_of_an_earlier_run(tmp_path):
+    """Sides, and layers that started within the thickness, are those of the earlier run: two halves are the whole."""
+    vertices, triangles = pillow(6, 0.16, THICKNESS / 3.0)
+    write_obj(tmp_path / "bag.obj", vertices, triangles)
+    body = cloth(tmp_path / "bag.obj", 1e-5, damping=30.0)
+    more = {"pressure": [{"body": "cloth", "value": 60.0}], "contact": itself(0.2), "end": 0.004}
+    tables = case(body, counts=(12, 12, 8), cell=0.02, lower=(-0.04, -0.04, -0.08), step=1e-4, **more)
+    whole = Simulation(tables.with_settings({"time.end": 0.008}), threads=1)
+    half = Simulation(tables, threads=1)
+    advance(whole, 20)
+    advance(half, 10)
+    state = of_owner("cloth", half.state_arrays())
+    assert state["surface/itself/born"].max() > 0.1 * THICKNESS
+    other = Simulation(tables, threads=1, start={"cloth": {name: array.copy() for name, array in state.items()}})
+    advance(other, 10)
+    expected = whole.bodies[0].arrays["position"]
+    assert other.bodies[0].arrays["position"] == pytest.approx(expected, abs=1e-6 * THICKNESS)
 
 
 def test_layers_on_each_other_have_no_side_and_are_refused(tmp_path):

@@ -5,12 +5,13 @@ from math import hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
 
 from pellucid.bodies.membrane_elements.membrane import ElementMembrane
 from pellucid.bodies.membrane_elements.surface import OF_NODES, ElementSurface
 from pellucid.bodies.membranes.bending import support_bending
 from pellucid.bodies.own_nodes.body import ExplicitNodes
-from pellucid.bodies.own_nodes.contact_surface import PointsOfFaces, PointsOfNodes
+from pellucid.bodies.own_nodes.contact_surface import NodalResponse, PointsOfFaces, PointsOfNodes
 from pellucid.bodies.own_nodes.kernels import CHUNK
 from pellucid.contact.contact_body import WarnsOfContact
 from pellucid.energy import FIRST_LOAD
@@ -100,6 +101,9 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
         else:
             areas, warning = self.surface_areas(), self.contact_warning
             surface = PointsOfNodes(grid, cells, *places, self.vector_areas, areas, take, warning)
+            if surface.triangles is not None:
+                each = sparse.eye_array(len(position), format="csr")
+                surface.triangles = surface.triangles._replace(response=NodalResponse(each, self.motion))
         surface.two_sided, surface.half_width = True, self.surface.contact_reach
         surface.mass_per_area, surface.rate = self.areal_density, self.totals.rate
         self.contact_surface = surface

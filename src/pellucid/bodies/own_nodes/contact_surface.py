@@ -89,6 +89,8 @@ class PointsOfFaces(ContactSurface):
     def respond_with(self, values: sparse.csr_array, motion: NodalMotion) -> None:
         """Set the response of the points to forces on the nodes; values: as in `mass_per_area_of`."""
         self.response = NodalResponse(sparse.csr_array(self._shares @ values), motion)
+        if self.triangles is not None:
+            self.triangles = self.triangles._replace(response=NodalResponse(sparse.csr_array(values), motion))
 
     def mass_per_area_of(self, values: sparse.csr_array, mass: np.ndarray) -> float:
         """Return the mass per area of the surface that is fastest to respond to springs on all points [kg/m²].

@@ -57,10 +57,6 @@ class TriangleMesh:
         The triangles by which others touch it.
     edge : float
         Median length of the edges [m].
-    touched_area : np.ndarray
-        Shares of the vertices in the areas of all points that touch, of either surface [m²], shape (n,).
-    change, given : np.ndarray
-        Change of the velocities by the dampers of this step [m/s], and momentum given in a round [N s], shape (n, 3).
     flips : np.ndarray
         Signs of the axes of the surface and of its images, shape (images, 3).
     mean_velocity, fastest
@@ -123,8 +119,10 @@ class TriangleMesh:
         )
         self._incidence, self.n_vertices, self._T = incidence, n, T
         whole = np.bincount(own.ravel(), np.repeat(area / 3.0, 3), minlength=n)
-        self._mass = np.full(n, np.inf) if surface.is_hard else surface.mass_per_area * whole
-        self.touched_area, self.change, self.given = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
+        self._mobility = np.zeros(n) if surface.is_hard else 1.0 / np.sqrt(np.maximum(surface.mass_per_area * whole, TINY))
+        response, self._of_nodes = self._moving.response, None
+        if response is not None and response.shares.nnz > n:
+            self._of_nodes = sparse.csr_array(sparse.kron(response.shares, sparse.eye_array(3), format="csr"))
         self.flips = np.array([image.flip for image in images])
         self.follow()
 
@@ -197,20 +195,6 @@ class TriangleMesh:
         low, high = corners.min(axis=1) - far, corners.max(axis=1) + far
         return make_boxes(low, high, lower, upper, max(far, self.edge))
 
-    def begin_rounds(self) -> None:
-        """Forget the areas and impulses of the step before."""
-        self.touched_area[:] = 0.0
-        self.change[:] = self.given[:] = 0.0
-
-    def end_round(self) -> None:
-        """Change the velocities of the vertices by the impulses of a round of dampers."""
-        self.change += self.given / np.maximum(self._mass, TINY)[:, None]
-        self.given[:] = 0.0
-
-    def mass_by_touched_area(self) -> np.ndarray:
-        """Return the mass of each vertex over its touched area [kg/m²], shape (n,), inf where its motion is prescribed."""
-        return self._mass / np.maximum(self.touched_area, TINY)
-
     def speed_against(self, velocity: np.ndarray) -> float:
         """Return the largest speed of a velocity [m/s], (3,), against the mean velocities of the surface and its images."""
         means = np.array([image.flip * self.mean_velocity for image in self._images])
@@ -220,13 +204,24 @@ class TriangleMesh:
         """Add forces on the vertices of the surface [N], shape (n, 3), over this step."""
         self._moving.add_forces(force)
 
-    def fold(self, force: np.ndarray) -> np.ndarray:
-        """Return forces on the vertices of the surface, shape (n, 3), of those on all with images."""
-        n = self.n_vertices
-        total = np.zeros((n, 3))
-        for i, image in enumerate(self._images):
-            total += image.flip * force[i * n : (i + 1) * n]
-        return total
+    def response(self, column: np.ndarray, share: np.ndarray, dt: float) -> tuple[np.ndarray, sparse.csr_array]:
+        """Return how contacts move over a step dt [s] by the forces on the nodes: their velocities at its end without contact
+        [m/s], shape (n,), and the factor C of the change of n displacements by forces along them, C Cᵀ.
+
+        column, share: shares of the components of vertices in the n velocities, with 3 vertex + axis as column. Where the
+        motion is not known before contact, the vertices keep their velocities and have their own masses.
+        """
+        response, column, n = self._moving.response, column.reshape(len(share), -1), 3 * self.n_vertices
+        rows = share.ravel(), column.ravel(), np.arange(0, column.size + 1, column.shape[1])
+        shares = sparse.csr_array(rows, shape=(len(share), n))
+        if response is None:
+            return shares @ self._moving.velocities().ravel(), sparse.csr_array(shares * np.repeat(dt * self._mobility, 3))
+        root = np.sqrt(dt * response.answers(dt)).ravel()
+        if self._of_nodes is None:
+            factor = sparse.csr_array((rows[0] * root[rows[1]], *rows[1:]), shape=(len(share), n))
+        else:
+            factor = sparse.csr_array((shares @ self._of_nodes) * root)
+        return shares @ response.velocities(dt, None).ravel(), factor
 
     def _all_places(self, place: np.ndarray) -> np.ndarray:
         return np.concatenate([image.flip * place + image.shift for image in self._images])

@@ -2,91 +2,74 @@
 
 Both surfaces search with their points for the triangles of the other, each with a share of the stiffness that grows with how
 fine it is. A surface that touches itself searches once, with half of the stiffness: each of two layers searches for the other.
+
+A point that overlaps by a depth d is pushed out with k d, and the opposite force acts on the corners of the triangle by the
+barycentric coordinates of the closest point. Both are the slopes of ½ Σ k d² (`pellucid.contact.triangles.closest_point`). The
+normal forces are implicit in the step (`pellucid.contact.implicit`), and points take part that would come to an overlap within
+the next steps. So an impact stops where contact acts, however fast it is, and at rest the surfaces hardly overlap. All contacts
+of a pair are one system, with the motion of the vertices by the forces on the nodes of their bodies. Friction is a spring along
+the surface with a damper, limited by the coefficient of friction times the normal force; each slot stores its own slip.
 """
 
 from collections.abc import Mapping, Sequence
 from math import inf
 
 import numpy as np
+from scipy import sparse
 
 from pellucid.contact.boxes import Boxes
-from pellucid.contact.contact_energy import Held
 from pellucid.contact.contact_surface import ContactSurface
-from pellucid.contact.dead_stop import DeadStop
 from pellucid.contact.images import Described, Plane, Seam
-from pellucid.contact.overlap import Overlap, StartOverlap
+from pellucid.contact.implicit import solve_forces
+from pellucid.contact.overlap import Implicit, Overlap, OverlapLaw, StartOverlap
 from pellucid.contact.touch import Touch
-from pellucid.contact.triangles.forces import (
-    AHEAD,
-    N_SUMS,
-    PENDING,
-    ROUNDS,
-    STORED,
-    Law,
-    add_areas,
-    add_impulses,
-    find_forces,
-    find_taken,
-    make_law,
-)
 from pellucid.contact.triangles.mesh import FORGETS, MARGIN, SEARCHED, TriangleMesh, find_images
-from pellucid.contact.triangles.slots import APART, CHUNK, Sight, find_feet, make_slots
+from pellucid.contact.triangles.slots import APART, CHUNK, ENTERS, Sight, find_feet, find_power, make_slots
 
 NO_BOXES = Boxes(np.zeros(3), 1.0, (1, 1, 1), np.zeros(2, np.int64), np.zeros(0, np.int64))
 OUTSIDE = 1e-6  # of an edge: how far behind its faces a solid still finds a point, as surfaces may start in contact
-TINY = 1e-300  # m
 SEPARATE = 1e-6  # of the thickness: least distance of layers at the start that tells their sides
+AHEAD = 2.0  # steps within which points come to an overlap, from where on they take part
+VIBRATES = 0.02  # of the depth of the start: gaps up to which surfaces have not come apart, but vibrate
+OF_SHEETS = 0.5  # share of the springs and dampers along the surface that are stable for one layer on each side of a sheet
 
 
-class SlotEnergy:
-    """Energy of a pair, in the terms of other contact laws."""
+class AskingSide(ContactSurface):
+    """The points of one surface that look for triangles of another one, or of the same: a surface with a point for each slot.
 
-    stop: DeadStop | None = None
+    share: of the stiffness.
+    """
 
-    is_steady, lent = False, 0.0
-
-    def __init__(self) -> None:
-        self.held, self.taken, self.lost = Held(), 0.0, 0.0
-
-    def separate(self, last: float, before: float = 0.0) -> None:
-        """Nothing overlaps any more."""
-        self.held = Held(taken=self.taken)
-
-    def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Do nothing: no rigid body is stopped."""
-
-    def reach_equilibrium(self) -> None:
-        """Do nothing: slots keep what friction holds."""
-
-
-class AskingSide:
-    """The points of one surface that look for triangles of another one, or of the same."""
-
-    def __init__(self, one: TriangleMesh, other: TriangleMesh, sides: tuple[ContactSurface, ContactSurface], law: Law) -> None:
-        self.one, self.other, self.law = one, other, law
+    def __init__(
+        self, one: TriangleMesh, other: TriangleMesh, sides: tuple[ContactSurface, ContactSurface], share: float
+    ) -> None:
+        self.one, self.other, self.share = one, other, share
         thickness = float(np.max(sides[0].half_width) + np.max(sides[1].half_width))
         self.points = one.points_of_itself(thickness) if one is other else one.points
-        margin = MARGIN * max(one.edge, other.edge)
-        ends = thickness, thickness + margin, thickness + FORGETS * margin
+        self._margin = MARGIN * max(one.edge, other.edge)
+        ends = thickness, thickness + self._margin, thickness + FORGETS * self._margin
         two_sided = sides[0].two_sided, sides[1].two_sided
         self.sight = Sight(*ends, two_sided[1], not any(two_sided), OUTSIDE * other.edge)
         self.slots = make_slots(len(self.points.place), 2 if sides[0].two_sided else 1)
+        self.slip = self.slots.slip.reshape(-1, 3)
         self.start = None if one is other else StartOverlap(other.edge)
         self.state = np.array([0.0, -1.0])
         """Length of the way by which the surfaces may have come nearer [m], and the same at the last search, -1 before one."""
 
     def follow(self, last: float) -> float:
-        """Return the energy that dampers and friction took in the step before, of a length `last` [s]; both meshes have
-        followed their bodies."""
-        self._last = last
-        self._coming = last * (self.one.fastest + self.other.fastest + self.other.speed_against(self.one.mean_velocity))
-        self.state[0] += self._coming
-        return float(find_taken(self.points, self.other.facets, self.slots, last))
+        """Return the power of the forces of the step before [W], of a length `last` [s]; both meshes have followed their
+        bodies."""
+        self._nearing = self.one.fastest + self.other.fastest + self.other.speed_against(self.one.mean_velocity)
+        self.state[0] += last * self._nearing
+        return float(find_power(self.points, self.other.facets, self.slots))
 
-    def find(self) -> bool:
-        """Find where the points overlap with triangles; return whether any does."""
+    def find(self, step: float) -> Overlap | None:
+        """Return the overlap of the points with triangles, with points that come to one within some steps [s]; None if there is
+        neither."""
         way, searched = self.state.tolist()
-        looks = searched < 0.0 or way - searched > SEARCHED * (self.sight.far - self.sight.thickness)
+        coming = AHEAD * step * self._nearing
+        self.sight = self.sight._replace(far=self.sight.thickness + max(self._margin, coming))
+        looks = searched < 0.0 or way + coming - searched > SEARCHED * self._margin
         boxes = NO_BOXES
         if looks:
             self.state[1] = way
@@ -98,20 +81,31 @@ class AskingSide:
         if not looks and not (self.slots.triangle >= 0).any():
             if self.start is not None:
                 self.start.reduce(np.zeros(0))
-            return False
+            return None
         if self.start is not None and searched < 0.0:  # one depth for all points instead of one for each slot
-            self._find_feet(boxes, way, (0.0, 0.0), looks)
+            self._find_feet(boxes, way, 0.0, 0.0, looks)
             self.start.reduce(self.slots.born.ravel())
             self.slots.born.fill(0.0)
             looks = False
-        foreseen = (AHEAD * self._coming, AHEAD * self._last) if self.law.stops > 0.0 else (0.0, 0.0)
-        self._find_feet(boxes, way, foreseen, looks)
+        self._find_feet(boxes, way, coming, AHEAD * step, looks)
         if self.start is not None and self.start.depth > 0.0:
             self._open(self.start, way)
-        return bool((self.slots.state != APART).any())
+        return self._overlap()
 
-    def _find_feet(self, boxes: Boxes, way: float, foreseen: tuple[float, float], looks: bool) -> None:
-        sight, (coming, ahead) = self.sight, foreseen
+    def _overlap(self) -> Overlap | None:
+        slots = self.slots
+        self._at = p, k = np.nonzero(slots.state != APART)
+        if not len(p):
+            return None
+        facets, corners = self.other.facets, self.other.facets.triangle[slots.triangle[p, k]]
+        relative = self.points.velocity[p] - np.einsum("nc,ncd->nd", slots.share[p, k], facets.velocity[corners])
+        new = slots.state[p, k] == ENTERS
+        slots.lossy[p[new], k[new]] = 0.0
+        listed, area = p * slots.state.shape[1] + k, self.points.area[p]
+        return Overlap(self, listed, slots.depth[p, k], slots.normal[p, k], area, relative, self.share, new=new)
+
+    def _find_feet(self, boxes: Boxes, way: float, coming: float, ahead: float, looks: bool) -> None:
+        sight = self.sight
         if self.start is not None and self.start.depth > 0.0:
             sight = sight._replace(thickness=sight.thickness - self.start.depth)
             coming = inf  # so that all gaps are measured: they show when the surfaces come apart
@@ -122,38 +116,41 @@ class AskingSide:
         """Reduce the overlap of the start as far as the surfaces have come apart."""
         before, filled = start.depth, (self.slots.triangle >= 0) & (self.slots.side != 0)
         apart = self.slots.clear[filled] - way  # gaps beyond the distance at which contact acts now
-        start.reduce(before - apart)
+        start.reduce(before - np.where(apart > VIBRATES * before, apart, np.minimum(apart, 0.0)))
         self.slots.clear[...] -= before - start.depth
 
-    def add_areas(self) -> None:
-        """Add the areas of the points that touch to those on the vertices of both surfaces."""
-        add_areas(self.points, self.other.facets, self.slots, self.one.touched_area, self.other.touched_area)
-        self.impulse = np.zeros(self.slots.triangle.shape)
+    def shares(self, mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
+        """Return vertices of a mesh, shape (n, c), and by axis their shares in the velocities of the points found against their
+        closest points, shape (n, c, 3)."""
+        p, k = self._at
+        found = []
+        if mesh is self.one:
+            found.append((self.points.corner[p], np.repeat(self.points.share[p][:, :, None], 3, axis=2)))
+        if mesh is self.other:
+            image, vertex = np.divmod(mesh.facets.triangle[self.slots.triangle[p, k]], mesh.n_vertices)
+            found.append((vertex, -self.slots.share[p, k][:, :, None] * mesh.flips[image]))
+        vertices, shares = zip(*found, strict=True)
+        return np.concatenate(vertices, axis=1), np.concatenate(shares, axis=1)
 
-    def add_impulses(self, dt: float) -> None:
-        """Add a round of the dampers of sheets over a step dt [s]."""
-        one, other = self.one, self.other
-        masses = one.mass_by_touched_area(), other.mass_by_touched_area()
-        meeting = self.points, other.facets, self.slots, self.law
-        changes, given = (one.change, other.change), (one.given, other.given)
-        add_impulses(*meeting, dt, *masses, other.flips, changes, self.impulse, given)
+    def state_arrays(self) -> Mapping[str, np.ndarray]:
+        return {**self.slots._asdict(), "way": self.state}
 
-    def push(self, dt: float, last: float) -> tuple[np.ndarray, np.ndarray]:
-        """Add the forces over a step dt [s] to the vertices of both surfaces; last: length of the step before [s].
+    def given_normal(self) -> np.ndarray:
+        """Return the normal forces of the step before on the points found [N], shape (n,)."""
+        lossy, normal = self.slots.lossy[self._at], self.slots.normal[self._at]
+        return np.maximum(-np.einsum("ij,ij->i", lossy, normal), 0.0)
 
-        Returns the sums of `pellucid.contact.triangles.forces` and the force on the points [N], (3,).
-        """
-        sums = np.zeros(N_SUMS)
-        of_points, of_facets = np.zeros((self.one.n_vertices, 3)), np.zeros_like(self.other.facets.place)
-        masses = self.one.mass_by_touched_area(), self.other.mass_by_touched_area()
-        meeting = self.points, self.other.facets, self.slots, self.law
-        find_forces(*meeting, dt, last, *masses, self.impulse, of_points, of_facets, sums)
-        if self.one is self.other:
-            self.one.add_forces(of_points + self.one.fold(of_facets))
-        else:
-            self.one.add_forces(of_points)
-            self.other.add_forces(self.other.fold(of_facets))
-        return sums, of_points.sum(axis=0)
+    def keep(self, given: np.ndarray) -> None:
+        """Store the forces on the points found whose power counts after the step [N], shape (n, 3)."""
+        self.slots.lossy[self._at] = given
+
+    def add_forces(self, force: np.ndarray) -> None:
+        """Add forces on the points found [N], shape (n, 3), to the vertices of both surfaces."""
+        for mesh in {id(mesh): mesh for mesh in (self.one, self.other)}.values():
+            vertices, shares = self.shares(mesh)
+            total = np.zeros((mesh.n_vertices, 3))
+            np.add.at(total, vertices, shares * force[:, None])
+            mesh.add_forces(total)
 
 
 class TrianglePair(Touch):
@@ -173,6 +170,9 @@ class TrianglePair(Touch):
         Planes of symmetry and seams of a periodic grid.
     """
 
+    law: OverlapLaw
+    is_last = True
+
     def __init__(
         self,
         one: ContactSurface,
@@ -184,8 +184,8 @@ class TrianglePair(Touch):
         planes: Sequence[Plane] = (),
         seams: Sequence[Seam] = (),
     ) -> None:
-        self._energy = SlotEnergy()
-        super().__init__((one,) if one is other else (one, other), self._energy, name)
+        super().__init__((one,) if one is other else (one, other), OverlapLaw((one, other), friction, courant, step=step), name)
+        self.law.is_implicit = True
         images = find_images(planes, seams)
         self._meshes = [TriangleMesh(surface, images) for surface in self.surfaces]
         if one is other:
@@ -196,8 +196,10 @@ class TrianglePair(Touch):
         self.sides = []
         for i, j, share in order:
             surfaces = self.surfaces[i], self.surfaces[j]
-            law = make_law(surfaces, share, friction, courant, step)
-            self.sides.append(AskingSide(self._meshes[i], self._meshes[j], surfaces, law))
+            share *= OF_SHEETS if any(surface.is_sheet for surface in surfaces) else 1.0
+            self.sides.append(AskingSide(self._meshes[i], self._meshes[j], surfaces, share))
+        if one is other:
+            one.of_itself = self.sides[0].state_arrays()
 
     @property
     def distance(self) -> float:
@@ -213,19 +215,7 @@ class TrianglePair(Touch):
     def follow(self, last: float) -> None:
         for mesh in self._meshes:
             mesh.follow()
-        self._energy.taken = sum(side.follow(last) for side in self.sides)
-
-    def begin_steady(self) -> None:
-        super().begin_steady()
-        for side in self.sides:
-            side.law = side.law._replace(is_steady=True)
-
-    def reach_equilibrium(self) -> None:
-        for side in self.sides:
-            slots = side.slots
-            length = np.linalg.norm(slots.slip, axis=2)
-            longest = side.law.friction * np.maximum(slots.depth, 0.0)  # the limit over the stiffness
-            slots.slip[...] *= np.where(length > longest, longest / np.maximum(length, TINY), 1.0)[:, :, None]
+        self.before = sum(side.follow(last) for side in self.sides)
 
     def place_without_side(self) -> np.ndarray | None:
         """Return a place at the start where layers lie on each other [m], (3,), so that none is on a side of the other; None if
@@ -240,9 +230,10 @@ class TrianglePair(Touch):
         return None
 
     def find(self, described: dict[int, Described]) -> bool:
-        self.impulse = np.zeros(3)
-        touches = [side.find() for side in self.sides]
-        return any(touches)
+        self.impulse, self.law.lent = np.zeros(3), 0.0
+        found = [(side, side.find(self.step)) for side in self.sides]
+        self._touching = [(side, overlap) for side, overlap in found if overlap is not None]
+        return len(self._touching) > 0
 
     def way(self) -> np.ndarray:
         """Return zeros: no rigid body is pushed."""
@@ -253,27 +244,36 @@ class TrianglePair(Touch):
         return []
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
-        stored = pending = 0.0
-        for mesh in self._meshes:
-            mesh.begin_rounds()
-        for side in self.sides:
-            side.add_areas()
-        for _ in range(ROUNDS if self.sides[0].law.stops > 0.0 else 0):
-            for side in self.sides:
-                side.add_impulses(dt)
-            for mesh in self._meshes:
-                mesh.end_round()
-        for i, side in enumerate(self.sides):
-            sums, force = side.push(dt, last)
-            stored, pending = stored + sums[STORED], pending + sums[PENDING]
+        overlaps = [overlap for _, overlap in self._touching]
+        slipping = {id(side): np.zeros(len(side.slip), bool) for side in self.sides}
+        found = self.law.forces(overlaps, dt, last, slipping, self.before, self._solve(dt))
+        for (side, _), force, given in zip(self._touching, found, self.law.given, strict=True):
+            side.keep(given)
+            side.add_forces(force)
             if len(self.surfaces) == 2:
-                self.impulse += (1.0 if i == 0 else -1.0) * dt * force
-        self._energy.held = Held(stored, self._energy.taken, pending)
+                self.impulse += (1.0 if side is self.sides[0] else -1.0) * dt * force.sum(axis=0)
+
+    def _solve(self, dt: float) -> list[Implicit]:
+        """Return the normal forces over a step dt [s] of all overlaps found, which are one system."""
+        sides = [side for side, _ in self._touching]
+        normal = np.concatenate([overlap.normal for _, overlap in self._touching])
+        ahead = np.concatenate([overlap.depth for _, overlap in self._touching])
+        factors = []
+        for mesh in self._meshes:
+            vertices, shares = (np.concatenate(parts) for parts in zip(*(side.shares(mesh) for side in sides), strict=True))
+            free, factor = mesh.response(3 * vertices[:, :, None] + np.arange(3), shares * normal[:, None], dt)
+            ahead -= dt * free
+            factors.append(factor)
+        stiffness = np.concatenate([self.law.normal_stiffness(overlap) for _, overlap in self._touching])
+        given = np.concatenate([side.given_normal() for side in sides])
+        factor = factors[0] if len(factors) == 1 else sparse.csr_array(sparse.hstack(factors))
+        force, after = solve_forces(factor, ahead, stiffness, given, self.law.is_steady)
+        ends = np.cumsum([len(overlap.depth) for _, overlap in self._touching])[:-1]
+        return [Implicit(*both) for both in zip(np.split(force, ends), np.split(after, ends), strict=True)]
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """Return what a checkpoint stores: sides, slots, and the ways of the surfaces."""
-        return {
-            f"{i}/{name}": array
-            for i, side in enumerate(self.sides)
-            for name, array in {**side.slots._asdict(), "way": side.state}.items()
-        }
+        """Return what a checkpoint stores: sides, slots, and the ways of the surfaces. Those of a surface that touches itself
+        are stored with its body."""
+        if len(self.surfaces) == 1:
+            return {}
+        return {f"{i}/{name}": array for i, side in enumerate(self.sides) for name, array in side.state_arrays().items()}

@@ -8,7 +8,8 @@ is only done when surfaces may have come nearer by the margin of the sight.
 
 Four rules keep a surface from touching what it must not touch:
 
-- A point does not touch the triangles about it, and a slot from which the walk leads there is emptied.
+- A point does not touch the triangles about it. A slot is emptied if the walk leads there, which is so where one of these
+  triangles holds the closest point and is nearer.
 - A slot does not take a triangle beside the one in the other slot of the point. Otherwise a sheet that was pressed in a little
   would be found again from behind, and pushed further.
 - Faces of solids only touch faces that look towards them. A point that lies deeper behind a face than it lies behind another
@@ -29,10 +30,11 @@ from pellucid.jit.loops import parallel_loop
 CHUNK = 128  # points that a thread takes at a time
 STEPS = 30  # of a walk, at most
 FACING = 0.2  # cosine of the angle between the normal of a point and the opposite one of a face, from where on they touch
-APART, STAYS, ENTERS, COMES = range(4)
-"""States of a slot: no overlap; an overlap that was there in the step before; one that begins; one that would begin within the
-next steps, with the velocities of now."""
+APART, STAYS, ENTERS = range(3)
+"""States of a slot: neither an overlap nor one that would begin within the next steps, with the velocities of now; one of both
+as in the step before; one of both for the first time."""
 
+HOLDS = 1e-9  # of the sight: distance up to which a place is on a triangle
 OVER_RIM = 0.95  # cosine of the angle between the normal and the direction to a point, below which it is beyond the rim
 
 
@@ -57,18 +59,17 @@ class Slots(NamedTuple):
     state: np.ndarray  # (m, s) APART, STAYS or ENTERS
     clear: np.ndarray  # (m, s) length of the way of the surfaces up to which no overlap is possible [m]
     born: np.ndarray  # (m, s) depth at which the slot was filled, as far as the point has not come out since [m]
-    depth: np.ndarray  # (m, s) overlap that presses; where one comes, the distance up to it with a minus [m]
+    depth: np.ndarray  # (m, s) overlap that presses; before it begins, the distance up to it with a minus [m]
     share: np.ndarray  # (m, s, 3) barycentric coordinates of the closest point
     normal: np.ndarray  # (m, s, 3) from the other surface to the point
     slip: np.ndarray  # (m, s, 3) displacement from where friction holds [m]
-    relative: np.ndarray  # (m, s, 3) velocity against the other surface as the step began [m/s]
-    lossy: np.ndarray  # (m, s, 3) forces of damper and friction over the step [N]
+    lossy: np.ndarray  # (m, s, 3) forces over the step whose power counts after it: friction less the normal force [N]
 
 
 def make_slots(m: int, s: int) -> Slots:
     """Return s empty slots for each of m points."""
     whole = [np.full((m, s), -1), np.zeros((m, s), np.int64), np.zeros((m, s), np.int64)]
-    return Slots(*whole, *(np.zeros((m, s)) for _ in range(3)), *(np.zeros((m, s, 3)) for _ in range(5)))
+    return Slots(*whole, *(np.zeros((m, s)) for _ in range(3)), *(np.zeros((m, s, 3)) for _ in range(4)))
 
 
 class Sight(NamedTuple):
@@ -101,13 +102,20 @@ def _looks_away(points, facets, sight, p, q):
     return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] > -FACING * size
 
 
+@pointwise
+def _holds(facets, sight, q, foot):
+    """Return whether a place on a neighbour of triangle q is on q too."""
+    return closest_on(facets, q, foot)[4] <= (HOLDS * sight.far) ** 2
+
+
 @kernel(inner=True)
-def _leads_to_excluded(points, facets, p, q):
-    """Return whether a neighbour of triangle q is one that point p does not touch."""
+def _leads_to_excluded(points, facets, sight, p, q, foot):
+    """Return whether a place on triangle q is also on a neighbour that point p does not touch."""
     if points.first[p] == points.first[p + 1]:
         return False
     for r in range(facets.first[q], facets.first[q + 1]):
-        if _is_among(points.first, points.excluded, p, facets.neighbour[r]):
+        t = facets.neighbour[r]
+        if _is_among(points.first, points.excluded, p, t) and _holds(facets, sight, t, foot):
             return True
     return False
 
@@ -122,10 +130,12 @@ def _walk(points, facets, sight, p, x, t):
     for _ in range(STEPS):
         if region == INSIDE:
             break
-        best = t
+        best, foot = t, at_foot(facets.place, facets.triangle, t, u, v, w)
         for r in range(facets.first[t], facets.first[t + 1]):
             q = facets.neighbour[r]
             if q == t or _looks_away(points, facets, sight, p, q):
+                continue
+            if _is_among(points.first, points.excluded, p, q) and not _holds(facets, sight, q, foot):
                 continue
             uu, vv, ww, rr, ss = closest_on(facets, q, x)
             if ss < square * (1.0 - 1e-12) or (ss <= square and rr < region and rr == INSIDE):
@@ -166,7 +176,7 @@ def _search(points, facets, boxes, sight, p, x, hand, held, square):
             continue
         if held >= 0 and _is_among(facets.first, facets.neighbour, held, q):
             continue
-        if region != INSIDE and _leads_to_excluded(points, facets, p, q):
+        if region != INSIDE and _leads_to_excluded(points, facets, sight, p, q, f):
             continue
         found, least = q, s
     return found
@@ -222,6 +232,19 @@ def relative_velocity(points, facets, slots, p, k):
     return v[0] - of_foot[0], v[1] - of_foot[1], v[2] - of_foot[2]
 
 
+@kernel()
+def find_power(points, facets, slots):
+    """Return the power of `lossy` along the velocities of now [W]."""
+    power = 0.0
+    for p in range(len(points.place)):
+        for k in range(slots.triangle.shape[1]):
+            if slots.state[p, k] == APART:
+                continue
+            v = relative_velocity(points, facets, slots, p, k)
+            power += v[0] * slots.lossy[p, k, 0] + v[1] * slots.lossy[p, k, 1] + v[2] * slots.lossy[p, k, 2]
+    return power
+
+
 @parallel_loop()
 def find_feet(chunk, points, facets, slots, boxes, sight, way, coming, ahead, looks):
     """Find the closest points and the overlap in the slots of points.
@@ -261,15 +284,14 @@ def find_feet(chunk, points, facets, slots, boxes, sight, way, coming, ahead, lo
                 continue
             within = max(sight.thickness - gap, 0.0)
             slots.born[p, k] = within if fresh else min(slots.born[p, k], within)
-            slots.depth[p, k] = within - slots.born[p, k]
+            depth = slots.depth[p, k] = sight.thickness - gap - slots.born[p, k]
             slots.clear[p, k] = way + gap - sight.thickness
-            if slots.depth[p, k] > 0.0:
-                slots.state[p, k] = STAYS if slots.state[p, k] == STAYS or slots.state[p, k] == ENTERS else ENTERS
+            if depth <= 0.0:
+                v = relative_velocity(points, facets, slots, p, k)
+                along = v[0] * slots.normal[p, k, 0] + v[1] * slots.normal[p, k, 1] + v[2] * slots.normal[p, k, 2]
+                depth -= ahead * along
+            if depth > 0.0:
+                slots.state[p, k] = ENTERS if slots.state[p, k] == APART else STAYS
             else:
                 slots.state[p, k] = APART
-                if ahead > 0.0 and gap > sight.thickness and slots.side[p, k] != 0:
-                    v = relative_velocity(points, facets, slots, p, k)
-                    along = v[0] * slots.normal[p, k, 0] + v[1] * slots.normal[p, k, 1] + v[2] * slots.normal[p, k, 2]
-                    if gap + ahead * along < sight.thickness:
-                        slots.state[p, k], slots.depth[p, k] = COMES, sight.thickness - gap
                 slots.slip[p, k, 0] = slots.slip[p, k, 1] = slots.slip[p, k, 2] = 0.0
