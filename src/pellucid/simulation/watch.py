@@ -70,9 +70,11 @@ class Watch:
         """Warnings given so far."""
 
     def energy(self, budget: EnergyBudget, clock: Clock, bodies: Sequence[Body]) -> None:
-        """Judge the error of the balance at the end of a step, but not in the first steps of a run (unless bodies take substeps)
-        and not while a steady analysis corrects overlaps; always in the last step. Raises RunStopped above the limit, and in
-        any step if it is not finite."""
+        """Judge the error of the balance at the end of a step.
+
+        It is not judged in the first steps of a run (unless bodies take substeps) nor while a steady analysis corrects
+        overlaps, but always in the last step. Raises RunStopped above the limit, and in any step if it is not finite.
+        """
         error = abs(budget.energy_error())
         if not isfinite(error):
             words, place = fastest_point(bodies)
