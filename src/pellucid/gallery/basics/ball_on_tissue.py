@@ -1,4 +1,4 @@
-"""A rigid ball pressed into a block by contact on the grid: its force and place against those of the exact layer.
+"""Compare a rigid ball that is pressed into a block with the exact solution for a layer: force, and distance of the face.
 
 A quarter, x and y above 0, is computed; the block is as wide as high, which beside a layer without end changes the force by
 0.3 % (validation/sphere-on-layer).

@@ -1,1 +1,1 @@
-"""Lian, Liu & Zhang 2014: membranes of finite elements that touch material points on the grid."""
+"""Lian, Liu & Zhang 2014: membranes of finite elements that touch solids, liquids and gases."""
