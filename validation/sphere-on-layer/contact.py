@@ -1,6 +1,6 @@
-"""A rigid sphere pressed by contact on the grid into a block that is a meshless solid: force against the layer's.
+"""Press a rigid sphere into a block, a meshless solid, by contact of surfaces, and compare the force with that of the layer.
 
-python contact.py 0.1 0.07 0.05: cells of the grid over the radius; writes contact.csv. A quarter of the block, h = w = 2 R,
+python contact.py 0.1 0.07: cells of the grid over the radius; writes contact.csv. A quarter of the block, h = w = 2 R,
 ν = 0.3, bonded, pressed to δ = 0.1 R. The mesh has the spacing of the grid to 0.5 R beside the axis and 0.3 R below the face,
 and grows from there; the sphere is a driven cap of membrane elements of half a cell.
 """
@@ -102,7 +102,7 @@ def pressed(h, folder):
 
 if __name__ == "__main__":
     rows = []
-    for argument in sys.argv[1:] or ["0.1", "0.07", "0.05"]:
+    for argument in sys.argv[1:] or ["0.1", "0.07"]:
         with tempfile.TemporaryDirectory() as name:
             *numbers, nodes, steps = pressed(float(argument), Path(name))
         rows.append([argument, *(f"{number:.4f}" for number in numbers), nodes, steps])

@@ -18,7 +18,7 @@ Array = np.ndarray
 
 ROUNDING = 1e-12
 ENERGY = 0.01  # of the largest energy that moved; half of what the program warns at
-SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2.1
+SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2.2
 BROKEN = 0.05  # of the mass: on a thousandth of the stiffness it is nothing
 SHORT = 1e-9  # by which rounding may fall short of a bound
 IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
