@@ -15,14 +15,14 @@ MISTAKES = {
         "",
         [
             "body.drop.material.eos.gama = 1",
-            "has the keys kind, sound_speed, exponent",
+            "the keys of `body.drop.material.eos` are kind, sound_speed, exponent",
         ],
     ),
     "a key of another kind": (
         "sound_speed = 20.0",
         "sound_speed = 20.0, p_infinity = 1",
         "",
-        ["body.drop.material.eos.p_infinity = 1", "leave it out: only `stiffened-gas` has it"],
+        ["body.drop.material.eos.p_infinity = 1", "Remove it: this is a key of `stiffened-gas` only."],
     ),
     "unknown kind": ('kind = "tait"', 'kind = "tiat"', "", ["eos.kind", '"ideal-gas"', "did you mean `tait`?"]),
     "missing kind": (
@@ -31,14 +31,14 @@ MISTAKES = {
         'material = { kind = "fluid',
         ["body.drop.material.eos.kind", "is missing", '"tait"'],
     ),
-    "missing key": ("end = 0.1\n", "", "[time]", ["time.end", "is missing", "time at which the run ends, s"]),
+    "missing key": ("end = 0.1\n", "", "[time]", ["time.end", "is missing", "end time of the run, s"]),
     "no grid": (
         '[grid]\nlower = [0, 0, 0]\nupper = [1.0, 0.5, 0.0]\ncell = 0.05\nfunctions = "gimp"\n',
         "",
         None,
         ["grid", "is missing: bodies drop, block need one", "add a table [grid] with `lower`, `upper` and `cell`"],
     ),
-    "missing table": ("[time]\nend = 0.1\ncourant = 0.5\n", "", None, ["time", "is missing", "the clock"]),
+    "missing table": ("[time]\nend = 0.1\ncourant = 0.5\n", "", None, ["time", "is missing", "end time and time stepping"]),
     "negative density": (
         "density = 1200.0",
         "density = -1",
@@ -47,7 +47,7 @@ MISTAKES = {
     ),
     "poisson's ratio of a half": ("ratio = 0.3", "ratio = 0.5", "", ["poisson_ratio = 0.5", "less than 0.5"]),
     "courant above one": ("courant = 0.5", "courant = 1.5", "", ["time.courant = 1.5", "at most 1"]),
-    "text for a number": ("cell = 0.05", 'cell = "fine"', "", ['grid.cell = "fine"', "no number", '"1 m"']),
+    "text for a number": ("cell = 0.05", 'cell = "fine"', "", ['grid.cell = "fine"', "not a number", '"1 m"']),
     "boolean for a number": ("cell = 0.05", "cell = true", "", ["grid.cell = true", "must be a number"]),
     "number in quotes": ("cell = 0.05", 'cell = "0.05"', "", ["has no unit", "0.05 without quotes", '"0.05 m"']),
     "wrong dimension": ("cell = 0.05", 'cell = "5 kg"', "", ["[mass]", "[length] (m)"]),
@@ -67,7 +67,7 @@ MISTAKES = {
         "",
         ["must have 3 components"],
     ),
-    "text in a vector": ("velocity = [1.0, 0, 0]", 'velocity = ["x", 0, 0]', "", ["body.drop.velocity", "no number"]),
+    "text in a vector": ("velocity = [1.0, 0, 0]", 'velocity = ["x", 0, 0]', "", ["body.drop.velocity", "not a number"]),
     "fraction of a point": (
         "points_per_cell = 4",
         "points_per_cell = 4.5",
@@ -78,7 +78,7 @@ MISTAKES = {
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] }, rotate = { axis = [0, 0, 1] } }",
         "rotate",
-        ["body.block.shape.rotate.angle", "is missing", "add `angle = ...`"],
+        ["body.block.shape.rotate.angle", "is missing", "Add `angle = ...`"],
     ),
     "a rotation by too large an angle": (
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
@@ -96,13 +96,13 @@ MISTAKES = {
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }\nrotate = { angle = 17 }",
         "rotate",
-        ["body.block.rotate", "unknown key", "it belongs in `body.block.shape`"],
+        ["body.block.rotate", "unknown key", "Move it to `body.block.shape`."],
     ),
     "a rotation within the box": (
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0], rotate = { angle = 17 } } }",
         "rotate",
-        ["body.block.shape.box.rotate", "unknown key", "it belongs in `body.block.shape`, beside `box`"],
+        ["body.block.shape.box.rotate", "unknown key", "Move it to `body.block.shape`, next to `box`."],
     ),
     "a misspelt rotation": (
         "shape = { box = { lower = [0.5, 0.1, 0], upper = [0.8, 0.4, 0] } }",
@@ -235,7 +235,7 @@ MISTAKES = {
         "",
         ["body.drop.name", "number 1 has this name already"],
     ),
-    "a name with a space": ('name = "block"', 'name = "a block"', "", ["name", "begin with a letter"]),
+    "a name with a space": ('name = "block"', 'name = "a block"', "", ["name", "start with a letter"]),
     "a probe of no body": (
         'body = "drop"',
         'body = "dorp"',
@@ -254,7 +254,7 @@ MISTAKES = {
         "quantity = ",
         [
             "probe.front.quantity",
-            "body block has no such field",
+            "body block has no field of this name",
         ],
     ),
     "a probe of no component": ('component = "x"', 'component = "xx"', "", ["position has the components x, y, z"]),
@@ -272,7 +272,7 @@ MISTAKES = {
             "time.step = 0.005",
             "exceeds 0.00238 s",
             "stable step at the start, of body drop: wave speed",
-            "set `time.step` to at most 0.0019",
+            "Set `time.step` to at most 0.0019",
         ],
     ),
     "a fluid without a sound speed": (
@@ -298,19 +298,19 @@ MISTAKES = {
         'schema = 1\ntitle = "t"\n[grid]\nlower = [0,0,0]\nupper = [1,1,1]\ncell = 0.5\n[time]\nend = 1\n[body]\nname = "a"\n'
         '[[probe]]\nname = "p"\nbody = "a"\nquantity = "mass"\n',
         "[body]",
-        ["must be a list", "write `[[body]]`"],
+        ["must be a list", "Write the header `[[body]]`"],
     ),
     "one bracket for a support": (
         '[[support]]\nwhere = "x-lower"\nfix = "normal"\n\n[[support]]',
         "[support]",
         "[support]",
-        ["must be a list", "write `[[support]]`"],
+        ["must be a list", "Write the header `[[support]]`"],
     ),
     "a table for gravity": (
         "gravity = [0, -9.81, 0]",
         "gravity = { y = -9.81 }",
         "",
-        ["gravity = { y = -9.81 }", "must be a list (acceleration of gravity, m/s^2)", "write `gravity = [x, y, z]`"],
+        ["gravity = { y = -9.81 }", "must be a list (acceleration of gravity, m/s^2)", "Write `gravity = [x, y, z]`"],
     ),
     "a table for points per cell": (
         "points_per_cell = [2, 2, 1]",
@@ -334,7 +334,7 @@ MISTAKES = {
         "[quick]",
         '[load]\nkind = "body-force"\nbody = "drop"\nacceleration = [1, 0, 0]\n[quick]',
         "[load]",
-        ["must be a list", "write `[[load]]`"],
+        ["must be a list", "Write the header `[[load]]`"],
     ),
     "a list where a table of a kind stands": (
         'eos = { kind = "tait", sound_speed = 20.0 }',
@@ -342,33 +342,33 @@ MISTAKES = {
         "",
         ["body.drop.material.eos", "must be a table"],
     ),
-    "one bracket for a probe": ("[[probe]]", "[probe]", "[probe]", ["must be a list", "write `[[probe]]`"]),
+    "one bracket for a probe": ("[[probe]]", "[probe]", "[probe]", ["must be a list", "Write the header `[[probe]]`"]),
     "cells without number": ("cell = 0.05", "cell = 1e-320", "[grid]", ["inf cells", "along x", "use a larger cell"]),
     "frames without number": (
         "[quick]",
         "[output]\nframes = 1e-9\n\n[quick]",
         "frames = ",
-        ["output.frames = 1e-09", "1e+08 frames", "at most 100 000", "use 1e-06 s or more"],
+        ["output.frames = 1e-09", "1e+08 frames", "the limit is 100 000", "Set it to at least 1e-06 s"],
     ),
     "rows without number": (
         "[quick]",
         "[output]\nhistory = '1 ps'\n\n[quick]",
         "history = ",
-        ["output.history", "1e+11 rows", "at most 10 000 000", "use 1e-08 s or more"],
+        ["output.history", "1e+11 rows", "the limit is 10 000 000", "Set it to at least 1e-08 s"],
     ),
     "steps without number": (
         "courant = 0.5",
         "step = 1e-300",
         "step = ",
-        ["time.step = 1e-300", "1e+299 steps", "time.end = 0.1 s", "at most 1e+12", "use 1e-13 s or more"],
+        ["time.step = 1e-300", "1e+299 steps", "time.end = 0.1 s", "the limit is 1e+12", "Set `time.step` to at least 1e-13 s"],
     ),
     "a warning after the stop": (
         "[quick]",
         "[energy]\nwarn = 0.5\nstop = 0.2\n[quick]",
         "warn = ",
-        ["energy.warn = 0.5", "above energy.stop = 0.2", "use 0.2 or less, or raise energy.stop"],
+        ["energy.warn = 0.5", "above energy.stop = 0.2", "Set it to at most 0.2, or increase energy.stop."],
     ),
-    "a quote within a quantity": ("end = 0.1", """end = '"5 ms'""", "", ["time.end", "a quote too many"]),
+    "a quote within a quantity": ("end = 0.1", """end = '"5 ms'""", "", ["time.end", "contains a quotation mark"]),
     "a later format": ("schema = 1", "schema = 2", "", ["schema = 2", "must be 1"]),
     "a bad quick setting": ('"grid.cell" = 0.1', '"grid.cel" = 0.1', "", ['quick."grid.cel"', "did you mean `cell`?"]),
     "an impossible quick setting": (
@@ -381,12 +381,12 @@ MISTAKES = {
         "upper = [1.0, 0.5, 0.0]",
         "upper = [1.0, 0.5, 0.0",
         "cell = 0.05",
-        ["no valid TOML", "lists in [ ]"],
+        ["invalid TOML", "lists in [ ]"],
     ),
-    "a key without a value": ("end = 0.1", "end =", "", ["no valid TOML"]),
-    "a text without quotes": ('functions = "gimp"', "functions = gimp", "", ["no valid TOML", "texts stand in quotes"]),
+    "a key without a value": ("end = 0.1", "end =", "", ["invalid TOML"]),
+    "a text without quotes": ('functions = "gimp"', "functions = gimp", "", ["invalid TOML", "Write text in quotes"]),
     "a switch in quotes": (None, 'title = "x"\n[steady]\nmass_scaling = "no"\n', "mass_scaling", ["must be true or false"]),
-    "a key twice": ("end = 0.1", "end = 0.1\nend = 0.2", "end = 0.2", ["no valid TOML", "overwrite"]),
+    "a key twice": ("end = 0.1", "end = 0.1\nend = 0.2", "end = 0.2", ["invalid TOML", "overwrite"]),
 }
 
 

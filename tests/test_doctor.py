@@ -15,7 +15,7 @@ def test_the_doctor_looks_at_everything() -> None:
         "threads",
         "kernel cache",
         "stills and films",
-        "view that turns",
+        "interactive 3-D view",
         "memory bandwidth",
         "disk",
     ):
@@ -30,7 +30,7 @@ def test_a_cache_that_cannot_be_written_is_told(monkeypatch: pytest.MonkeyPatch,
 
     monkeypatch.setattr(doctor, "TemporaryFile", refuse)
     _, found, advice = doctor._kernel_cache()
-    assert "cannot be written" in found
+    assert "is not writable" in found
     assert "NUMBA_CACHE_DIR" in advice
 
 

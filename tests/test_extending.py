@@ -133,7 +133,7 @@ def test_the_case_runs_and_resumes_and_a_script_gives_the_same(file: Path, monke
     (file.parent / "drag.py").write_text(FILES["drag.py"] + "\n")
     refused = CliRunner().invoke(app, ["resume", "parts", "--until", "0.05"])
     assert refused.exit_code == 2
-    assert "drag.py has changed since the run began" in refused.stderr
+    assert "drag.py has changed since the run started" in refused.stderr
 
     (file.parent / "script.py").write_text(SCRIPT, encoding="utf-8")
     subprocess.run([sys.executable, "script.py"], check=True, env=os.environ | {"NUMBA_DISABLE_JIT": "1"})

@@ -25,12 +25,12 @@ def test_a_name_that_is_not_is_told_with_those_that_are(name, more):
     assert isinstance(caught.value, (UsageError, PellucidError))
     assert isinstance(caught.value, KeyError), "so that code which catches this goes on"
     assert str(caught.value).startswith("the history has no column `")
-    assert str(caught.value).endswith(f"`; it has time, momentum_x{more}")
+    assert str(caught.value).endswith(f"`; available: time, momentum_x{more}")
     assert len(str(caught.value)) < 200
 
 
 def test_where_there_is_nothing_the_error_says_so():
-    with pytest.raises(UnknownName, match=r"^the run has no metric `order`; it has none$"):
+    with pytest.raises(UnknownName, match=r"^the run has no metric `order`; available: none$"):
         Named("the run has no metric", {})["order"]
 
 

@@ -60,7 +60,7 @@ def test_what_is_registered_can_be_named_at_once() -> None:
 
 
 def test_an_object_of_a_kind_that_no_file_could_name_is_refused() -> None:
-    with pytest.raises(ValidationError, match="Uniform is not registered: decorate the class with `register`"):
+    with pytest.raises(ValidationError, match="Uniform is not registered: decorate its class with `@register`"):
         Holder(field=Uniform())
 
 
@@ -108,7 +108,7 @@ def test_a_kind_cannot_be_taken_twice() -> None:
     class Other(Uniform):
         pass
 
-    with pytest.raises(ValueError, match=r'"uniform" is taken by .*Uniform: choose another name for .*Other'):
+    with pytest.raises(ValueError, match=r'"uniform" is already registered by .*Uniform: choose another name for .*Other'):
         register(Other)
 
 
@@ -131,14 +131,14 @@ def test_a_class_that_is_no_kind_of_anything_is_refused() -> None:
     class Nothing(Model):
         kind: Literal["nothing"] = "nothing"
 
-    with pytest.raises(TypeError, match=r"Nothing is no kind of anything .* derive it from one of .*InitialField"):
+    with pytest.raises(TypeError, match=r"Nothing derives from no base class .* derive it from one of .*InitialField"):
         register(Nothing)
 
     class Nameless(InitialField):
         def at(self, position: np.ndarray) -> np.ndarray:
             return position
 
-    with pytest.raises(TypeError, match=r'Nameless names no kind: give it `kind: Literal\["my-kind"\] = "my-kind"`'):
+    with pytest.raises(TypeError, match=r'Nameless has no kind: add the field `kind: Literal\["my-kind"\] = "my-kind"`'):
         register(Nameless)
 
 

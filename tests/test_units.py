@@ -40,8 +40,8 @@ def test_a_text_with_a_unit_becomes_its_si_number(text: str, unit: str, value: f
         ("3 ++ m", "m", ['cannot read "3 ++ m"']),
         ("3 (m", "m", ['cannot read "3 (m"']),
         ("1/0 m", "m", ['cannot read "1/0 m"']),
-        ("fast", "m/s", ['"fast" is no number', '"1 m/s"']),
-        ("", "m", ["is no number"]),
+        ("fast", "m/s", ['"fast" is not a number', '"1 m/s"']),
+        ("", "m", ["is not a number"]),
         ("5 m", "", ["[length]", "a pure number"]),
     ],
 )

@@ -63,4 +63,8 @@ def module(case: str) -> ModuleType | None:
 def suggestion(name: str) -> str:
     """Return the remedy for an unknown name of a case."""
     close = difflib.get_close_matches(name, ids(), 1, cutoff=0.5)
-    return f"did you mean `{close[0]}`?" if close else "`pellucid list` shows the gallery; a file ends in .toml"
+    return (
+        f"did you mean `{close[0]}`?"
+        if close
+        else "Run `pellucid list` to list the gallery ids; the name of a case file must end in .toml."
+    )

@@ -34,7 +34,7 @@ class Commands(TyperGroup):
                 raise
             place = f"{error.filename}: " if error.filename else ""
             reason = f"{place}{error.strerror or error or type(error).__name__}"
-            raise _end(error, f"pellucid: {printable(reason)}\n    mend this, and give the command again", 3) from None
+            raise _end(error, f"pellucid: {printable(reason)}\n    Correct this and run the command again.", 3) from None
 
 
 def _end(error: BaseException, message: str, status: int) -> typer.Exit:
@@ -52,7 +52,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    help="Membranes, fluids and soft tissue with particles. A CASE is a gallery id (gan2011/shock-tube) or TOML file.",
+    help="Simulate membranes, fluids and soft tissue with particles. CASE: a gallery id (gan2011/shock-tube) or a TOML file.",
 )
 
 
@@ -66,7 +66,7 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
-    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Print the version and leave."),
+    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Print the version and exit."),
 ) -> None:
     """Options before the command."""
 

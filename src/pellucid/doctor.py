@@ -63,7 +63,7 @@ def examine() -> list[Row]:
         ("system", f"{platform.platform()}, {os.cpu_count()} cores", ""),
         ("pellucid", _version("pellucid") or "missing", ""),
         *(
-            (name, _version(name) or "missing", "" if _version(name) else "pip install . in the clone of pellucid")
+            (name, _version(name) or "missing", "" if _version(name) else "run `pip install .` in the clone of pellucid")
             for name, _ in _packages("")
         ),
         *(_optional(name, extra) for extra in FOR_USERS for name, _ in _packages(extra)),
@@ -86,7 +86,7 @@ def _packages(extra: str) -> list[tuple[str, str]]:
 
 def _optional(name: str, extra: str) -> Row:
     found = _version(name)
-    return name, found or "not installed", "" if found else f"optional: {install_command(extra)}"
+    return name, found or "not installed", "" if found else f"optional; to install it, run {install_command(extra)}"
 
 
 def _version(name: str) -> str:
@@ -99,9 +99,9 @@ def _version(name: str) -> str:
 def _threading() -> Row:
     status, text = _in_own_process(_THREADING)
     if status != 0:
-        return "threads", "a parallel kernel failed", f"reinstall numba: {text}"
+        return "threads", f"a parallel kernel failed: {text}", "reinstall numba"
     layer, count = text.split()
-    return "threads", f"numba's layer {layer}, {count} threads", ""
+    return "threads", f"numba threading layer {layer}, {count} threads", ""
 
 
 def _kernel_cache() -> Row:
@@ -111,10 +111,10 @@ def _kernel_cache() -> Row:
     if not _writable(folder):
         return (
             "kernel cache",
-            f"{folder} cannot be written",
-            "name a folder in NUMBA_CACHE_DIR, else every run compiles anew",
+            f"{folder} is not writable",
+            "set the environment variable NUMBA_CACHE_DIR to a writable folder; otherwise every run compiles its kernels again",
         )
-    found = "kernels are there" if any(cache_folder().rglob("*.nbc")) else "empty: the first run compiles"
+    found = "contains compiled kernels" if any(cache_folder().rglob("*.nbc")) else "empty: the first run compiles the kernels"
     return "kernel cache", f"{folder}, writable; {found}", ""
 
 
@@ -131,15 +131,15 @@ def _writable(folder: Path) -> bool:
 def _drawing() -> Row:
     status, text = _in_own_process(_DRAWING)
     if status == 0:
-        return "stills and films", f"pellucid's own renderer and matplotlib drew one in {text} s, without a screen", ""
-    return "stills and films", "none can be drawn", f"reinstall matplotlib: {text}"
+        return "stills and films", f"a test picture was drawn in {text} s, without a display", ""
+    return "stills and films", f"a test picture could not be drawn: {text}", "reinstall matplotlib"
 
 
 def _browser() -> Row:
     """Return True if a browser of this machine draws the view of a report, which is WebGL 2 by three.js."""
-    what, command = "view that turns", next(filter(None, map(shutil.which, BROWSERS)), None)
+    what, command = "interactive 3-D view", next(filter(None, map(shutil.which, BROWSERS)), None)
     if command is None:
-        return what, "no browser was found that could be tried", "open report.html in any browser, on any machine"
+        return what, "no browser for a test was found", "open report.html in any browser, also on another machine"
     with TemporaryDirectory(prefix="pellucid-") as folder:
         page = Path(folder) / "page.html"
         page.write_text(PAGE, encoding="utf-8")
@@ -149,11 +149,11 @@ def _browser() -> Row:
             try:
                 done = subprocess.run(call, capture_output=True, text=True, timeout=60, check=False)
             except (OSError, subprocess.TimeoutExpired) as error:
-                return what, f"{command} did not open a page ({type(error).__name__})", "try another browser"
-            told = next(iter(re.findall(r'<p id="told">(.+?)</p>', done.stdout)), "it said nothing")
+                return what, f"{command} did not open a test page ({type(error).__name__})", "use another browser"
+            told = next(iter(re.findall(r'<p id="told">(.+?)</p>', done.stdout)), "the test page printed nothing")
             if told.startswith("WebGL 2"):
-                return what, f"{Path(command).name} draws it, {told}{', in software' if more else ''}", ""
-    return what, f"{Path(command).name}: {told}", "switch WebGL on in the browser, or open report.html elsewhere"
+                return what, f"{Path(command).name}: {told}{', software rendering' if more else ''}", ""
+    return what, f"{Path(command).name}: {told}", "enable WebGL 2 in the browser, or open report.html on another machine"
 
 
 def _memory() -> Row:
@@ -176,7 +176,7 @@ def _bandwidth() -> Row:
 
 def _disk() -> Row:
     free = shutil.disk_usage(Path.cwd()).free / 2**30
-    return "disk", f"{free:.1f} GiB free in {Path.cwd()}", "" if free > 1 else "make room before a long run"
+    return "disk", f"{free:.1f} GiB free in {Path.cwd()}", "" if free > 1 else "free disk space before a long run"
 
 
 def _in_own_process(source: str) -> tuple[int, str]:
@@ -184,6 +184,6 @@ def _in_own_process(source: str) -> tuple[int, str]:
     try:
         done = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, timeout=120, check=False)
     except subprocess.TimeoutExpired:
-        return -1, "it did not end within 120 s"
+        return -1, "the test did not finish within 120 s"
     lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
     return done.returncode, lines[-1] if lines else ""

@@ -95,7 +95,7 @@ class Interrupted(PellucidError):
 
     exit_status = 143
 
-    def __init__(self, message: str = "the run was interrupted; a checkpoint was written", by_keyboard: bool = False) -> None:
+    def __init__(self, message: str = "The run was interrupted; a checkpoint was written.", by_keyboard: bool = False) -> None:
         super().__init__(message)
         self.by_keyboard = by_keyboard
         self.exit_status = 130 if by_keyboard else 143

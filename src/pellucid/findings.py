@@ -79,7 +79,7 @@ def hint(name: str, choices: Sequence[str]) -> str:
 def absent(what: str, name: object, choices: Iterable[str]) -> str:
     """Describe an unknown name, such as `what` = "the history has no column", with the known names and a likely match."""
     known = list(choices)
-    told = f"{what} `{cut(str(name))}`; it has {listed(known) or 'none'}"
+    told = f"{what} `{cut(str(name))}`; available: {listed(known) or 'none'}"
     return "\n    ".join(line for line in (told, hint(str(name), known)) if line)
 
 

@@ -39,7 +39,7 @@ class Model(BaseModel):
         if field.annotation in (bool, bool | None) and not isinstance(value, bool | None):
             raise ValueError("must be true or false, without quotes")  # pydantic would read "no" and 0 as false
         if isinstance(value, str) and (strange := CONTROL.search(value)):
-            raise ValueError(f"holds the control character {strange[0]!r}, which no text may")
+            raise ValueError(f"contains the control character {strange[0]!r}; remove it")
         if isinstance(extra, dict) and _is_numeric(field.annotation):
             return _to_si(value, str(extra.get("unit", "")))
         return value
@@ -68,7 +68,9 @@ def _to_si(value: Any, unit: str) -> Any:
     if isinstance(value, bool):
         raise ValueError("must be a number, not a boolean")  # pydantic would read true as 1
     if isinstance(value, int) and abs(value) > LARGEST:
-        raise ValueError(f"must be at most {LARGEST:.0e}; write a larger number with a point")  # no float may hold it
+        raise ValueError(
+            f"must be at most {LARGEST:.0e}; write a larger number with a decimal point, such as 1.0e19"
+        )  # no float may hold it
     if isinstance(value, str):
         from pellucid.units import to_si  # pint is heavy: only where a unit string enters
 
@@ -91,7 +93,7 @@ def parameter(unit: str, text: str, default: Any = ..., **limits: Any) -> Any:
     """
     check_si(unit)
     if unknown := sorted(limits.keys() - set(LIMITS)):
-        raise TypeError(f"a parameter has no limit `{unknown[0]}`; there are {', '.join(LIMITS)}")
+        raise TypeError(f"`parameter` has no limit `{unknown[0]}`; use one of {', '.join(LIMITS)}")
     return Field(default, description=text, json_schema_extra={"unit": unit}, **limits)
 
 

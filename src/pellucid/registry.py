@@ -37,7 +37,7 @@ class Registry(Generic[EntryType]):
         """
         before = self.entries.get(name)
         if before is not None and _home(before) != _home(source):
-            text = f'the {self.what} "{name}" is taken by {_home(before)}'
+            text = f'the {self.what} "{name}" is already registered by {_home(before)}'
             raise ValueError(f"{text}: choose another name for {_home(source)}")
         self.entries[name] = entry
         Registry.changes += 1
@@ -62,10 +62,12 @@ class Family(Registry[type[ModelType]]):
             or not isinstance(field.default, str)
             or not field.default
         ):
-            raise TypeError(f'{model.__name__} names no kind: give it `kind: Literal["my-kind"] = "my-kind"`')
+            raise TypeError(f'{model.__name__} has no kind: add the field `kind: Literal["my-kind"] = "my-kind"`')
         if lacking := sorted(model.__abstractmethods__):
             methods = listed([f"`{name}`" for name in lacking])
-            raise TypeError(f"{model.__name__} does not define {methods}, which a kind of {self.what} must have")
+            raise TypeError(
+                f"{model.__name__} does not define {methods}: every {self.what} must define these methods; add them"
+            )
         self.register(field.default, model, model)
 
     def kinds_of(self, base: type[BaseModel]) -> dict[str, type[ModelType]]:
@@ -77,7 +79,7 @@ class Family(Registry[type[ModelType]]):
         entries = self.kinds_of(base or self.base)
         if isinstance(value, self.base) and isinstance(value, base or self.base):
             if getattr(value, "kind", None) not in self.entries:
-                raise ValueError(f"{type(value).__name__} is not registered: decorate the class with `register`")
+                raise ValueError(f"{type(value).__name__} is not registered: decorate its class with `@register`")
             return value
         if not isinstance(value, Mapping):
             raise PydanticKnownError("model_type", {"class_name": (base or self.base).__name__})
@@ -93,7 +95,7 @@ class Family(Registry[type[ModelType]]):
         except ValidationError:
             raise
         except Exception as error:  # of a user's kind: pydantic lets all but ValueError and AssertionError pass
-            raise ValueError(f'the {self.what} of kind "{kind}" fails when it is read: {failure(error)}') from error
+            raise ValueError(f'the class of the {self.what} of kind "{kind}" raised an error: {failure(error)}') from error
 
 
 class OneOf:
@@ -156,7 +158,7 @@ def register(model: type[ModelType]) -> type[ModelType]:
     families = [registry for registry in Registry.every if isinstance(registry, Family) and issubclass(model, registry.base)]
     if not families:
         bases = listed([registry.base.__name__ for registry in Registry.every if isinstance(registry, Family)])
-        raise TypeError(f"{model.__name__} is no kind of anything that a case can name: derive it from one of {bases}")
+        raise TypeError(f"{model.__name__} derives from no base class of registered kinds: derive it from one of {bases}")
     families[0].add(model)
     return model
 

@@ -34,16 +34,16 @@ FIELDS: dict[str, Field] = {
     "velocity": Field(3, "m/s", "velocity"),
     "mass": Field(1, "kg", "mass"),
     "volume": Field(1, "m^3", "current volume"),
-    "density": Field(1, "kg/m^3", "density, mass by current volume"),
-    "pressure": Field(1, "Pa", "pressure of the equation of state; of solids, minus the mean stress"),
+    "density": Field(1, "kg/m^3", "density: mass divided by current volume"),
+    "pressure": Field(1, "Pa", "pressure of the equation of state; for solids, minus the mean stress"),
     "stress": Field(6, "Pa", "Cauchy stress, components xx, yy, zz, yz, xz, xy"),
     "internal_energy": Field(1, "J/kg", "specific internal energy"),
-    "strain_energy": Field(1, "J/kg", "strain energy; of solids in rate form and of membranes, the work of the stress"),
-    "kinetic_energy": Field(1, "J", "kinetic energy of the point; summed, that of the body"),
-    "stored_energy": Field(1, "J", "internal or strain energy of the point; summed, that of the body"),
-    "driven": Field(1, "1", "number of the prescribed motion that the point follows, from 1; 0 where it is free"),
-    "start": Field(3, "m", "position at the start, of bodies with a prescribed motion"),
-    "angle": Field(3, "rad", "how far a rigid body has turned about x, y and z since the start, past whole turns too"),
+    "strain_energy": Field(1, "J/kg", "specific strain energy; for rate-form solids and membranes, the work of the stress"),
+    "kinetic_energy": Field(1, "J", "kinetic energy of the point; the sum is the kinetic energy of the body"),
+    "stored_energy": Field(1, "J", "internal or strain energy of the point; the sum is the stored energy of the body"),
+    "driven": Field(1, "1", "number (from 1) of the prescribed motion of the point; 0 if the point is free"),
+    "start": Field(3, "m", "initial position; only for bodies with a prescribed motion"),
+    "angle": Field(3, "rad", "rotation of a rigid body about x, y and z since the start, including full turns"),
     "frame": Field(
         9,
         "1",
@@ -52,13 +52,13 @@ FIELDS: dict[str, Field] = {
     ),
     "in_plane": Field(4, "1", "in-plane strain or deformation gradient of a membrane in its frame", ("11", "12", "21", "22")),
     "plane_stress": Field(3, "Pa", "Cauchy stress of a membrane in its frame, components 11, 22, 12", ("11", "22", "12")),
-    "thickness": Field(1, "m", "current thickness of a membrane of elements, the mean of those about the node"),
-    "prescribed": Field(3, "1", "for each direction 0 where a node is free, else one more than the row that prescribes it"),
-    "damage": Field(1, "1", "damage of a membrane, how far its strain passed the elastic limit, relative to it"),
-    "failed": Field(1, "1", "1 where a point of a membrane has failed and bears no stress, else 0"),
-    "dissipated_energy": Field(1, "J/kg", "part of the work of the stress that damage or viscosity took"),
+    "thickness": Field(1, "m", "current thickness of a membrane of elements at the node: mean over the adjacent elements"),
+    "prescribed": Field(3, "1", "for each direction 0 if the node is free, else 1 + index of the prescribed motion"),
+    "damage": Field(1, "1", "damage of a membrane: largest excess of strain over the elastic limit, divided by the limit"),
+    "failed": Field(1, "1", "1 if the membrane point has failed and carries no stress, else 0"),
+    "dissipated_energy": Field(1, "J/kg", "part of the work of the stress dissipated by damage or viscosity"),
     "deformation_gradient": Field(9, "1", "deformation gradient, row by row"),
-    "viscous_stress": Field(6, "Pa", "part of the stress by implicit viscosity, as it acted in the last step"),
+    "viscous_stress": Field(6, "Pa", "stress by implicit viscosity in the last step"),
     "affine": Field(9, "1/s", "affine velocity field about the point, for APIC"),
 }
 
@@ -67,7 +67,7 @@ def declare_field(name: str, field: Field, owner: str) -> None:
     """Declare a field that a kind of body or material has beside these. Raises TypeError, naming the owner, where there is
     another one of this name."""
     if FIELDS.setdefault(name, field) != field:
-        raise TypeError(f"{owner}.{name}: there is a field of this name, {FIELDS[name].meaning}; choose another")
+        raise TypeError(f"{owner}.{name}: a field of this name exists ({FIELDS[name].meaning}); choose another name")
 
 
 def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:

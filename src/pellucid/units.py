@@ -53,11 +53,11 @@ def to_si(text: str, unit: str) -> float:
 
     said = cut(text, LONGEST)
     if '"' in text or "'" in text:
-        raise UnitError(f"a quote too many in {said}")
+        raise UnitError(f"{said} contains a quotation mark; remove it")
     if not any(character.isdigit() for character in text):
-        raise UnitError(f'"{said}" is no number' + (f" with a unit, such as {_example(unit)}" if unit else ""))
+        raise UnitError(f'"{said}" is not a number' + (f" with a unit, such as {_example(unit)}" if unit else ""))
     if _is_number(text):
-        wanted = f'or add a unit, such as "{said.strip()} {unit}"' if unit else "it is a pure number"
+        wanted = f'or add a unit, such as "{said.strip()} {unit}"' if unit else "the value has no unit"
         raise UnitError(f'the text "{said}" has no unit; write {said.strip()} without quotes, {wanted}')
     kind = f"a number with a unit, such as {_example(unit)}" if unit else "a number"
     found = _QUANTITY.fullmatch(text) if len(text) <= LONGEST else None
@@ -69,7 +69,7 @@ def to_si(text: str, unit: str) -> float:
         return float(quantity.to(unit or "dimensionless").magnitude)
     except DimensionalityError:
         raise UnitError(
-            f'"{said}" has the dimension {quantity.dimensionality}; wanted is {_wanted(unit)}, such as {_example(unit)}'
+            f'"{said}" has the dimension {quantity.dimensionality}, but {_wanted(unit)} is required, such as {_example(unit)}'
         ) from None
 
 
@@ -81,14 +81,14 @@ def in_degrees(angle: Any) -> Any:
 def check_si(unit: str) -> None:
     """Raises UnitError for what is no coherent SI unit, such as "kPa" or "Pas"; "" and "1" stand for pure numbers."""
     if not isinstance(unit, str):
-        raise UnitError(f'the unit must be a text, such as "kg/m^3", and not {unit!r}')
+        raise UnitError(f'the unit must be a text, such as "kg/m^3", but it is {unit!r}')
     if not unit or _COHERENT.fullmatch(unit):
         return
     with _read("", f'cannot read "{unit}" as a unit, such as "kg/m^3"'):
         factor = _registry().Quantity(1.0, _registry().Unit(unit)).to_base_units()
     if abs(factor.magnitude - 1.0) > 1e-12:
         raise UnitError(
-            f'"{unit}" is no SI unit without a prefix, such as "kg/m^3"; declare one, and a case may still say "1 {unit}"'
+            f'"{unit}" is not an SI unit without prefix; declare one such as "kg/m^3" (case files may still use "1 {unit}")'
         )
 
 

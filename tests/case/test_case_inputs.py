@@ -19,7 +19,7 @@ def test_a_run_goes_on_only_with_the_files_that_it_began_with(tmp_path):
     assert list(before) == [str(table)]
     _same_inputs(moved, before)
     table.write_text("0,0\n1,0.2\n")
-    with pytest.raises(UsageError, match=r"motion\.csv has changed since the run began: put the old file back"):
+    with pytest.raises(UsageError, match=r"motion\.csv has changed since the run started\.\n    Restore the old file"):
         _same_inputs(moved, before)
 
 

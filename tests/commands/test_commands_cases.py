@@ -89,7 +89,7 @@ def test_validate_warns_of_a_coarse_indenter_and_refuses_one_within_the_tissue(t
     file.write_text(OVER_TISSUE.replace("HEIGHT", "9"), encoding="utf-8")
     result = CliRunner().invoke(app, ["validate", str(file)])
     assert result.exit_code == 0, result.output
-    assert "warning: body punch, which does not deform, has a radius of 1 m where it meets body tissue" in result.stderr
+    assert "warning: the non-deforming body punch has a radius of 1 m where it can touch body tissue" in result.stderr
     file.write_text(OVER_TISSUE.replace("HEIGHT", "7"), encoding="utf-8")
     result = CliRunner().invoke(app, ["validate", str(file)])
     assert result.exit_code == 2
@@ -99,7 +99,7 @@ def test_validate_warns_of_a_coarse_indenter_and_refuses_one_within_the_tissue(t
 
 def test_validate_foretells_the_steps_of_quick_and_changed_cases() -> None:
     quick = CliRunner().invoke(app, ["validate", "gan2011/shock-tube", "--quick"])
-    assert "\nsteps: 1788 of 8e-05 s, time.step is 0.046 of the stable step, which body `driver` limits: " in quick.stdout
+    assert "\nsteps: 1788 of 8e-05 s, time.step is 0.046 of the stable step of body `driver`: " in quick.stdout
     changed = CliRunner().invoke(app, ["validate", "gan2011/shock-tube", "--set", "time.step=1e-5"])
     assert "\nsteps: 14300 of 1e-05 s, " in changed.stdout
     wrong = CliRunner().invoke(app, ["validate", "gan2011/shock-tube", "--set", "time.step=1"])

@@ -34,7 +34,7 @@ def test_faults_are_printed_with_status_2_and_the_repair_ends_well(turned: Path)
     result = invoke(turned, "--repair")
     assert result.exit_code == 0
     assert "note: 1 element was reversed to match its neighbours" in result.output
-    assert result.output.rstrip().endswith("no faults are left")
+    assert result.output.rstrip().endswith("no faults remain")
 
 
 def test_a_mended_file_is_written_in_the_unit_of_the_first(turned: Path, tmp_path: Path) -> None:
@@ -52,18 +52,18 @@ def test_the_file_itself_is_never_written_over(turned: Path, tmp_path: Path) -> 
     for name in (turned, tmp_path / "link.obj"):
         result = invoke(turned, "--repair", "--out", name)
         assert result.exit_code == 2
-        assert "is the file that is read, which stays as it is" in result.output
+        assert "is the input file, which is never overwritten" in result.output
     assert turned.read_bytes() == before
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--close-holes", "3"], "--close-holes is a part of the repair\n    add --repair"),
+        (["--close-holes", "3"], "--close-holes has an effect only with --repair.\n    Add --repair."),
         (["--unit", "kg"], "--unit kg: "),
         (["--out", "new.step"], "a surface cannot be written to a file with the ending .step\n    use one of .stl"),
-        (["--out", "nowhere/new.stl"], "cannot be written: there is no folder"),
-        (["--picture", "cube.jpg"], "a picture is a PNG file"),
+        (["--out", "nowhere/new.stl"], "cannot be written: the folder"),
+        (["--picture", "cube.jpg"], "only PNG files can be written"),
     ],
 )
 def test_arguments_that_make_no_sense_are_refused(

@@ -73,7 +73,7 @@ def test_a_folder_with_other_things_is_refused_and_untouched(calls: list) -> Non
             (folder / name).write_text("mine")
         result = run("basics/sod", "--out", str(folder))
         assert result.exit_code == 2
-        assert "has other files in it than those of a run" in result.stderr
+        assert "contains files that do not belong to a run" in result.stderr
         assert sorted(item.name for item in folder.iterdir()) == sorted(names)
     assert not calls
 
@@ -125,7 +125,7 @@ def test_nothing_is_said_of_an_earlier_run_before_the_new_case_is_set_up(calls: 
         (["--until", "3 kg"], "[mass]"),
         (["--every", "nan"], "greater than 0 s"),
         (["--every", "1 fs"], "--every 1 fs: output.frames"),
-        (["--set", 'time.end="5 ms'], "close every quote"),
+        (["--set", 'time.end="5 ms'], "Close all quotes"),
         (["--set", "grid.cel=1"], "did you mean `cell`?"),
         (["--set", "grid.cell"], "KEY=VALUE"),
     ],
@@ -155,9 +155,9 @@ def test_view_opens_the_report_or_says_where_it_is(has_browser: bool, tmp_path: 
     monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or has_browser)
     result = CliRunner().invoke(app, ["view", "a run"])
     assert result.exit_code == 2
-    assert "`pellucid report a run` writes it" in result.stderr
+    assert "Run `pellucid report a run` to write it." in result.stderr
     folder.report.write_text("")
     result = CliRunner().invoke(app, ["view", "a run"])
     assert opened == [f"{folder.report.resolve().as_uri()}#view"]
     assert f"the report is {folder.report.resolve()}" in result.stdout
-    assert ("there is no browser here" in result.stdout) != has_browser
+    assert ("No browser was found" in result.stdout) != has_browser

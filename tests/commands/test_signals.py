@@ -56,7 +56,7 @@ def test_in_the_set_up_nothing_is_written(
     struck(monkeypatch, FakeSimulation, "__init__", number)
     result = invoke("run", case, "--out", tmp_path / "run")
     assert result.exit_code == status
-    assert result.stderr == "pellucid: the run was interrupted before it began: nothing was written\n"
+    assert result.stderr == "pellucid: The run was interrupted before its first step; nothing was written.\n"
     assert not (tmp_path / "run").exists()
 
 
@@ -81,11 +81,11 @@ def test_between_set_up_and_steps_the_run_can_go_on(
         result = invoke("run", case, "--out", tmp_path / "run")
     assert result.exit_code == status
     if before:  # not even a case
-        assert result.stderr == "pellucid: the run was interrupted before it began: nothing was written\n"
+        assert result.stderr == "pellucid: The run was interrupted before its first step; nothing was written.\n"
         assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.lock"]
         assert run_case(free_flight(), tmp_path / "run", report=False).finished
     else:
-        assert result.stderr.endswith(f"\n    `pellucid resume {tmp_path / 'run'}` goes on with it\n")
+        assert result.stderr.endswith(f"\n    Run `pellucid resume {tmp_path / 'run'}` to continue.\n")
         assert resume_case(tmp_path / "run", report=False).finished
 
 
@@ -99,15 +99,15 @@ def test_in_the_report_the_results_are_whole(
         patch.setattr(figures, "bodies", lambda run: struck(patch, *place, number) or {})  # from then on
         result = invoke("run", case, "--out", out)
     assert result.exit_code == status
-    text = "interrupted while the report was drawn; the results are whole"
-    assert result.stderr.endswith(f"\npellucid: {text}\n    `pellucid report {out}` draws it\n")
+    text = "Interrupted while the report was drawn; the results are complete."
+    assert result.stderr.endswith(f"\npellucid: {text}\n    Run `pellucid report {out}` to draw it.\n")
     assert pellucid.Run(out).finished
     assert not [path for path in out.rglob("*") if path.name.endswith(".writing")]
     with monkeypatch.context() as patch:
         patch.setattr(figures, "bodies", lambda run: struck(patch, *place, number) or {})
         result = invoke("report", out)
     assert result.exit_code == status
-    assert f"the report is not finished; the results in {out} are as they were" in result.stderr
+    assert f"the report is not complete; the results in {out} are unchanged" in result.stderr
 
 
 def test_in_another_command_it_is_told_too(monkeypatch: pytest.MonkeyPatch) -> None:

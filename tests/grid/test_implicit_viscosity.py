@@ -178,7 +178,7 @@ def test_each_velocity_field_is_solved_for_itself():
     lower = box((0, -0.5, 0), (0.5, 0, H), IMPLICIT, (2, 2, 1), name="one", velocity=(1, 0, 0))
     upper = box((0, 0, 0), (0.5, 0.25, H), IMPLICIT, (2, 2, 1), name="two", field="other", velocity=(-1, 0, 0))
     solid = box((0, 0.25, 0), (0.5, 0.375, H), SOLID | {"density": 1.0, "young_modulus": 100.0}, (2, 2, 1), field="other")
-    with pytest.warns(UserWarning, match="solved for before"):
+    with pytest.warns(UserWarning, match="solved before the contact with"):
         sim = plane(lower, upper, solid)
     advance(sim, 12)
     rounds = sim.facts()["implicit_viscosity"]
@@ -229,7 +229,7 @@ def test_a_solve_that_does_not_converge_stops_the_run(monkeypatch):
 def test_it_bounds_no_step_and_the_forecast_hints_at_it():
     explicit = foretell_case(slit(LIQUID).case)
     assert "(viscous)" in explicit[0]
-    assert explicit[2].startswith("hint: body.block.material.implicit_viscosity = true would allow steps 71 times as long")
+    assert explicit[2].startswith("hint: body.block.material.implicit_viscosity = true would allow time steps 71 times as long")
     implicit = foretell_case(slit().case)
     assert "(wave)" in implicit[0]
     assert len(implicit) == 2
@@ -242,7 +242,9 @@ def test_it_bounds_no_step_and_the_forecast_hints_at_it():
 def test_bodies_that_act_after_the_solve_are_warned_of():
     lower = box((0, -0.5, 0), (0.5, 0, H), IMPLICIT, (2, 2, 1), name="liquid")
     block = box((0.125, 0, 0), (0.375, 0.25, H), SOLID, (2, 2, 1), rigid=True)
-    with pytest.warns(UserWarning, match="viscosity of body liquid is solved for before block act on it: in steps much longer"):
+    with pytest.warns(
+        UserWarning, match="viscosity of body liquid is solved before the contact with block: with time steps much longer"
+    ):
         plane(lower, block)
     assert not list(slipped_past(slit().case))
 

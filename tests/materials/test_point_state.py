@@ -137,7 +137,7 @@ class Whole(NamedTuple):
         (
             Taken,
             {"volume": ("m^3", "of the pores")},
-            "Taken.volume: there is a field of this name, current volume",
+            r"Taken.volume: a field of this name exists \(current volume\)",
         ),
         (Wrong, {}, "Wrong.deformation_gradient has 9 components, not 6"),
         (Open, {}, "Open.history must be a float, or a tuple of two or more floats whose number is fixed"),

@@ -128,7 +128,7 @@ def test_a_law_is_tried_at_rest_when_the_case_is_read(before: str, after: str, w
         ("state, density):", "state):", "`stored_energy`, _stored_energy(law, state, density)"),
         ("(update, Soft)", "(sqrt, Soft)", "line 33: TypeError: sqrt is no operation that a law can register a function for"),
         ("    def law(self):\n        return Soft(self.young_modulus)\n", "", "SoftMaterial does not define `law`"),
-        ("@point_state()", '@point_state(strain_energy=("J/lb", "energy"))', 'UnitError: "J/lb" is no SI unit'),
+        ("@point_state()", '@point_state(strain_energy=("J/lb", "energy"))', 'UnitError: "J/lb" is not an SI unit'),
     ],
 )
 def test_a_law_at_registration(before: str, after: str, words: str, folder: Path) -> None:

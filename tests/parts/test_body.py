@@ -163,7 +163,7 @@ def test_points_fly_on_in_frames_that_are_in_the_order_of_ids(kind, alone):
 @every_kind
 def test_a_field_that_is_not_there_is_told_with_those_that_are(kind, alone):
     body = in_flight(kind, alone).bodies[0]
-    words = rf"body {body.name} has no field `velocty`; it has .*position.*\n    did you mean `velocity`\?"
+    words = rf"body {body.name} has no field `velocty`; available: .*position.*\n    did you mean `velocity`\?"
     for ask in (body.field, body.frame().__getitem__):
         with pytest.raises(UnknownName, match=words):
             ask("velocty")

@@ -64,7 +64,7 @@ def test_a_kind_declares_fields_that_no_other_has():
             fields: ClassVar = {"salinity": Field(1, "1", "salt by mass")}
 
         assert FIELDS["salinity"].meaning == "salt by mass"
-        with pytest.raises(TypeError, match=r"Other.salinity: there is a field of this name, salt by mass; choose another"):
+        with pytest.raises(TypeError, match=r"Other.salinity: a field of this name exists \(salt by mass\); choose another"):
 
             class Other(DiffusingFieldCase):
                 fields: ClassVar = {"salinity": Field(1, "kg/m^3", "salt by volume")}

@@ -226,7 +226,7 @@ def test_other_bodies_have_no_normals() -> None:
     for name in ("normal", "area", "triangles", "vector_area"):
         with pytest.raises(ValueError, match="body it is no membrane: it has no"):
             getattr(points, name)
-    with pytest.raises(AttributeError, match=r"has no `normals`; it has id, position, .*\n    did you mean `normal`\?"):
+    with pytest.raises(AttributeError, match=r"has no `normals`; available: id, position, .*\n    did you mean `normal`\?"):
         points.normals  # noqa: B018
 
 

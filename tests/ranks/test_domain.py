@@ -90,7 +90,7 @@ def test_what_lies_near_are_the_rows_beside_too():
 def test_the_launcher_of_another_mpi_is_told_of(monkeypatch):
     monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
     monkeypatch.setitem(sys.modules, "mpi4py", SimpleNamespace(MPI=SimpleNamespace(COMM_WORLD=SimpleNamespace(size=1))))
-    with pytest.raises(UsageError, match=r"one of 2 processes .* another MPI"):
+    with pytest.raises(UsageError, match=r"2 processes were started together, .* another MPI"):
         Group().join()
 
 

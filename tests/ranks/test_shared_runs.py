@@ -135,7 +135,7 @@ def test_different_cases_are_no_run(tmp_path):
     script.write_text(DIFFERS)
     run = shared(2, tmp_path, of=script)
     assert run.returncode != 0
-    assert "their cases, folders or ends differ" in run.stderr
+    assert "their cases, folders or end times differ" in run.stderr
     assert not list(tmp_path.glob("run*"))
 
 

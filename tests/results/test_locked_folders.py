@@ -34,7 +34,7 @@ def test_a_folder_in_which_another_process_runs_is_left_alone(live, command):
     out, process = live
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     with pytest.raises(
-        UsageError, match=rf"process {process.pid} on .*, since 20.* is writing to .*run\n.*wait until it has ended"
+        UsageError, match=rf"process {process.pid} on .*, since 20.* is writing to .*run\.\n.*Wait until it has finished"
     ):
         command(out)
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
@@ -52,7 +52,7 @@ def test_a_disk_without_room_for_the_lock_ends_in_a_message(tmp_path, monkeypatc
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(lock.os, "open", full)
-    with pytest.raises(OutputError, match=r"No space left on device\n.*make room and start again"):
+    with pytest.raises(OutputError, match=r"No space left on device\n.*Free disk space, then start the run again"):
         run_case(free_flight(), tmp_path / "run")
 
 
@@ -60,9 +60,9 @@ def test_a_folder_with_a_case_of_the_user_is_left_alone(tmp_path):
     case = tmp_path / "case.toml"
     case.write_text("# mine\n" + pellucid.dumps(free_flight()))
     before = case.read_text()
-    with pytest.raises(UsageError, match="other files in it than those of a run"):
+    with pytest.raises(UsageError, match="contains files that do not belong to a run"):
         run_case(free_flight(), tmp_path)
-    with pytest.raises(UsageError, match=r"no run in .*it has no run\.lock"):
+    with pytest.raises(UsageError, match=r"contains no run: it has no run\.lock"):
         resume_case(tmp_path)
     assert case.read_text() == before
     assert list(tmp_path.iterdir()) == [case]
@@ -72,6 +72,6 @@ def test_a_case_that_was_changed_by_hand_is_not_replaced(tmp_path):
     run = run_case(free_flight(), tmp_path, report=False)
     edited = run.folder.case.read_text().replace("Free flight", "Free flight, my own")
     run.folder.case.write_text(edited)
-    with pytest.raises(UsageError, match=r"case\.toml was changed since its run began"):
+    with pytest.raises(UsageError, match=r"case\.toml has changed since its run started"):
         run_case(free_flight(), tmp_path)
     assert run.folder.case.read_text() == edited

@@ -135,7 +135,7 @@ def test_an_error_that_nobody_foresaw_names_the_path_and_what_to_do(tmp_path, mo
     monkeypatch.setattr(pellucid.catalogue, "ids", fails)
     result = CliRunner().invoke(app, ["list"])
     assert result.exit_code == 3
-    assert result.stderr.startswith(f"pellucid: {tmp_path}/some\\x1bwhere: Input/output error\n    mend this")
+    assert result.stderr.startswith(f"pellucid: {tmp_path}/some\\x1bwhere: Input/output error\n    Correct this")
 
 
 def test_a_full_disk_at_a_stop_does_not_hide_why_it_stopped(tmp_path, fake, monkeypatch):

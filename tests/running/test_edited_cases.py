@@ -31,12 +31,12 @@ def results(run):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("points_per_cell = [5, 4, 1]", "points_per_cell = [5, 2, 1]", "body.gas.points_per_cell.1 was 4 and is 2"),
-        ('name = "gas"', 'name = "air"', 'body.air.name was "gas" and is "air"'),
-        ("gamma = 1.4", "gamma = 1.3", "body.gas.material.eos.gamma was 1.4 and is 1.3"),
-        ("cell = 0.5", "cell = 0.25", "grid.cell was 0.5 and is 0.25"),
-        ('name = "front"', 'name = "tip"', 'probe.tip.name was "front" and is "tip"'),
-        ("[[probe]]", '[[support]]\nwhere = "all-nodes"\nfix = ["z"]\n[[probe]]', "support was [] and is [{ "),
+        ("points_per_cell = [5, 4, 1]", "points_per_cell = [5, 2, 1]", "body.gas.points_per_cell.1 was 4 and is now 2"),
+        ('name = "gas"', 'name = "air"', 'body.air.name was "gas" and is now "air"'),
+        ("gamma = 1.4", "gamma = 1.3", "body.gas.material.eos.gamma was 1.4 and is now 1.3"),
+        ("cell = 0.5", "cell = 0.25", "grid.cell was 0.5 and is now 0.25"),
+        ('name = "front"', 'name = "tip"', 'probe.tip.name was "front" and is now "tip"'),
+        ("[[probe]]", '[[support]]\nwhere = "all-nodes"\nfix = ["z"]\n[[probe]]', "support was [] and is now [{ "),
     ],
 )
 def test_another_case_is_refused_with_what_differs_and_nothing_is_touched(begun, old, new, words):
@@ -44,7 +44,7 @@ def test_another_case_is_refused_with_what_differs_and_nothing_is_touched(begun,
     if old.startswith("name = "):
         edit(begun, 'body = "gas"', f'body = "{"air" if "air" in new else "gas"}"')
     before = results(begun)
-    with pytest.raises(UsageError, match=rf"is not what it was\n(.*\n)*    {re.escape(words)}(.*\n)*.*or start a new run"):
+    with pytest.raises(UsageError, match=rf"its case has changed:\n(.*\n)*    {re.escape(words)}(.*\n)*.*or start a new run"):
         resume_case(begun.out)
     assert results(begun) == before
 
@@ -58,7 +58,7 @@ def test_a_run_goes_on_with_settings_and_keeps_them(begun):
 
 def test_an_end_that_is_past_is_refused(begun):
     before = results(begun)
-    with pytest.raises(UsageError, match=r"time.end = 0.2 s is before 0.51 s"):
+    with pytest.raises(UsageError, match=r"time.end = 0.2 s, but .* has already reached 0.51 s"):
         resume_case(begun.out, settings={"time.end": 0.2})
     assert results(begun) == before
 
@@ -66,8 +66,8 @@ def test_an_end_that_is_past_is_refused(begun):
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"grid.cell": 0.25}, "grid.cell was 0.5 and is 0.25"),
-        ({"time.end": 2.0, "body.gas.velocity": [2, 0, 0]}, "body.gas.velocity.0 was 1.0 and is 2.0"),
+        ({"grid.cell": 0.25}, "grid.cell was 0.5 and is now 0.25"),
+        ({"time.end": 2.0, "body.gas.velocity": [2, 0, 0]}, "body.gas.velocity.0 was 1.0 and is now 2.0"),
         ({"time.stepp": 0.1}, "did you mean `step`"),
     ],
 )
@@ -92,7 +92,7 @@ def test_a_run_goes_on_with_another_end_step_and_output(begun):
 
 def test_a_checkpoint_of_another_version_is_refused(begun, monkeypatch):
     monkeypatch.setattr(identity, "package_release", lambda: "99.0")
-    with pytest.raises(UsageError, match=r"was begun by pellucid .*, and this is 99\.0\n.*start a new run"):
+    with pytest.raises(UsageError, match=r"was started with pellucid .*, but this is version 99\.0\n.*Start a new run"):
         resume_case(begun.out)
 
 
@@ -101,7 +101,7 @@ def test_bodies_with_other_numbers_of_points_are_refused_before_anything_is_rest
     numbers["recorder"]["identity"]["points"]["gas"] = 79
     checkpoint.write(begun.folder.checkpoint, arrays, numbers)
     monkeypatch.setattr(fake, "restore", lambda *_: pytest.fail("restored"))
-    with pytest.raises(UsageError, match="body gas had 79 points and has 80"):
+    with pytest.raises(UsageError, match="body gas had 79 points and now has 80"):
         resume_case(begun.out)
 
 
@@ -109,7 +109,7 @@ def test_a_case_changed_before_the_first_checkpoint_is_begun_again_as_it_is_writ
     for path in begun.folder.checkpoint.iterdir():
         path.unlink()
     edit(begun, "[output]", "# mine\n[output]")
-    with pytest.warns(UserWarning, match="the run begins again"):
+    with pytest.warns(UserWarning, match="starts again from the beginning"):
         run = resume_case(begun.out, report=False)
     assert run.finished
     assert "# mine" in run.folder.case.read_text()
@@ -126,6 +126,6 @@ def test_a_faulty_value_is_corrected_by_a_setting(begun):
 
 def test_a_setting_that_corrects_a_case_makes_no_other_run_of_it(begun):
     edit(begun, "gamma = 1.4", "gamma = -1.4")
-    with pytest.raises(UsageError, match=r"gamma was 1\.4 and is 1\.3"):
+    with pytest.raises(UsageError, match=r"gamma was 1\.4 and is now 1\.3"):
         resume_case(begun.out, settings={"body.gas.material.eos.gamma": 1.3})
     assert resume_case(begun.out, report=False, settings={"body.gas.material.eos.gamma": 1.4}).finished

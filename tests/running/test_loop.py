@@ -70,9 +70,9 @@ def test_an_error_in_the_loop_leaves_what_was_so_far(tmp_path):
 def test_other_files_and_impossible_times_are_refused(tmp_path):
     simulation = pellucid.Simulation(pellucid.loads(DISC), threads=1)
     (tmp_path / "own.txt").write_text("mine")
-    with pytest.raises(UsageError, match="other files"):
+    with pytest.raises(UsageError, match="files that do not belong to a run"):
         next(iter(pellucid.recorded(simulation, tmp_path)))
-    with pytest.raises(UsageError, match="after the end"):
+    with pytest.raises(UsageError, match="later than the end"):
         next(iter(pellucid.recorded(simulation, tmp_path / "run", until=1.0)))
 
 

@@ -77,24 +77,30 @@ def test_fields_are_those_of_the_nearest_frame(tmp_path):
 def test_a_body_that_the_run_does_not_have_is_named_with_those_it_has(tmp_path):
     run = run_case(free_flight(), tmp_path / "run", report=False)
     for ask in (run.fields, run.times, run.cells, run.triangles):
-        with pytest.raises(UsageError, match=r"has no body `nosuch`; it has gas, block"):
+        with pytest.raises(UsageError, match=r"has no body `nosuch`; available: gas, block"):
             ask("nosuch")
 
 
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda run: run.history["tme"], r"the history of the run in .* has no column `tme`; it has time, .*mean `time`\?"),
-        (lambda run: run.units["tme"], "has no column `tme`; it has time"),
-        (lambda run: run.summary["stps"], r"summary.json has no entry `stps`; it has case, .*mean `steps`\?"),
-        (lambda run: run.summary["conservation"]["mas"], r"summary.json has no entry `mas`; it has .*mean `mass`\?"),
-        (lambda run: run.metrics["order"], "the run in .* has no metric `order`; it has none"),
-        (lambda run: run.fields("gas")["velocty"], r"body gas of the run in .* has no field `velocty`; it has .*`velocity`\?"),
-        (lambda run: run.fields("gas", 0.5, ("position", "velocty")), r"has no field `velocty`; it has .*mean `velocity`\?"),
+        (lambda run: run.history["tme"], r"the history of the run in .* has no column `tme`; available: time, .*mean `time`\?"),
+        (lambda run: run.units["tme"], "has no column `tme`; available: time"),
+        (lambda run: run.summary["stps"], r"summary.json has no entry `stps`; available: case, .*mean `steps`\?"),
+        (lambda run: run.summary["conservation"]["mas"], r"summary.json has no entry `mas`; available: .*mean `mass`\?"),
+        (lambda run: run.metrics["order"], "the run in .* has no metric `order`; available: none"),
+        (
+            lambda run: run.fields("gas")["velocty"],
+            r"body gas of the run in .* has no field `velocty`; available: .*`velocity`\?",
+        ),
+        (
+            lambda run: run.fields("gas", 0.5, ("position", "velocty")),
+            r"has no field `velocty`; available: .*mean `velocity`\?",
+        ),
         (lambda run: run.fields("gas", names=("velocty",)), "has no field `velocty`"),
         (lambda run: run.fields("gas", names="velocty"), "has no field `velocty`"),
-        (lambda run: run.fields("block", names=["position"])["mass"], "has no field `mass`; it has position$"),
-        (lambda run: run.times("ga"), r"has no body `ga`; it has gas, block\n    did you mean `gas`\?"),
+        (lambda run: run.fields("block", names=["position"])["mass"], "has no field `mass`; available: position$"),
+        (lambda run: run.times("ga"), r"has no body `ga`; available: gas, block\n    did you mean `gas`\?"),
     ],
 )
 def test_names_that_are_not_there_are_told_with_those_that_are(tmp_path, ask, words):
@@ -110,7 +116,7 @@ def test_a_single_name_needs_no_list(tmp_path):
 @pytest.mark.parametrize("time", [-1.0, -0.126, 1.126, 5.0])
 def test_a_time_beyond_the_frames_is_told_the_first_and_the_last(tmp_path, time):
     run = run_case(free_flight(), tmp_path / "run", report=False)
-    with pytest.raises(UsageError, match=r"no frame of gas near t = .*: the first is at 0 s, the last at 1 s"):
+    with pytest.raises(UsageError, match=r"body gas has no frame near t = .*; its first is at 0 s, its last at 1 s"):
         run.fields("gas", time)
 
 
@@ -149,7 +155,7 @@ def test_a_second_run_replaces_the_first(tmp_path):
 
 def test_a_folder_with_other_things_is_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(UsageError, match="other files in it than those of a run"):
+    with pytest.raises(UsageError, match="contains files that do not belong to a run"):
         run_case(free_flight(), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
@@ -205,7 +211,7 @@ def test_killed_at_any_moment_and_resumed_ends_in_the_same_bits(tmp_path, expect
 
 
 def test_resuming_where_there_is_no_run_is_told(tmp_path):
-    with pytest.raises(UsageError, match=r"no run in .*it has no case\.toml"):
+    with pytest.raises(UsageError, match=r"contains no run: it has no case\.toml"):
         resume_case(tmp_path)
 
 
@@ -230,10 +236,10 @@ def test_a_run_that_stops_itself_has_a_report(tmp_path, fake, monkeypatch):
     with pytest.raises(RunStopped) as stopped:
         run_case(free_flight(), tmp_path / "run")
     page = (tmp_path / "run/report.html").read_text()
-    assert "the run stopped itself" in page
+    assert "the run stopped with an error" in page
     assert "point 7 of gas is lost" in page
     assert (tmp_path / "run/figures/where_it_stopped.png").is_file()
-    assert stopped.value.__notes__ == [f"its curves and last pictures are in {tmp_path / 'run/report.html'}"]
+    assert stopped.value.__notes__ == [f"Curves and last pictures of the run: {tmp_path / 'run/report.html'}"]
     monkeypatch.setattr(fake, "breaks_at", None)
     assert resume_case(tmp_path / "run").finished
     assert not (tmp_path / "run/figures/where_it_stopped.png").exists()
@@ -244,12 +250,12 @@ def test_the_report_speaks_of_a_ring_where_there_is_one(tmp_path, fake, monkeypa
     monkeypatch.setattr(fake, "breaks_at", 9)
     with pytest.raises(RunStopped):
         run_case(free_flight(), tmp_path / "run")
-    assert "a ring marks the point" in (tmp_path / "run/report.html").read_text()
+    assert "the ring marks the point" in (tmp_path / "run/report.html").read_text()
     failure = tmp_path / "run/forensics/failure.json"
     failure.write_text(json.dumps({"message": "no rest", "step": 9, "time": 0.27}))
     page = write_report(tmp_path / "run").read_text()
-    assert "The state in which the run stopped itself." in page
-    assert "a ring marks the point" not in page
+    assert "The state at which the run stopped with an error." in page
+    assert "the ring marks the point" not in page
 
 
 def test_curves_reach_the_stop_where_all_of_the_row_is_known(tmp_path, fake, monkeypatch, expected):
@@ -288,7 +294,7 @@ def test_a_run_that_was_killed_has_a_report_of_what_there_is(tmp_path):
     for name in ("summary.json", "report.html"):
         (out / name).unlink()
     page = write_report(out).read_text()
-    assert "Interrupted or killed, after 0.51 s of 1 s" in page
+    assert "Interrupted or killed at 0.51 s of 1 s" in page
     assert "pellucid resume" in page
 
 
@@ -298,7 +304,7 @@ def test_a_full_disk_ends_in_a_message_and_the_run_goes_on_later(tmp_path, expec
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (600, limits[1]))  # as a disk with no more room
     try:
-        with pytest.raises(OutputError, match="make room, then `pellucid resume"):
+        with pytest.raises(OutputError, match="Free disk space, then run `pellucid resume"):
             resume_case(out, report=False)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
@@ -315,7 +321,7 @@ def test_a_file_that_was_changed_since_its_checkpoint_is_told_and_nothing_is_cut
     assert data.count(old) >= 1
     changed = data.replace(old, old[:-1] + bytes([old[-1] ^ 1]), 1)
     path.write_bytes(changed)
-    with pytest.raises(OutputError, match=rf"does not hold the \d {what} that were written before the checkpoint"):
+    with pytest.raises(OutputError, match=rf"was changed: its first \d {what} are not those written before the checkpoint"):
         resume_case(out)
     assert path.read_bytes() == changed
     path.write_bytes(data)
@@ -332,7 +338,7 @@ def test_what_a_killed_process_left_before_the_case_was_written_is_no_obstacle(t
     ("more", "words"),
     [
         ({"until": -1.0}, "until = -1.0 must be a positive time"),
-        ({"until": 99.0}, r"until = 99.0 s is after the end of the case, time.end = 0.2 s; .* set time.end to a later one"),
+        ({"until": 99.0}, r"until = 99.0 s is later than the end of the case, time.end = 0.2 s\.\n .* set a later time.end"),
         ({"threads": 0}, "threads = 0 must be a whole number from 1 to"),
         ({"threads": "two"}, "threads = 'two' must be a whole number"),
         ({"threads": 100_000}, "threads = 100000 must be a whole number"),
@@ -346,7 +352,7 @@ def test_arguments_that_make_no_sense_are_refused_before_anything_is_written(tmp
 
 def test_a_run_is_not_resumed_until_after_its_end(tmp_path):
     run_case(free_flight(), tmp_path, until=0.3, report=False)
-    with pytest.raises(UsageError, match=r"until = 2\.0 s is after the end of the case, time\.end = 1\.0 s"):
+    with pytest.raises(UsageError, match=r"until = 2\.0 s is later than the end of the case, time\.end = 1\.0 s"):
         resume_case(tmp_path, until=2.0, report=False)
     longer = resume_case(tmp_path, until=1.1, settings={"time.end": 1.2}, report=False)
     assert 1.1 <= longer.summary["end_time"] < 1.2
@@ -354,11 +360,11 @@ def test_a_run_is_not_resumed_until_after_its_end(tmp_path):
 
 def test_what_a_killed_process_left_before_the_case_is_told_at_a_resume(tmp_path):
     (tmp_path / "run.lock").touch()
-    words = r"ended before it wrote anything\n    run it again: `pellucid run CASE --out "
+    words = r"ended before it wrote anything\n    Run it again: `pellucid run CASE --out "
     with pytest.raises(UsageError, match=words):
         resume_case(tmp_path)
 
 
 def test_a_folder_that_is_not_there_says_so(tmp_path):
-    with pytest.raises(UsageError, match="there is no folder"):
+    with pytest.raises(UsageError, match="does not exist"):
         _ = pellucid.Run(tmp_path / "nosuch").summary

@@ -107,13 +107,13 @@ def test_a_run_is_not_resumed_from_another_start(tmp_path):
     first = run_case(tank(), tmp_path / "first", until=0.1, report=False)
     second = run_case(going_on(tank(), first.out), tmp_path / "second", until=0.1, report=False)
     resume_case(first.out, report=False)
-    with pytest.raises(UsageError, match="the state of the earlier run from which it began"):
+    with pytest.raises(UsageError, match=r"earlier run that provides the initial state \(start.path\) has changed"):
         resume_case(second.out, report=False)
 
 
 def test_a_run_does_not_replace_the_one_that_it_starts_from(tmp_path):
     first = run_case(tank(), tmp_path / "first", until=0.1, report=False)
-    with pytest.raises(UsageError, match="is the run from which the case starts"):
+    with pytest.raises(UsageError, match="is the initial state of the case"):
         run_case(going_on(tank(), first.out), first.out)
     assert first.history["time"][-1] == pytest.approx(0.1, abs=0.02)
 
@@ -148,21 +148,21 @@ def earlier(tmp_path_factory):
 @pytest.mark.parametrize(
     ("start", "changes", "words"),
     [
-        ({"path": "nowhere"}, {}, r"start\.path = .*nowhere.*\n.*there is no such folder"),
-        ({"body": []}, {}, r"start\.body = \[\]\n.*names no body\n.*leave it out for all"),
-        ({}, {"body.gas.velocity": [2, 0, 0]}, r"body\.gas\.velocity = \[2.*\n.*does not count.*this was \[1"),
-        ({}, {"body.gas.angular_velocity": [0, 0, 1]}, r"gas\.angular_velocity = .*\n.*does not count(.|\n)*leave it out"),
-        ({}, {"body.block.initial_stress": [1, 0, 0, 0, 0, 0]}, r"block\.initial_stress = .*\n.*does not count"),
-        ({}, {"body.gas.material.pressure": 2.0}, r"gas\.material\.pressure = 2.*\n.*does not count.*this was 1"),
-        ({}, {"grid.thickness": 0.5}, r"grid\.thickness = 0\.5\n.*1 m thick along z, and this grid is 0\.5 m thick"),
-        ({"body": ["gass"]}, {}, r"there is no such body; those of the case are gas, block"),
-        ({"time": 7.0}, {}, r"start\.time = 7(.|\n)*the last at 0\.2 s"),
-        ({}, {"body.gas.points_per_cell": [1, 1, 1]}, r"body gas has 16 points here and had 64"),
-        ({}, SHORTER, r"points of body block lie outside the grid(.|\n)*make the grid as large"),
+        ({"path": "nowhere"}, {}, r"start\.path = .*nowhere.*\n.*it does not exist"),
+        ({"body": []}, {}, r"start\.body = \[\]\n.*is empty\n.*Remove this key for all"),
+        ({}, {"body.gas.velocity": [2, 0, 0]}, r"body\.gas\.velocity = \[2.*\n.*has no effect.*the value was \[1"),
+        ({}, {"body.gas.angular_velocity": [0, 0, 1]}, r"gas\.angular_velocity = .*\n.*has no effect(.|\n)*Remove this key"),
+        ({}, {"body.block.initial_stress": [1, 0, 0, 0, 0, 0]}, r"block\.initial_stress = .*\n.*has no effect"),
+        ({}, {"body.gas.material.pressure": 2.0}, r"gas\.material\.pressure = 2.*\n.*has no effect.*the value was 1"),
+        ({}, {"grid.thickness": 0.5}, r"grid\.thickness = 0\.5\n.*1 m thick along z, but this grid is 0\.5 m thick"),
+        ({"body": ["gass"]}, {}, r"no body has this name; available: gas, block"),
+        ({"time": 7.0}, {}, r"start\.time = 7(.|\n)*its last at 0\.2 s"),
+        ({}, {"body.gas.points_per_cell": [1, 1, 1]}, r"body gas has 16 points, but 64 in the earlier run"),
+        ({}, SHORTER, r"points of body block are outside the grid(.|\n)*Enlarge the grid"),
         (
             {},
             {"body.gas.material": SOLID},
-            r"material.kind = \"linear-elastic\"(.|\n)*a run in which it had material.kind = fluid",
+            r"material.kind = \"linear-elastic\"(.|\n)*in which the body had material.kind = fluid",
         ),
     ],
 )
@@ -179,7 +179,9 @@ def test_a_start_that_does_not_fit_is_an_error_of_the_case(tmp_path, earlier, st
 
 
 def test_what_the_shape_says_of_the_place_is_told_to_be_of_no_effect(tmp_path, earlier):
-    with pytest.warns(UserWarning, match="block goes on where it is in .*: its `shape`, another than there, places nothing"):
+    with pytest.warns(
+        UserWarning, match="block keeps its position in .*; its `shape`, which differs from this run, has no effect"
+    ):
         second = run_case(going_on(tank(**MOVED), earlier.out), tmp_path / "second", until=1e-9, report=False)
     np.testing.assert_allclose(second.fields("block", 0.0)["position"], earlier.fields("block")["position"], rtol=1e-12)
 
@@ -232,7 +234,7 @@ def test_a_new_body_may_be_where_one_that_goes_on_was_but_not_where_it_is(tmp_pa
         with pytest.warns(UserWarning, match="bodies a and c overlap in one velocity field"):
             start(at)
     else:
-        with pytest.raises(CaseError, match="points of it start inside body c"):
+        with pytest.raises(CaseError, match="points of this body start inside body c"):
             start(at)
 
 
@@ -243,10 +245,10 @@ def test_a_body_described_with_less_than_in_the_earlier_run_goes_on(tmp_path, ea
 
 
 def test_a_start_from_a_file_says_what_it_is(tmp_path, earlier):
-    with pytest.raises(CaseError, match=r"it is a file\n.*name the folder: path = .*first"):
+    with pytest.raises(CaseError, match=r"it is a file\n.*Set path = .*first"):
         going_on(tank(), earlier.folder.case)
     (tmp_path / "file").write_text("")
-    with pytest.raises(CaseError, match=r"it is a file\n.*name the --out"):
+    with pytest.raises(CaseError, match=r"it is a file\n.*folder \(--out\)"):
         going_on(tank(), tmp_path / "file")
 
 
@@ -260,7 +262,7 @@ def test_a_broken_case_of_the_earlier_run_is_blamed_itself(tmp_path, earlier, da
     assert result.exit_code == 2
     line = file.read_text().splitlines().index(f'path = "{broken}"') + 1
     assert f"{file}:{line}: start.path" in result.stderr
-    assert f"mend {broken / 'case.toml'}, or name another run" in result.stderr
+    assert f"Correct {broken / 'case.toml'}, or set another run." in result.stderr
     assert f"{file}:1:" not in result.stderr
 
 

@@ -14,8 +14,8 @@ def test_each_membrane_states_its_thickness_and_where_contact_acts():
     other["surface"]["rectangle"]["corner"] = (0.0, 0.0, -2.0)
     found = contact_offsets(case(sheet(thickness=0.1, field="sheet"), other, BLOCK, **LOWER))
     assert found == [
-        "contact: membrane sheet touches others 0.05 m from `surface`, on either side: half of its thickness",
-        "contact: membrane other touches others 0 m from `surface`, on either side: `contact_offset`; its thickness is 0.08 m",
+        "contact: faces of membrane sheet are 0.05 m from `surface` on both sides (half the thickness)",
+        "contact: faces of membrane other are 0 m from `surface` on both sides (`contact_offset`; the thickness is 0.08 m)",
     ]
 
 

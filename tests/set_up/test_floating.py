@@ -46,9 +46,9 @@ PIN = {"where": {"box": {"lower": (0.35, 0.45, -1), "upper": (0.65, 0.7, 1)}}}
     ],
 )
 def test_a_body_that_may_float_is_told(options):
-    (text,) = [text for text in look(afloat(**options)) if "floats too deep" in text]
-    assert text.startswith("body box is in the velocity field of water")
-    assert 'add field = "box" to body box' in text
+    (text,) = [text for text in look(afloat(**options)) if "too deep" in text]
+    assert text.startswith("body box shares the velocity field of water")
+    assert 'Add field = "box" to body box' in text
 
 
 @pytest.mark.parametrize(
@@ -100,10 +100,10 @@ KINDS = ["membrane-elements", "membrane-points"]
 @pytest.mark.parametrize("kind", KINDS)
 def test_closed_membranes_that_may_float_are_told(kind):
     (text,) = floating_bodies(ball(kind))
-    assert text.startswith("body ball is in the velocity field of water")
-    assert 'add field = "ball" to body ball. They' in text
+    assert text.startswith("body ball shares the velocity field of water")
+    assert 'Add field = "ball" to body ball, for' in text
     (text,) = floating_bodies(ball(kind, more=[OIL]))
-    assert 'add field = "ball" to body ball and to oil, which it holds. They' in text
+    assert 'Add field = "ball" to body ball and to its contents (oil), for' in text
     assert list(floating_bodies(ball(kind, density=5000.0, centre=SURFACE - 0.02))), "heavier, and out of the water"
 
 

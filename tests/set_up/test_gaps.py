@@ -32,13 +32,16 @@ def test_a_layer_between_plates(cell, cells):
     found = warned(plate("low", 0.4, 0.8), layer(0.8, 1.0), plate("high", 1.0, 1.4), cell=cell)
     assert len(found) == (cells is not None)
     for text in found:
-        assert f"between body low and body high lie {cells} cells (0.1 m), fewer than 3, of body soft" in text
-        assert "a smaller grid.cell" in text
+        assert (
+            f"the gap between body low and body high is {cells} cells of 0.1 m wide, fewer than 3, and is filled by body soft"
+            in text
+        )
+        assert "Set a smaller grid.cell" in text
 
 
 def test_a_slit_that_a_gas_may_pass():
     (text,) = warned(plate("low", 0.4, 0.8), plate("high", 1.05, 1.4), layer(0.0, 0.4, GAS))
-    assert "between body low and body high lie 2.5 cells (0.1 m), fewer than 3, through which body soft may pass" in text
+    assert "between body low and body high is 2.5 cells of 0.1 m wide, fewer than 3, and may be entered by body soft" in text
 
 
 def test_a_slit_between_a_held_plate_and_a_rigid_one_that_is_held():
@@ -46,7 +49,7 @@ def test_a_slit_between_a_held_plate_and_a_rigid_one_that_is_held():
     still = {"name": "still", "body": "high", "hold": ["x", "y", "z"], "hold_rotation": ["z"]}
     rigid = plate("high", 1.05, 1.4) | {"rigid": True}
     (text,) = warned(plate("low", 0.4, 0.8), rigid, layer(0.0, 0.4, GAS), more_motions=[still])
-    assert "between body low and body high lie 2.5 cells" in text
+    assert "between body low and body high is 2.5 cells" in text
 
 
 def test_bodies_that_come_nearer_are_no_slit():
@@ -66,17 +69,17 @@ def test_the_gap_beside_where_bodies_touch_is_none():
 def test_a_layer_on_a_face_of_the_grid(fix, cells):
     """Behind a plane of symmetry it goes on."""
     found = warned(plate("high", 0.2, 0.6), layer(0.0, 0.2), support=[{"where": "x-lower", "fix": fix}])
-    assert [f"between body high and face x-lower lie {cells} cells" in text for text in found] == [True] * (cells is not None)
+    assert [f"between body high and face x-lower is {cells} cells" in text for text in found] == [True] * (cells is not None)
 
 
 def test_a_gap_on_a_wall():
     wall = {"point": (0.1, 0, 0), "normal": (1, 0, 0), "bodies": ["soft"], "name": "ground"}
     (text,) = warned(plate("high", 0.3, 0.6), layer(0.1, 0.3), wall=[wall])
-    assert "between body high and ground lie 2 cells" in text
+    assert "between body high and ground is 2 cells" in text
 
 
 def test_the_bore_of_one_body():
     tube = plate("tube", 0, 0) | {"outside": ["soft"]}
     tube["shape"] = {"box": {"lower": (0.2, 0.2, 0), "upper": (1.8, 1.8, 0.1)}}
     (text,) = warned(tube, box((0.9, 0.2, 0), (1.1, 1.8, 0.1), name="soft", field="soft"))
-    assert "between parts of body tube lie 2 cells (0.1 m), fewer than 3, of body soft" in text
+    assert "between parts of body tube is 2 cells of 0.1 m wide, fewer than 3, and is filled by body soft" in text

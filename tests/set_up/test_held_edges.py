@@ -34,7 +34,7 @@ SUPPORT = '[[support]]\nname = "jaws"\nwhere = '
 @pytest.mark.parametrize(("label", "holds"), [("motion `jaws`", MOTION), ("support `jaws`", SUPPORT)])
 def test_a_single_row_is_a_hinge(body, label, holds):
     (text,) = look(loads(body + holds + BOX.format(-0.05)))
-    assert text.startswith(f"{label} holds a single row of 3 nodes on the rim of body strip: for its bending this is a hinge")
+    assert text.startswith(f"{label} constrains a single row of 3 nodes on the rim of body strip: for bending this is a hinge")
     assert "ends at the second row, 0.1 m from the rim" in text
     assert not list(held_edges(loads(body + holds + BOX.format(0.05 - 0.049))))  # as the text says
 
@@ -74,6 +74,6 @@ def test_the_distance_of_a_clamp_from_the_edge_of_its_region_is_told(holds):
     """Of 24 columns the second and third lie 52 mm and 4.3 mm before 0."""
     fine = STRIP.replace("[12, 3]", "[24, 6]").replace("cell = 0.2", "cell = 0.1") + holds
     (text,) = look(loads(fine + BOX.format(0.001)))
-    assert "ends 0.00535 m beyond the last row of nodes of body strip that it holds" in text
-    assert "so that 1.004 m of it are free" in text
+    assert "ends 0.00535 m beyond the last constrained row of nodes of body strip" in text
+    assert "so its free length is 1.004 m" in text
     assert not list(held_edges(loads(fine + BOX.format(-0.004))))

@@ -23,7 +23,7 @@ def test_a_rigid_body_held_along_all_axes_that_turns(motion, warns):
     found = list(free_turns(case(DISC, motion=[{"name": "axle", "body": "disc"} | motion], counts=(4, 4, 1))))
     assert len(found) == warns
     for text in found:
-        assert 'turns freely about z: add hold_rotation = ["z"] to motion axle' in text
+        assert 'rotates freely about z. Add hold_rotation = ["z"] to motion axle' in text
         assert "hold_rotation = []" in text
 
 
@@ -40,5 +40,5 @@ def test_a_membrane_of_points_falls_through_a_wall(bodies, warns):
     found = list(passed_walls(case(sheet(field="sheet"), ball, wall=[wall], **grid)))
     assert len(found) == warns
     for text in found:
-        assert "wall 1 does not hold sheet" in text
+        assert "wall 1 does not act on sheet" in text
         assert 'bodies = ["ball"]' in text

@@ -57,7 +57,7 @@ def test_a_support_holds_nodes_across_the_seam(lower, upper, chosen):
 def test_bodies_that_overlap_across_the_seam_are_refused():
     solid = {"material": SOLID, "points_per_cell": 9}
     whole = case(drop((7.5, 4, 0), **solid), drop((0.5, 4, 0), name="other", field="other", **solid))
-    with pytest.raises(CaseError, match=r"points of it start inside body other"):
+    with pytest.raises(CaseError, match=r"points of this body start inside body other"):
         refuse_overlaps(whole.body, stand(whole), whole.grid)
     apart = case(drop((7.5, 4, 0), 1.0, **solid), drop((2.5, 4, 0), 1.0, name="other", field="other", **solid))
     refuse_overlaps(apart.body, stand(apart), apart.grid)
@@ -69,7 +69,7 @@ def test_membranes_that_cross_across_the_seam_are_refused():
     ends = [{"start": (x, 4, 0), "end": (x, 4, 1), "radius": 0.7, "points": (12, 2)} for x in (0.6, 7.6)]
     one, two = (net | {"name": name, "field": name, "surface": {"tube": end}} for name, end in zip("ab", ends, strict=True))
     whole = case(one, two)
-    with pytest.raises(CaseError, match="crosses or touches body b"):
+    with pytest.raises(CaseError, match="intersects or touches body b"):
         refuse_overlaps(whole.body, stand(whole), whole.grid)
 
 

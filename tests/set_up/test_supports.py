@@ -27,24 +27,24 @@ def test_a_lid_between_walls_is_told_nothing(supports):
 def test_a_region_that_would_move_through_a_face():
     (text,) = told(WALLS, region((0, 3.5, 0), (4, 4, 4), (1, 0, 0)), {"where": "y-upper", "fix": "normal"})[:1]
     assert text.startswith(
-        "support number 2 prescribes 1 m/s along x and support number 1 0 m/s at 5 nodes, first at (0, 4, 0) m"
+        "support number 2 prescribes 1 m/s along x, but support number 1 0 m/s, at 5 nodes, first at (0, 4, 0) m"
     )
-    assert "end one cell before this face" in text
+    assert "one cell before this face" in text
     assert told(WALLS, region((1, 3.5, 0), (3, 4, 4), (1, 0, 0))) == []
 
 
 def test_regions_that_overlap():
     one, other = region((1, 1, 1), (2, 2, 2), (0, 0, 0), name="one"), region((2, 1, 1), (3, 2, 2), (0, 0, 1))
     (text,) = told(one, other)
-    assert text.startswith("support `one` prescribes 0 m/s along z and support number 2 1 m/s at 4 nodes")
-    assert "the later one" in text
+    assert text.startswith("support `one` prescribes 0 m/s along z, but support number 2 1 m/s, at 4 nodes")
+    assert "because it is later in the case" in text
     assert told(one, other | {"until": 1.0}) == []
     assert told(one, other | {"velocity": (0, 0, 0)}) == []
 
 
 def test_lids_that_meet():
     (text,) = told({"where": "x-lower", "velocity": (0, 0, 1)}, {"where": "y-lower", "velocity": (0, 0, -2)})
-    assert "there support number 1 counts, the slower one" in text
+    assert "support number 1 is applied to these nodes, because it is slower" in text
 
 
 def test_two_velocities_of_a_face_are_refused():
@@ -69,7 +69,7 @@ def test_a_lid_that_moves_out_is_warned_of():
     built = case(FILLED, **cavity(RISING, REST))
     (text,) = leading_out(built)
     assert text.startswith("support `lid` moves the face y-upper out of the grid at 0.5 m/s")
-    assert "set its velocity along y to 0" in text
+    assert "Set the velocity of the support along y to 0" in text
     assert text in list(look(built))
 
 

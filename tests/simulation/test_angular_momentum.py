@@ -44,7 +44,7 @@ def test_a_support_that_pushes_ends_the_report():
     assert "angular_momentum" not in sim.conservation()
 
 
-@pytest.mark.parametrize(("transfer", "words"), [("pic", '"pic" smooths rotation'), ("flip", None), ("apic", None)])
+@pytest.mark.parametrize(("transfer", "words"), [("pic", '"pic" damps rotation'), ("flip", None), ("apic", None)])
 def test_a_drift_is_warned_of_once(transfer, words):
     """PIC smooths rotation within a cell; over a tenth of a turn FLIP keeps 99 % of it, and APIC all with these functions."""
     with warnings.catch_warnings(record=True) as caught:
@@ -56,7 +56,7 @@ def test_a_drift_is_warned_of_once(transfer, words):
     assert len(texts) == (words is not None)
     if words is not None:
         assert words in texts[0]
-        assert 'set time.transfer = "apic" and grid.functions = "quadratic-bspline"' in texts[0]
+        assert 'Set time.transfer = "apic" and grid.functions = "quadratic-bspline"' in texts[0]
     error = sim.conservation()["angular_momentum"]
     assert error < {"pic": 1.0, "flip": 0.02, "apic": 1e-12}[transfer]
 

@@ -14,12 +14,12 @@ FIELD = SimpleNamespace(grid=SimpleNamespace(rows=[0, 10, 20]))
 def test_processes_without_work_are_told_of():
     assert idle(1, []) is None
     assert idle(2, [FIELD]) is None
-    assert "no grid: each of 2 processes" in idle(2, [])
-    assert "2 rows of slabs, and 1 of 3 processes have none: start 2 at most" in idle(3, [FIELD])
+    assert "no grid, so each of 2 processes" in idle(2, [])
+    assert "only 2 rows of slabs, so 1 of 3 processes are idle. Start at most 2." in idle(3, [FIELD])
 
 
 def test_rows_that_would_meet_across_a_seam_are_refused(monkeypatch):
     monkeypatch.setattr(domain, "group", SimpleNamespace(size=2))
     case = GridCase(lower=(0, 0, 0), upper=(8, 8, 0), cell=1.0, periodic=["x", "y"])
-    with pytest.raises(CaseError, match=r"(?s)grid.periodic.*rows of slabs, which would meet across its seam.*one process"):
+    with pytest.raises(CaseError, match=r"(?s)grid.periodic.*periodic along all axes cannot be shared.*one process"):
         cut_rows([], case, Grid(case))

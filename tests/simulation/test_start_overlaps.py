@@ -57,10 +57,10 @@ def test_the_force_on_a_pressed_sphere_is_exact(plate, offset, clear):
 def test_the_report_names_both_and_the_depth():
     sim, (text,) = built(pressed_oocyte(RADIUS + 0.3e-6, contact_offset="4 um"))
     assert text == (
-        "body zona and wall plate start nearer to each other, by 3.7e-06 m, than the distance at which contact acts, 4e-06 m "
-        "(the `contact_offset` of each membrane, by default half of its thickness): until they have come apart once, this "
-        "overlap exerts no force, and contact acts 3.7e-06 m later; to let it act where the case places them, move one of the "
-        "two away by 3.7e-06 m, or reduce `contact_offset`"
+        "body zona and wall plate start 3.7e-06 m closer to each other than the contact distance of 4e-06 m (`contact_offset` "
+        "of each membrane, default: half of the thickness): this overlap exerts no force until they have separated once, so "
+        "contact starts 3.7e-06 m late. To have contact act from the start, move one of the two away by 3.7e-06 m, or set a "
+        "smaller `contact_offset`."
     )
     (fact,) = sim.facts()["start_overlaps"]
     assert fact == {"between": ["body zona", "wall plate"], "depth": pytest.approx(3.7e-6), "distance": pytest.approx(4e-6)}
@@ -174,11 +174,11 @@ def test_bodies_that_continue_an_earlier_run_press_from_the_start_on():
 
 def test_a_body_that_touches_itself_is_reported_by_its_name():
     text = OverlappingStart(("body bag",), 2e-4, 1e-3).text
-    assert text.startswith("parts of body bag start nearer to each other, by up to 0.0002 m, than twice its contact offset")
+    assert text.startswith("parts of body bag start up to 0.0002 m closer to each other than twice the contact offset")
 
 
 def test_an_offset_beyond_the_sight_of_surfaces_is_refused():
     table = membrane(2.06) | {"contact_offset": 3.0}
-    with pytest.raises(CaseError, match=r"body\.tissue\.contact_offset.*\n.*touch at a distance of 3 m") as caught:
+    with pytest.raises(CaseError, match=r"body\.tissue\.contact_offset.*\n.*the contact distance of .* is 3 m") as caught:
         simulation(table, PLATE, counts=(4, 4, 4), motion=LED, end=1.0)
-    assert "reduce `contact_offset`" in str(caught.value)
+    assert "Set a smaller `contact_offset`" in str(caught.value)

@@ -165,7 +165,9 @@ def test_it_goes_on_from_a_checkpoint_bit_for_bit(steps):
 
 def test_a_missed_tolerance_keeps_the_state_and_can_go_on(tmp_path):
     case = pulled({"loading": 100, "most_steps": 150})
-    with pytest.raises(RunStopped, match=r"load step 1 of 1: no steady state in 150 steps, steady.most_steps = 150.*is kept"):
+    with pytest.raises(
+        RunStopped, match=r"load step 1 of 1: no steady state after 150 steps \(steady.most_steps = 150\)(.|\n)*last state"
+    ):
         run_case(case, tmp_path / "run", report=False)
     kept = Run(tmp_path / "run")
     assert kept.history["time"].tolist() == [0.0, 1.0]
@@ -178,7 +180,7 @@ def test_a_missed_tolerance_keeps_the_state_and_can_go_on(tmp_path):
 
 
 def test_another_tolerance_ends_what_was_missed(tmp_path):
-    with pytest.raises(RunStopped, match=r"no steady state in \d+ steps, steady.most_steps = 300:"):
+    with pytest.raises(RunStopped, match=r"no steady state after \d+ steps \(steady.most_steps = 300\):"):
         run_case(pulled({"loading": 100, "most_steps": 300}), tmp_path / "run", report=False)
     run = resume_case(tmp_path / "run", report=False, settings={"steady.tolerance": 0.1})
     assert run.summary["steady"]["estimated_error"] < 0.1
@@ -237,7 +239,7 @@ def test_what_cannot_be_steady_is_refused():
     table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "steady": {}, "grid": grid}
     with pytest.raises((CaseError, ValueError), match='steady states of kind "material-points" cannot be computed'):
         Case.model_validate(table | {"body": [points | {"kind": "material-points", "material": TISSUE}]})
-    with pytest.raises((CaseError, ValueError), match="steady states choose the step of their relaxation"):
+    with pytest.raises((CaseError, ValueError), match="the step of a relaxation to steady states is chosen automatically"):
         pulled(time={"end": 1.0, "step": 1e-3})
 
 
@@ -271,7 +273,7 @@ def vertical_reactions(case):
 
 
 def test_a_body_that_moves_at_the_start_is_refused():
-    with pytest.raises((CaseError, ValueError), match="a steady state begins at rest"):
+    with pytest.raises((CaseError, ValueError), match="the computation of steady states starts at rest"):
         pulled(body={"velocity": (0.0, 0.0, 1.0)})
 
 

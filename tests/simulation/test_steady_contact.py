@@ -188,13 +188,13 @@ def test_rigid_bodies_that_motions_do_not_prescribe_are_refused():
     partly = {"name": "press", "body": "tool", "hold": ["x"], "displacement": {"z": PRESS}}
     assert "free along y" in refused(table([block(), tool()], motion=[partly]))
     turning = HELD | {"hold_rotation": ["x"]}
-    assert "turns freely about y, z" in refused(table([block(), tool()], motion=[turning]))
-    assert "every body of the case is rigid" in refused(table([tool()], motion=[HELD]))
+    assert "free to rotate about y, z" in refused(table([block(), tool()], motion=[turning]))
+    assert "all bodies of the case are rigid" in refused(table([tool()], motion=[HELD]))
 
 
 def test_a_tool_without_a_word_about_its_rotation_is_held_with_a_warning(led):
     motion = {name: value for name, value in HELD.items() if name != "hold_rotation"}
-    with pytest.warns(UserWarning, match="holds it against rotation about x, y, z"):
+    with pytest.warns(UserWarning, match="constrains the rotation about x, y, z"):
         _, rows = finished(table([block(), tool()], motion=[motion], probe=probes("z")))
     assert abs(rows[-1, 0]) == pytest.approx(abs(led), rel=5e-3)
 

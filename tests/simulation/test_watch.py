@@ -25,8 +25,8 @@ def half_lost(moved, made=0.0):
 @pytest.mark.parametrize(
     ("has_grid", "advice"),
     [
-        (True, "use a smaller step, a finer grid, or raise energy.stop"),
-        (False, "use a smaller step, or raise energy.stop"),
+        (True, "Use a smaller time step or a finer grid, or increase energy.stop"),
+        (False, "Use a smaller time step, or increase energy.stop"),
     ],
 )
 def test_a_loss_stops_a_run_after_its_first_steps_with_an_advice_that_applies(has_grid, advice):
@@ -38,13 +38,13 @@ def test_a_loss_stops_a_run_after_its_first_steps_with_an_advice_that_applies(ha
 
 def test_what_contact_and_transfers_made_is_named():
     watch = Watch(EnergyCase(), False, True, "flip")
-    with pytest.raises(RunStopped, match=r"time integration -2.5 J, made by contact and transfers 0.25 J\)"):
+    with pytest.raises(RunStopped, match=r"time integration -2.5 J, added by contact and transfers 0.25 J\)"):
         watch.energy(half_lost(5.0, made=0.25), clock(FIRST_JUDGED), [])
 
 
 def test_bodies_with_steps_of_their_own_are_judged_from_the_first_on():
     watch = Watch(EnergyCase(), True, False, "flip")
-    with pytest.raises(RunStopped, match="use a lower `accuracy`, more nodes, or raise"):
+    with pytest.raises(RunStopped, match="Use a lower `accuracy` or more nodes, or increase"):
         watch.energy(half_lost(5.0), clock(1), [])
 
 
@@ -62,13 +62,13 @@ def test_a_squeezed_liquid_is_warned_of_with_a_speed_that_helps():
     assert told.endswith("with 5.2 m/s it is 0.6 %")
 
 
-@pytest.mark.parametrize(("transfer", "advice"), [("flip", ', or use time.transfer = "apic"; see'), ("apic", "; see")])
+@pytest.mark.parametrize(("transfer", "advice"), [("flip", ', or set time.transfer = "apic"; see'), ("apic", "; see")])
 def test_more_fluid_than_the_grid_holds_is_warned_of(transfer, advice):
     gas = box((0, 0, 0), (2, 2, 0), GAS, (2, 2, 1), name="gas")
     sim = simulation(gas, counts=(2, 2, 1), support=SLIP[:4], thickness=0.1, transfer=transfer)
     sim.bodies[0].arrays["volume"] *= 1.009
     sim._watch.volumes(sim._on_grid, sim.clock)
     sim.bodies[0].arrays["volume"] *= 1.041
-    text = f"points of gas have 5 % more volume than the grid.*add cell_pressure = true to the body{advice}"
+    text = f"volume of the points of gas is 5 % larger than the grid.*Add cell_pressure = true to the body{advice}"
     with pytest.warns(UserWarning, match=text):
         sim._watch.volumes(sim._on_grid, sim.clock)

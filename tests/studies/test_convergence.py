@@ -30,7 +30,7 @@ def second_order(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
 def test_error_ratio_and_order_are_printed_and_kept(second_order: list[Path], tmp_path: Path) -> None:
     result = CliRunner().invoke(app, [*TUBE, "--over", "grid.cell=10 mm,5mm,0.0025", "--out", str(tmp_path / "study")])
     assert result.exit_code == 0, result.stderr
-    assert "observed order, least squares over all values: 2.00" in result.stdout
+    assert "observed order of convergence (least squares over all values): 2.00" in result.stdout
     assert second_order == [tmp_path / "study" / f"{i}" for i in (1, 2, 3)]
     rows = (tmp_path / "study" / "convergence.csv").read_text().splitlines()
     assert rows[0] == "grid.cell,error_of_density_l1,ratio,order"
@@ -63,7 +63,7 @@ def test_an_impossible_value_stops_before_anything_runs(second_order: list[Path]
 def test_an_unknown_metric_is_named_with_those_there_are(second_order: list[Path]) -> None:
     result = CliRunner().invoke(app, ["converge", "basics/sod", "--metric", "mass", "--over", "grid.cell=0.02,0.01"])
     assert result.exit_code == 2
-    assert "basics/sod has no metric `mass`; it has density_l1, " in result.stderr
+    assert "basics/sod has no metric `mass`; available: density_l1, " in result.stderr
     assert not second_order, "nothing has run"
 
 
@@ -72,7 +72,7 @@ def test_a_case_of_ones_own_has_no_metrics(second_order: list[Path], tmp_path: P
     case.write_text(pellucid.dumps(pellucid.load("basics/sod").model_copy(update={"id": ""})))
     result = CliRunner().invoke(app, ["converge", str(case), "--metric", "density_l1", "--over", "grid.cell=0.02,0.01"])
     assert result.exit_code == 2
-    assert "has no metric `density_l1`; it has none; a [[check]] gives a case one" in result.stderr
+    assert "has no metric `density_l1`; available: none; add a [[check]] to the case" in result.stderr
     assert not second_order
 
 
@@ -80,7 +80,7 @@ def test_a_metric_that_a_setting_takes_away_is_named(second_order: list[Path]) -
     over = ["--over", "grid.cell=0.01,0.005"]
     result = CliRunner().invoke(app, ["converge", "gan2011/shock-tube", "--metric", "shock_position", *over])
     assert result.exit_code == 2
-    assert "with these settings gan2011/shock-tube has no metric `shock_position`; it has density_l1" in result.stderr
+    assert "With these settings, gan2011/shock-tube has no metric `shock_position`; available: density_l1" in result.stderr
     assert len(second_order) == 1
 
 

@@ -31,17 +31,17 @@ def test_without_deviations_the_residuals_tell_them() -> None:
 def test_a_parameter_without_effect_is_named() -> None:
     found = estimated(FREE, np.array([0.5, 0.5]), RESIDUALS, SLOPES * [1, 0], True)
     assert len(found.warnings) == 1
-    assert "do not determine b:" in found.warnings[0]
+    assert "do not determine b;" in found.warnings[0]
 
 
 def test_parameters_that_act_alike_are_named_together() -> None:
     found = estimated(FREE, np.array([0.5, 0.5]), RESIDUALS, np.column_stack([SLOPES[:, 0]] * 2), True)
-    assert "a and b apart from each other" in found.warnings[0]
+    assert "a and b independently" in found.warnings[0]
 
 
 def test_an_estimate_at_the_end_of_its_range_is_told() -> None:
     found = estimated(FREE, np.array([0.5, 0.999]), RESIDUALS, SLOPES, True)
-    assert found.warnings == ["b is at the upper end of its range: the best value may lie beyond"]
+    assert found.warnings == ["b is at the upper end of its range, so the best value may be outside; extend the range"]
 
 
 def test_a_misfit_beyond_the_deviations_is_told() -> None:

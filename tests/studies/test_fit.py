@@ -65,7 +65,7 @@ def test_what_the_data_do_not_determine_is_told(begun: list[str], curve, tmp_pat
 
 
 def test_parameters_that_act_alike_are_told_together(begun: list[str], curve, tmp_path) -> None:
-    with pytest.warns(UserWarning, match=f"do not determine {SPEED} and {LAG} apart from each other"):
+    with pytest.warns(UserWarning, match=f"do not determine {SPEED} and {LAG} independently"):
         fit(curve, tmp_path / "f", free={SPEED: (1.0, 3.0), LAG: (0.0, 4.0)})
 
 
@@ -88,11 +88,11 @@ def test_the_command_prints_the_estimates(curve, tmp_path) -> None:
     ("more", "why"),
     [
         ({"method": "guess"}, "there is no method"),
-        ({"free": {}}, "needs a measured curve and a free parameter"),
-        ({"free": {SPEED: (3.0, 0.5)}}, "not below"),
-        ({"trials": 0}, "at least one"),
+        ({"free": {}}, "requires a measured curve and a free parameter"),
+        ({"free": {SPEED: (3.0, 0.5)}}, "must be less"),
+        ({"trials": 0}, "at least 1"),
         ({"deviation": {"frnt": 1.0}}, "did you mean `front`"),
-        ({"scheduler": "tcp://a:1", "slurm": {"cores": "1", "memory": "1GB"}}, "leave one of them out"),
+        ({"scheduler": "tcp://a:1", "slurm": {"cores": "1", "memory": "1GB"}}, "Remove one of them"),
     ],
 )
 def test_what_makes_no_sense_is_refused(begun: list[str], curve, more: dict, why: str, tmp_path) -> None:

@@ -31,20 +31,20 @@ def test_one_deviation_holds_for_all_values(tmp_path) -> None:
     assert read_curve(path, "front", case(), 2e-3).is_stated
     np.testing.assert_allclose(read_curve(path, "front", case()).deviation, 0.2)
     stated = write_csv(tmp_path / "d.csv", *HEAD, (0.1, 1, 1), (0.2, 1, 2))
-    with pytest.raises(UsageError, match="standard deviations of its own, in the column deviation; leave the option out"):
+    with pytest.raises(UsageError, match=r"already has standard deviations in the column deviation\.\n    Remove the option"):
         read_curve(stated, "front", case(), "2 mm")
 
 
 @pytest.mark.parametrize(
     ("rows", "why"),
     [
-        ([("time", "front"), ("s", "m"), (0.1, 1)], "a curve has two or more"),
+        ([("time", "front"), ("s", "m"), (0.1, 1)], "a curve requires at least two rows"),
         ([("time", "front"), (0.0, 1.0), (0.1, 1), (0.2, 1)], r"c\.csv:1: the column time has no unit"),
         ([("time", "front"), ("s", "kg"), (0.1, 1), (0.2, 1)], r"c\.csv: the unit of the column front: .* dimension"),
-        ([("time", "front"), ("s", "m"), (0.1, "wide"), (0.2, 1)], r'c\.csv:3: front = "wide" is no finite number'),
-        ([("time", "front"), ("s", "m"), (0.1, 1), (0.2,)], r"c\.csv:4: 1 cells below 2 names"),
+        ([("time", "front"), ("s", "m"), (0.1, "wide"), (0.2, 1)], r'c\.csv:3: front = "wide" is not a finite number'),
+        ([("time", "front"), ("s", "m"), (0.1, 1), (0.2,)], r"c\.csv:4: the row has 1 cells, but there are 2 columns"),
         ([("time", "front"), ("s", "m"), (0.1, 1), (7.0, 1)], r"c\.csv:4: t = 7 s is not between"),
-        ([("x", "front"), ("s", "m"), (0.1, 1), (0.2, 1)], "no column is named time or like a probe"),
+        ([("x", "front"), ("s", "m"), (0.1, 1), (0.2, 1)], "no column has the name time or the name of a probe"),
         ([*HEAD, (0.1, 1, 1), (0.2, 1, 0)], r"c\.csv:4: deviation is 0; it must be greater than 0"),
     ],
 )

@@ -18,7 +18,7 @@ def test_values_and_ends_are_told_apart() -> None:
 
 @pytest.mark.parametrize("text", ["grid.cell", "=1,2", "grid.cell=", "a=1:", "a=1:2:3"])
 def test_a_bad_text_is_refused_with_an_example(text: str) -> None:
-    with pytest.raises(UsageError, match="write KEY="):
+    with pytest.raises(UsageError, match="must have the form KEY="):
         read_values([text])
 
 
@@ -45,7 +45,7 @@ def test_values_have_seven_digits() -> None:
     assert Range(0.0, 1.0).at(1 / 3) == 0.3333333
 
 
-@pytest.mark.parametrize(("low", "high", "why"), [(2, 1, "not below"), ("usf", "musl", "no range")])
+@pytest.mark.parametrize(("low", "high", "why"), [(2, 1, "must be less"), ("usf", "musl", "cannot have a range")])
 def test_a_range_that_is_none_is_refused(low: object, high: object, why: str) -> None:
     key = "time.scheme" if low == "usf" else SPEED
     with pytest.raises(UsageError, match=why):

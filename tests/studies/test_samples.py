@@ -32,11 +32,11 @@ def test_rows_of_a_table_meet_every_value() -> None:
 @pytest.mark.parametrize(
     ("over", "samples", "why"),
     [
-        ({}, None, "nothing varies"),
+        ({}, None, "No key varies"),
         ({SPEED: (1.0, 2.0)}, None, "--samples"),
-        ({SPEED: (1.0, 2.0)}, 0, "at least one"),
+        ({SPEED: (1.0, 2.0)}, 0, "at least 1"),
         ({SPEED: []}, None, "no values"),
-        ({SPEED: range(1000), "grid.cell": range(1000)}, None, "at most 100000"),
+        ({SPEED: range(1000), "grid.cell": range(1000)}, None, "the limit of 100000"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(over: dict, samples: int | None, why: str) -> None:

@@ -75,7 +75,7 @@ def test_numbers_beside_words_are_one_column(begun: list[str], tmp_path) -> None
 
 
 def test_an_end_that_members_do_not_reach_is_refused(begun: list[str], tmp_path) -> None:
-    with pytest.raises(UsageError, match="is after the end of the case"):
+    with pytest.raises(UsageError, match="is later than the end of the case"):
         sweep({"time.end": [1.0, 0.4]}, tmp_path / "s", until=0.5)
     assert begun == []
 

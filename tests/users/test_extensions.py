@@ -107,14 +107,14 @@ def test_mistakes_in_what_a_file_registers_are_found_like_any_other(folder: Path
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
-        ("np.full_like", "np.full_like(", ["line 11: SyntaxError", "mend "]),
+        ("np.full_like", "np.full_like(", ["line 11: SyntaxError", "Correct "]),
         ("import numpy as np", "import nunpy as np", ["line 2: ModuleNotFoundError: No module named 'nunpy'"]),
         (
             '"uniform"] = "uniform"',
             '"sine-wave"] = "sine-wave"',
-            ['"sine-wave" is taken by pellucid.bodies.initial.sine_wave.SineWave'],
+            ['"sine-wave" is already registered by pellucid.bodies.initial.sine_wave.SineWave'],
         ),
-        ("(InitialField)", "", ["line 5: TypeError", "no kind of anything"]),
+        ("(InitialField)", "", ["line 5: TypeError", "no base class"]),
     ],
 )
 def test_a_file_that_fails_is_named_with_its_line(before: str, after: str, words: list[str], folder: Path) -> None:
@@ -129,7 +129,7 @@ def test_a_file_that_fails_is_named_with_its_line(before: str, after: str, words
 def test_a_file_that_is_not_there(folder: Path) -> None:
     (folder / "uniform.py").unlink()
     assert "case.toml:3: extensions.0" in refused(folder)
-    assert "cannot read it: No such file or directory" in refused(folder)
+    assert "the file cannot be read: No such file or directory" in refused(folder)
 
 
 @pytest.mark.parametrize(("value", "words"), [('"uniform.py"', "must be a list"), ("[3]", "must be text in quotes")])

@@ -40,28 +40,28 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
-        ('kind: Literal["push"]', "kind: str", ['Push names no kind: give it `kind: Literal["my-kind"] = "my-kind"`']),
+        ('kind: Literal["push"]', "kind: str", ['Push has no kind: add the field `kind: Literal["my-kind"] = "my-kind"`']),
         (
             '"force on unit mass", 1.0',
             '"force on unit mass", 1.0, min=0',
-            ["line {line}: TypeError: a parameter has no limit `min`; there are gt, ge"],
+            ["line {line}: TypeError: `parameter` has no limit `min`; use one of gt, ge"],
         ),
-        ('reduction("middle")', 'reduction("")', ['the reduction "" must begin with a letter']),
-        ("def forces", "def force", ["TypeError: Push does not define `forces`, which a kind of load must have"]),
-        ("def at", "def where", ["Shear does not define `at`, which a kind of initial field must have"]),
-        ("def function", "def functions", ["Glide does not define `function`, which a kind of signal must have"]),
+        ('reduction("middle")', 'reduction("")', ['the reduction "" must start with a letter']),
+        ("def forces", "def force", ["TypeError: Push does not define `forces`: every load must define these methods"]),
+        ("def at", "def where", ["Shear does not define `at`: every initial field must define these methods"]),
+        ("def function", "def functions", ["Glide does not define `function`: every signal must define these methods"]),
         ('parameter("m/s^2"', 'parameter("m/sq"', ['line {line}: UnitError: unknown unit "sq"']),
-        ('parameter("m/s^2"', 'parameter("kPa"', ['line {line}: UnitError: "kPa" is no SI unit without a prefix']),
+        ('parameter("m/s^2"', 'parameter("kPa"', ['line {line}: UnitError: "kPa" is not an SI unit without prefix']),
         ('parameter("m/s^2"', "parameter(3", ["line {line}: UnitError: the unit must be a text"]),
         ('@reduction("middle")', "@reduction", ['line {line}: TypeError: write `@reduction("name")` above middle']),
-        ('unit="m/s", meaning', 'unit="knot", meaning', ['line {line}: UnitError: "knot" is no SI unit']),
-        ('meaning="length of', 'components=2, meaning="length of', ["has 2 components; it can have 1, 3"]),
+        ('unit="m/s", meaning', 'unit="knot", meaning', ['line {line}: UnitError: "knot" is not an SI unit']),
+        ('meaning="length of', 'components=2, meaning="length of', ["has 2 components; use 1, 3"]),
     ],
 )
 def test_at_registration(before: str, after: str, words: list[str], folder: Path) -> None:
     line = write(folder, before, after)
     message = told(2, "validate", "case.toml")
-    for word in (f'case.toml:3: extensions.0 = "{folder / "mine.py"}"'[:50], "mend /", *words):
+    for word in (f'case.toml:3: extensions.0 = "{folder / "mine.py"}"'[:50], "Correct /", *words):
         assert word.format(line=line) in message
 
 
@@ -99,7 +99,10 @@ def test_a_check_of_a_kind_that_fails_itself(folder: Path) -> None:
     line = write(folder, "\n    def forces", f"{check}\n    def forces") + 2
     message = told(2, "validate", "case.toml")
     assert f'{PLACES[FORCES]} = {{ kind = "push", body = "block" }}' in message
-    assert f'the load of kind "push" fails when it is read: ZeroDivisionError: float division by zero, at {folder}' in message
+    assert (
+        f'the class of the load of kind "push" raised an error: ZeroDivisionError: float division by zero, at {folder}'
+        in message
+    )
     assert f"mine.py:{line} (`self.strength / 0.0`)" in message
 
 
@@ -112,9 +115,9 @@ def test_a_check_of_a_kind_that_fails_itself(folder: Path) -> None:
         (AT, "        return position[:, 0]", ["`at` returns an array of shape (16,)", "(16, 3)"]),
         (AT, "        return position / 0 * 0", ["adds [nan nan nan] to the velocity of the point at (0.625"]),
         (AT, "        return position.sun()", ["'sun', at ", "mine.py:{line} (`return position.sun()`)"]),
-        (AT, "        position -= 1\n        return position", ["read-only", "work on a copy"]),
+        (AT, "        position -= 1\n        return position", ["read-only", "modify a copy"]),
         (FORCES, "        return points.mass[:, 0]", ["fails in `forces` at t = 0 s: IndexError", "mine.py:{line}"]),
-        (FORCES, "        points.velocity[:] = 0", ["read-only", "mine.py:{line}", "work on a copy"]),
+        (FORCES, "        points.velocity[:] = 0", ["read-only", "mine.py:{line}", "modify a copy"]),
         (
             FORCES,
             "        return [[1j, 0, 0]] * 16",
@@ -123,9 +126,9 @@ def test_a_check_of_a_kind_that_fails_itself(folder: Path) -> None:
         (FORCES, "        raise SystemExit(4)", ["fails in `forces` at t = 0 s: SystemExit: 4, at ", "mine.py:{line} (`raise"]),
         (FORCES, "        pass", ["`forces` returns None; it must return an array of shape (16, 3)"]),
         (MIDDLE, "    return values[:3]", ["returns an array of shape (3,)", "one number", "mine.py:"]),
-        (SPEED, '    return field("velo")', ["body block has no field `velo`; it has id, position", "mine.py:{line}"]),
+        (SPEED, '    return field("velo")', ["body block has no field `velo`; available: id, position", "mine.py:{line}"]),
         (SPEED, '    return field("velocity")', ["array of shape (16, 3); it must return an array of shape (16,)"]),
-        (SPEED, '    field("velocity")[:] *= 0', ['quantity "speed" of body block fails', "read-only"]),
+        (SPEED, '    field("velocity")[:] *= 0', ['quantity "speed" of body block raised an error', "read-only"]),
     ],
 )
 def test_before_a_run_writes_anything(before: str, after: str, words: list[str], folder: Path) -> None:
@@ -158,7 +161,7 @@ def test_before_a_run_writes_anything(before: str, after: str, words: list[str],
         (
             MIDDLE,
             "    return 1 / int(values.max() < 0.198)",
-            'the reduction "middle" of the probe typical fails: ZeroDivisionError',
+            'the reduction "middle" of the probe typical raised an error: ZeroDivisionError',
         ),
     ],
 )

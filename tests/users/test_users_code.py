@@ -50,7 +50,7 @@ def test_arrays_of_users():
     assert as_array(kept, (2, 3), users) is kept
     for found, words in (
         (None, "None"),
-        ([[1], [1, 2]], "a list of unequal rows"),
+        ([[1], [1, 2]], "a list of rows of different lengths"),
         (1j, "a complex"),
         (kept, r"shape \(2, 3\)"),
     ):

@@ -24,7 +24,7 @@ def measure(
         simulation.step()
     subject = simulation.stages.grid_bodies[0]
     if not isinstance(subject, PointsOnGrid):
-        raise TypeError(f"{body} is no body of points on the grid")
+        raise TypeError(f"{body} is not a body of points on the grid")
     n = subject.n_points
     found = {name: _measured(alone.run, alone.traffic, n) for name, alone in subject.passes().items()}
     what = {"body": body, "functions": functions, "transfer": transfer}

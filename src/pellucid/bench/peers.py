@@ -16,7 +16,7 @@ def run_peers(points: int, steps: int, threads: int) -> list[dict[str, Any]]:
     """Run the peers: one result for each peer and law, as printed by its script, or {"peer", "law", "missing": why}."""
     folder = _scripts()
     if folder is None:
-        why = "the scripts are in benchmarks/peers of the source tree: run from there"
+        why = "the scripts are in benchmarks/peers of the source tree; run the command in the source tree"
         return [{"peer": peer, "law": law, "missing": why} for peer in PEERS for law in LAWS]
     return [_run_one(folder, peer, law, points, steps, threads) for peer in PEERS for law in LAWS]
 

@@ -63,11 +63,11 @@ def _bodies(rows: list[dict[str, Any]]) -> Table:
         )
         for row in rows
     ]
-    return _table("a step, everything included, and the shares of its parts", ("body",), headings, cells)
+    return _table("complete time step, and shares of its parts", ("body",), headings, cells)
 
 
 def _variants(rows: list[dict[str, Any]]) -> Table:
-    title = "the same with other functions and transfers, and of a sheet of membrane"
+    title = "complete time step with other functions and transfers, and of a membrane sheet"
     cells = [
         (*(row[key] for key in WHAT), f"{row['points']:,}", _rate(row), f"{1e9 / row['point_steps_per_second']:.0f}")
         for row in rows
@@ -82,13 +82,13 @@ def _passes(rows: list[dict[str, Any]], triad: float) -> Table:
         found = [row["passes"].get(name) for name in names]
         of = [f"{1e9 * one['seconds_per_point']:.1f}, {one['bytes_per_second'] / triad:.0%}" if one else "" for one in found]
         cells.append([*(row[key] for key in WHAT), *of])
-    title = "passes over points alone: ns/point, and the rate at which they move points' arrays by that of the triad"
+    title = "passes over the points: ns/point, and memory bandwidth of the point arrays divided by the triad bandwidth"
     return _table(title, WHAT, names, cells)
 
 
 def _threads(rows: list[dict[str, Any]]) -> Table:
     alone = {row["points"]: row["seconds_per_step"] for row in rows if row["threads"] == 1}
-    headings = ("points", "threads", "cores", "M point-steps/s", "times one thread")
+    headings = ("points", "threads", "cores", "M point-steps/s", "speed-up over one thread")
     cells = [
         (
             f"{row['points']:,}",
@@ -99,11 +99,11 @@ def _threads(rows: list[dict[str, Any]]) -> Table:
         )
         for row in rows
     ]
-    return _table("the ideal gas with some numbers of threads", (), headings, cells)
+    return _table("ideal gas with different numbers of threads", (), headings, cells)
 
 
 def _contact(row: dict[str, Any]) -> Table:
-    title = "a step of a block that presses on a sheet of elements, beside those of the two alone"
+    title = "time step of a block in contact with a sheet of elements, compared with each body alone"
     headings = ("elements", "points", "sheet, ms", "block, ms", "together, ms", "ratio")
     ms = [f"{1e3 * row['seconds_per_step'][what]:.2f}" for what in ("sheet", "block", "together")]
     return _table(title, (), headings, [(f"{row['elements']:,}", f"{row['points']:,}", *ms, f"{row['ratio']:.2f}")])
@@ -129,7 +129,7 @@ def _solid(row: dict[str, Any]) -> Table:
 
 def _films(rows: list[dict[str, Any]]) -> Table:
     parts = _names(rows, "parts")
-    title = "a step of its own of a film in space that bends, and the shares of its parts"
+    title = "time step of a film in space with bending, and shares of its parts"
     headings = ("nodes", "ms/step", "processor ms/step", "steps/factor", "KiB/node", "built in, s", *parts)
     cells = [
         (
@@ -152,5 +152,5 @@ def _peers(rows: list[dict[str, Any]]) -> Table:
         faster = f"{row['ratio']:.1f} times" if "ratio" in row else ""
         found = ("", "not run", row["missing"]) if "missing" in row else (str(row["threads"]), _rate(row), faster)
         cells.append((row["peer"], row["law"], *found))
-    headings = ("threads", "M point-steps/s", "pellucid is faster by")
-    return _table("the same step in other programs (benchmarks/peers)", ("peer", "law"), headings, cells)
+    headings = ("threads", "M point-steps/s", "speed of pellucid relative to it")
+    return _table("the same time step in other programs (benchmarks/peers)", ("peer", "law"), headings, cells)

@@ -62,7 +62,7 @@ def bench(
 
     unfit = [n for n in points or () if not 8 <= n <= MOST_POINTS]
     if unfit:
-        raise UsageError(f"--points {unfit[0]:g}: a size must lie between 8 and {MOST_POINTS:g}")
+        raise UsageError(f"--points {unfit[0]:g}: must be between 8 and {MOST_POINTS:g}")
     threads = threads or numba.config.NUMBA_NUM_THREADS
     machine = {
         "processor": _processor(),
@@ -111,7 +111,7 @@ def _in_a_process(module: str, request: dict[str, Any]) -> dict[str, Any]:
     command = [sys.executable, "-m", "pellucid.bench.alone", module, json.dumps(request)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        reason = done.stderr.strip().splitlines()[-1:] or ["it may be too large for this machine's memory"]
+        reason = done.stderr.strip().splitlines()[-1:] or ["it may require more memory than this machine has"]
         what = request.get("body", module)
         raise RunStopped(
             f"the benchmark of {request['points']} points ({what}) ended with status {done.returncode}: {reason[0]}"

@@ -40,7 +40,7 @@ def beyond_end(time: float, path: Path, parts: Parts) -> Iterator[Finding]:
     """The finding that a run does not reach a time [s]."""
     clock: Any = parts.sections["time"].items[0]
     if hasattr(clock, "passed") and clock.passed(time):
-        yield Finding(path, f"{time:g} s is beyond time.end = {clock.end:g} s", "give a time that the run reaches")
+        yield Finding(path, f"{time:g} s is later than time.end = {clock.end:g} s", "Set a time up to time.end.")
 
 
 def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -49,6 +49,6 @@ def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
     if sound and unit_of(name, parts) is None:
         names = [*parts.names(Probe), "time", *other_columns(parts)]
         told = [column for condition in conditions_in_case(parts) for column in condition.columns()]
-        text = f"no column of the history; there are the probes {listed(parts.names(Probe)) or 'none'}"
-        text += f", {', '.join(told)}" * bool(told) + ", time and energies"
-        yield Finding(path, text, hint(name, names) or "add a [[probe]] of this name")
+        text = f"not a column of the history; available probes: {listed(parts.names(Probe)) or 'none'}"
+        text += f"; other columns: {', '.join([*told, 'time', 'energies'])}"
+        yield Finding(path, text, hint(name, names) or "Add a [[probe]] with this name.")

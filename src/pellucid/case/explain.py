@@ -121,12 +121,12 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
         around = schema.field_at(path[:-1], data)
         return [Finding(path[:-1], f"must have {_lengths(around, schema)}{_meaning(around)}")]
     if first.kind == "missing":
-        return [Finding(path, f"is missing{meaning}", f"add `{path[-1]} = ...`")]
+        return [Finding(path, f"is missing{meaning}", f"Add `{path[-1]} = ...`.")]
     if first.kind == "extra_forbidden":
         keys = schema.keys_at(path[:-1], data)
         place = f"`{dotted(path[:-1], data)}`" if len(path) > 1 else "a case"
         remedy = _belongs(path, data, schema) or _of_others(path, data, schema) or hint(str(path[-1]), keys)
-        return [Finding(path, f"unknown key; {place} has the keys {listed(keys)}", remedy)]
+        return [Finding(path, f"unknown key; the keys of {place} are {listed(keys)}", remedy)]
     if first.kind in ("union_tag_invalid", "union_tag_not_found"):
         return [_unknown_kind(path, first, value, schema.kinds(field))]
     if first.kind in LIMITS:
@@ -140,7 +140,7 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
     if first.kind == "string_too_long":
         return [Finding(path, f"must have at most {first.context['max_length']} characters")]
     if first.kind == "string_pattern_mismatch":
-        return [Finding(path, "must begin with a letter and hold only letters, digits, - and _")]
+        return [Finding(path, "must start with a letter and contain only letters, digits, - and _")]
     choices = [choice for detail in group if detail.kind == "literal_error" for choice in _choices(detail)]
     wanted = [TYPES[detail.kind] for detail in group if detail.kind in TYPES]
     if choices:
@@ -159,11 +159,11 @@ def _belongs(path: Path, data: Any, schema: Schema) -> str:
     key, around = path[-1], path[:-1]
     if len(path) > 1 and key in schema.keys_at(path[:-2], data):
         table = f"`{dotted(path[:-2], data)}`" if len(path) > 2 else "the case"
-        return f"it belongs in {table}, beside `{path[-2]}`"
+        return f"Move it to {table}, next to `{path[-2]}`."
     table = value_at(around, data)
     for other in table if isinstance(table, dict) else ():
         if isinstance(table[other], dict) and key in schema.keys_at((*around, other), data):
-            return f"it belongs in `{dotted((*around, other), data)}`"
+            return f"Move it to `{dotted((*around, other), data)}`."
     return ""
 
 
@@ -172,7 +172,7 @@ def _of_others(path: Path, data: Any, schema: Schema) -> str:
     kinds = schema.kinds(schema.field_at(path[:-1], data), str(path[-1]))
     if not kinds:
         return ""
-    return f"leave it out: only {listed([f'`{kind}`' for kind in kinds])} {'has' if len(kinds) == 1 else 'have'} it"
+    return f"Remove it: this is a key of {listed([f'`{kind}`' for kind in kinds])} only."
 
 
 def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> Finding:
@@ -187,10 +187,10 @@ def _unknown_kind(path: Path, detail: Detail, value: Any, kinds: list[str]) -> F
 def _list_remedy(path: Path, field: dict[str, Any], schema: Schema) -> str:
     """Return the remedy for a table in place of a list."""
     if "prefixItems" in field:
-        return f"write `{path[-1]} = [{', '.join('xyz'[: len(field['prefixItems'])])}]`, with a number for each"
+        return f"Write `{path[-1]} = [{', '.join('xyz'[: len(field['prefixItems'])])}]`, with one number for each."
     if len(path) == 1 and schema.is_list_of_tables(field):
-        return f"write `[[{path[0]}]]`, with two brackets, above each of them"
-    return "write it in [ ]"
+        return f"Write the header `[[{path[0]}]]`, with double brackets, above each of them."
+    return "Write it in [ ]."
 
 
 def _choices(detail: Detail) -> list[str]:

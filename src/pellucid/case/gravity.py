@@ -15,10 +15,10 @@ class GravityAmplitude(Amplitude, Part):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report missing gravity, steady states, and fluids that start at rest under another share."""
         if parts.gravity is not None and not any(parts.gravity):
-            yield Finding(path, "the case has no gravity", "add `gravity`, such as [0, -9.81, 0] m/s^2, or leave this out")
+            yield Finding(path, "the case has no gravity", "Add `gravity`, such as [0, -9.81, 0] m/s^2, or remove this key.")
         if parts.one(SteadyCase) is not None:
-            yield Finding(path, "in steady states gravity grows with the other loads", "leave it out")
+            yield Finding(path, "in steady states gravity increases with the other loads", "Remove this key.")
         for other, body in parts.placed(BodyModel):
             if getattr(body, "hydrostatic", None) is not None and self.at(0.0) != 1.0:
-                text = f"`hydrostatic` is rest under the whole of gravity, of which {self.at(0.0):g} acts at time 0"
-                yield Finding((*other, "hydrostatic"), text, "let the share begin with 1, or leave this out")
+                text = f"`hydrostatic` is the equilibrium under full gravity, but its amplitude at time 0 is {self.at(0.0):g}"
+                yield Finding((*other, "hydrostatic"), text, "Start the amplitude with 1, or remove this key.")

@@ -22,8 +22,8 @@ def in_si(value: Quantity, unit: str) -> float:
 class Passing(Model):
     """The instant at which a column first has a value, coming from either side: for curves along another quantity than time."""
 
-    column: str = parameter("", "probe, or another column of the history")
-    reaches: Quantity = parameter("", "the value, in SI units or a text with its unit")
+    column: str = parameter("", "name of a probe or of another column of the history")
+    reaches: Quantity = parameter("", "value, in SI units or as text with a unit")
 
 
 class Check(Part):
@@ -32,42 +32,44 @@ class Check(Part):
     unique_name: ClassVar[bool] = True
 
     name: str = name_parameter("name of the metric")
-    column: str = parameter("", "probe, or another column of the history")
+    column: str = parameter("", "name of a probe or of another column of the history")
     take: Literal["last", "largest", "smallest", "mean", "largest-size", "time-of-largest", "time-of-smallest"] = parameter(
         "",
-        "how the column becomes one number; the largest size is that of either sign, a time the first at which the column "
-        "is so large or small",
+        "reduction of the column to one number; largest-size: largest absolute value; time-of-largest, time-of-smallest: "
+        "first time of the largest or smallest value",
         "last",
     )
-    at: float | None = parameter("s", "time at which the column is read, instead of `take`", None, ge=0)
+    at: float | None = parameter("s", "time at which the column is read (instead of `take`)", None, ge=0)
     when: Passing | None = parameter(
-        "", "instead of `at` or `take`: the column is read when another one comes to a value", None
+        "", "event at which the column is read: another column reaches a value (instead of `at` or `take`)", None
     )
-    reference: Quantity | None = parameter("", "the right value, in SI units or a text with its unit", None)
+    reference: Quantity | None = parameter("", "reference value, in SI units or as text with a unit", None)
     curve: MeasuredCurve | None = parameter(
-        "", "the right values against time: the error is the root mean square of the differences at its points", None
+        "", "reference values against time; the error is the root mean square of the differences at its points", None
     )
-    tolerance: Quantity | None = parameter("", "largest error, in SI units or a text with its unit", None)
+    tolerance: Quantity | None = parameter("", "largest allowed error, in SI units or as text with a unit", None)
     relative_tolerance: float | None = parameter(
-        "", "largest error as a part of the reference, or of the curve's largest size", None, gt=0
+        "", "largest allowed error divided by the reference, or by the largest absolute value of the curve", None, gt=0
     )
-    source: str = parameter("", "where the reference comes from")
-    meaning: str = parameter("", "what is compared, for the reader of the report", "")
+    source: str = parameter("", "source of the reference")
+    meaning: str = parameter("", "description of the comparison, for the report", "")
 
     @check
     def _is_complete(self) -> None:
         if (self.reference is None) == (self.curve is None):
-            raise ValueError("a check needs a `reference` or a `curve`, and not both")
+            raise ValueError("a check requires either a `reference` or a `curve`; set one of the two")
         if (self.tolerance is None) == (self.relative_tolerance is None):
-            raise ValueError("a check needs a `tolerance` or a `relative_tolerance`, and not both")
+            raise ValueError("a check requires either a `tolerance` or a `relative_tolerance`; set one of the two")
         if self.at is not None and self.when is not None:
-            raise ValueError("`at` and `when` both say at which time the column is read: give one of the two")
+            raise ValueError("`at` and `when` both set the time at which the column is read; remove one of the two")
         if (self.at is not None or self.when is not None) and self.take != "last":
-            raise ValueError(f"`{'at' if self.when is None else 'when'}` reads the column at one time: leave `take` out")
+            raise ValueError(
+                f"`{'at' if self.when is None else 'when'}` sets one time at which the column is read; remove `take`"
+            )
         if self.curve is not None and (self.at is not None or self.when is not None or self.take != "last"):
-            raise ValueError("a `curve` is compared at all its points: leave `at`, `when` and `take` out")
+            raise ValueError("a `curve` is compared at all its points; remove `at`, `when` and `take`")
         if self.reference == 0 and self.relative_tolerance is not None:
-            raise ValueError("no part of a `reference` of 0 is an error: give a `tolerance`")
+            raise ValueError("`relative_tolerance` has no meaning for a `reference` of 0; set `tolerance` instead")
 
     @property
     def takes_time(self) -> bool:
@@ -91,7 +93,7 @@ class Check(Part):
                 yield Finding((*path, key), str(error))
                 continue
             if key == "tolerance" and self.tolerance is not None and value <= 0.0:
-                yield Finding((*path, key), f"must be above 0, is {value:g}")
+                yield Finding((*path, key), f"must be greater than 0, but is {value:g}")
         if self.curve is not None:
             try:
                 times, _, _ = self.curve.read("s", unit)

@@ -13,7 +13,7 @@ from pellucid.units import UnitError, to_si
 
 NAMED = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
 """A name of a column, perhaps with its unit: "force [mN]"."""
-EXAMPLE = 'such as "time [ms], force [mN]", or a second row such as "ms, mN"; a pure number has 1'
+EXAMPLE = 'such as "time [ms], force [mN]", or a second row such as "ms, mN"; use 1 for a pure number'
 
 
 class CurveError(UsageError):
@@ -34,12 +34,12 @@ class Table(NamedTuple):
     def column(self, name: str, unit: str) -> np.ndarray:
         """The numbers of a column in an SI unit, "" for pure numbers. Raises CurveError."""
         if name not in self.values:
-            raise CurveError(f"{self.path}:1: no column is named {name}; there are {', '.join(self.values)}")
+            raise CurveError(f"{self.path}:1: no column is named {name}; available: {', '.join(self.values)}")
         said, wanted = self.units[name].strip("-"), "" if unit == "1" else unit
         if said in ("", "1") and not wanted:
             return self.values[name]
         if not said:
-            raise CurveError(f"{self.path}:1: the column {name} has no unit: write one, {EXAMPLE}")
+            raise CurveError(f"{self.path}:1: the column {name} has no unit; add one, {EXAMPLE}")
         try:
             return self.values[name] * to_si(f"1 {said}", wanted)
         except UnitError as error:
@@ -51,12 +51,12 @@ class MeasuredCurve(Model):
     behind its name, or in a second row, with or without # before it, as in the history of a run; "1" is that of a pure
     number."""
 
-    path: InputFile = parameter("", "the CSV file")
-    x: str = parameter("", "name of the column along the abscissa; without it the first", "")
-    y: str = parameter("", "name of the column with the values; without it the second", "")
-    deviation: str = parameter("", "name of a column with the standard deviation of the values", "")
-    label: str = parameter("", "what the curve is called in the legend; without it the name of the file", "")
-    line: bool = parameter("", "whether it is drawn as a line, as theory is, instead of points", False)
+    path: InputFile = parameter("", "CSV file")
+    x: str = parameter("", "name of the column of x values (default: first column)", "")
+    y: str = parameter("", "name of the column of y values (default: second column)", "")
+    deviation: str = parameter("", "name of the column of standard deviations of the values", "")
+    label: str = parameter("", "name of the curve in the legend (default: name of the file)", "")
+    line: bool = parameter("", "True: draw a line (for theory) instead of points", False)
 
     @property
     def title(self) -> str:
@@ -69,7 +69,7 @@ class MeasuredCurve(Model):
         table = read_table(Path(self.path))
         names = list(table.values)
         if len(names) < 2:
-            raise CurveError(f"{self.path}:1: one column alone, {names[0]}; a curve has two")
+            raise CurveError(f"{self.path}:1: the file has only one column, {names[0]}; a curve requires two")
         x, y = table.column(self.x or names[0], x_unit), table.column(self.y or names[1], y_unit)
         spread = table.column(self.deviation, y_unit) if self.deviation else None
         order = np.argsort(x, kind="stable")
@@ -84,13 +84,15 @@ def read_table(path: Path) -> Table:
         raise CurveError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
     lines = [(number, [cell.strip() for cell in row]) for number, row in rows if any(map(str.strip, row))]
     if not lines:
-        raise CurveError(f"{path} is empty: write a row of names with units, {EXAMPLE}")
+        raise CurveError(f"{path} is empty; write a row of names with units, {EXAMPLE}")
     remarks = next((n for n, (_, row) in enumerate(lines) if not row[0].startswith("#")), 0)
     if _number(lines[remarks][1][0]) is None:  # else the names themselves stand behind #
         del lines[:remarks]
     if len(lines[0][1]) == 1 and (other := next((mark for mark in ";\t" if mark in lines[0][1][0]), "")):
         name = {";": "semicolons", "\t": "tabs"}[other]
-        raise CurveError(f"{path}:{lines[0][0]}: its columns are parted by {name}: part them by commas, and write 0.5 for 0,5")
+        raise CurveError(
+            f"{path}:{lines[0][0]}: columns are separated by {name}; separate them by commas, and write 0.5 instead of 0,5"
+        )
     heads = [NAMED.fullmatch(cell) for cell in lines[0][1]]
     names = [head["name"] if head else cell for head, cell in zip(heads, lines[0][1], strict=True)]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
@@ -101,7 +103,7 @@ def read_table(path: Path) -> Table:
         said = [cell.lstrip("#").strip() for cell in lines.pop(0)[1]]
         units = [unit or other for unit, other in zip(units, [*said, *[""] * len(units)], strict=False)]
     if not lines:
-        raise CurveError(f"{path} has no row of numbers")
+        raise CurveError(f"{path} contains no row of numbers; add one below the names")
     values = {name: _numbers(path, lines, k, names) for k, name in enumerate(names)}
     return Table(path, dict(zip(names, units, strict=True)), values, [number for number, _ in lines])
 
@@ -110,10 +112,12 @@ def _numbers(path: Path, lines: list[tuple[int, list[str]]], column: int, names:
     values = []
     for line, row in lines:
         if len(row) != len(names):
-            raise CurveError(f"{path}:{line}: {len(row)} cells below {len(names)} names, {', '.join(names)}")
+            raise CurveError(
+                f"{path}:{line}: the row has {len(row)} cells, but there are {len(names)} columns: {', '.join(names)}"
+            )
         found = _number(row[column])
         if found is None:
-            raise CurveError(f'{path}:{line}: {names[column]} = "{row[column]}" is no finite number')
+            raise CurveError(f'{path}:{line}: {names[column]} = "{row[column]}" is not a finite number')
         values.append(found)
     return np.array(values)
 

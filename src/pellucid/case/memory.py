@@ -29,20 +29,20 @@ def check_memory(case: "Case") -> None:
         return
     arrays, room = needed - PROGRAM_BYTES, max(there - PROGRAM_BYTES, 1.0)
     if tables > 0.5 * arrays:
-        text = f"shape functions at quadrature points need about {needed / 2**30:.3g} GiB of memory"
-        remedy = "use a coarser mesh, fewer points_per_cell, or an approximant with fewer nodes in a support"
-        raise CaseError(Problem(f"{text}, and this machine has {there / 2**30:.3g} GiB", "body", remedy=remedy))
+        text = f"the case requires about {needed / 2**30:.3g} GiB of memory, mainly for shape functions at quadrature points"
+        remedy = "Use a coarser mesh, fewer points_per_cell, or an approximant with fewer nodes in its support."
+        raise CaseError(Problem(f"{text}, but this machine has {there / 2**30:.3g} GiB", "body", remedy=remedy))
     if case.grid_or_none is None:
-        text = f"the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of memory"
-        raise CaseError(Problem(f"{text}, and this machine has {there / 2**30:.3g} GiB", "body", remedy="use fewer points"))
+        text = f"the case has {points:.3g} points and requires about {needed / 2**30:.3g} GiB of memory"
+        raise CaseError(Problem(f"{text}, but this machine has {there / 2**30:.3g} GiB", "body", remedy="Use fewer points."))
     fits = case.grid.cell * (arrays / room) ** (1.0 / (3 - sum(case.grid.thin())))
     whole = (
-        f"the grid has {nodes:.3g} nodes and the bodies have {points:.3g} points: they need about {needed / 2**30:.3g} GiB of "
-        f"memory, and this machine has {there / 2**30:.3g} GiB"
+        f"the case has {nodes:.3g} grid nodes and {points:.3g} points and requires about {needed / 2**30:.3g} GiB of "
+        f"memory, but this machine has {there / 2**30:.3g} GiB"
     )
     if fits > max(case.grid.upper[axis] - case.grid.lower[axis] for axis, thin in enumerate(case.grid.thin()) if not thin):
         _blame_points(case, whole, room)
-    remedy = f"use a larger grid.cell (above {fits:.2g} m), or a machine with more memory"
+    remedy = f"Set grid.cell above {fits:.2g} m, or use a machine with more memory."
     raise CaseError(Problem(whole, "grid.cell", case.grid.cell, remedy))
 
 
@@ -58,7 +58,7 @@ def _blame_points(case: "Case", text: str, room: float) -> None:
     left = room - NODE_BYTES * n_nodes(case) - POINT_BYTES * (sum(counts) - counts[largest]) - table_bytes(case)
     fit = left / (POINT_BYTES * one_in_cell)
     if fit >= 1.0:
-        remedy = f"use fewer points_per_cell (at most {fit:.2g} in all), or a machine with more memory"
+        remedy = f"Set points_per_cell to at most {fit:.2g} in total, or use a machine with more memory."
         raise CaseError(Problem(text, f"body.{body.name}.points_per_cell", in_cell, remedy))
 
 

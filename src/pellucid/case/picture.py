@@ -28,31 +28,33 @@ def _one_or_several_times(times: Any) -> Any:
 class CameraCase(Model):
     """Camera of a picture in space; it looks at the centre of the bodies, without perspective."""
 
-    turn: float = parameter("", "degrees from x about z at which the eye stands", -50.0)
-    rise: float = parameter("", "degrees above the plane of x and y", 22.0, ge=-90, le=90)
+    turn: float = parameter("", "azimuth of the camera about z, from x, in degrees", -50.0)
+    rise: float = parameter("", "elevation of the camera above the x-y plane, in degrees", 22.0, ge=-90, le=90)
 
 
 class CutCase(Model):
     """A plane at which bodies in space are cut open."""
 
-    normal: Vector = parameter("", "direction in which bodies are cut away, towards the eye")
-    at: Vector | None = parameter("m", "a place in the plane; without it the middle of `through`", None)
-    through: str | None = parameter("", "the body through whose middle at the start the plane goes", None)
+    normal: Vector = parameter("", "direction of the side that is cut away (towards the camera)")
+    at: Vector | None = parameter("m", "a point of the plane (default: centre of body `through`)", None)
+    through: str | None = parameter("", "body whose initial centre is a point of the plane", None)
 
     @check
     def _is_complete(self) -> None:
         if (self.at is None) == (self.through is None):
-            raise ValueError("a cut needs a place `at` or a body `through`, and not both")
+            raise ValueError("a cut requires either a point `at` or a body `through`; set one of the two")
         if not any(self.normal):
-            raise ValueError("`normal` needs a length")
+            raise ValueError("`normal` is zero; set a direction")
 
 
 class SliceCase(Model):
     """A plane of bodies in space, beside which points lay at the start: they are drawn as dots, seen along the axis."""
 
-    across: Literal["x", "y", "z"] = parameter("", "axis along which it is looked at")
-    at: float = parameter("m", "place of the plane along it")
-    thickness: float | None = parameter("m", "of what is shown, half on either side; without it that of a cell", None, gt=0)
+    across: Literal["x", "y", "z"] = parameter("", "viewing axis, normal to the plane")
+    at: float = parameter("m", "coordinate of the plane along the viewing axis")
+    thickness: float | None = parameter(
+        "m", "thickness of the slice, half on each side of the plane (default: one cell)", None, gt=0
+    )
 
 
 class WindowCase(Model):
@@ -64,30 +66,34 @@ class WindowCase(Model):
     @check
     def _has_room(self) -> None:
         if not all(low < high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ValueError("`lower` must be below `upper` along both axes")
+            raise ValueError("`lower` must be less than `upper` along both axes")
 
 
 class Pictured(Figure):
     """Keys common to pictures and films."""
 
-    bodies: Names = parameter("", "the bodies that are shown; without it all", ())
-    quantity: str = parameter("", 'what colours them: a field, or "speed", "displacement", "load" or "bodies"', "speed")
-    component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
-    unit: str = parameter("", "unit of the colours' scale, such as kPa; without it SI", "")
-    limits: tuple[float, float] | None = parameter(
-        "", "values at the ends of the colours in that unit; without it as the values are, but for a few extreme ones", None
+    bodies: Names = parameter("", "bodies that are drawn (default: all)", ())
+    quantity: str = parameter("", 'quantity shown by colour: a field, or "speed", "displacement", "load" or "bodies"', "speed")
+    component: str | None = parameter(
+        "", "x, y, z or xx, yy, zz, yz, xz, xy (default: magnitude of a vector, von Mises equivalent of a stress)", None
     )
-    mirror: tuple[Face, ...] = parameter("", "faces of the grid that are planes of symmetry, whose mirror images are shown", ())
-    arrows: bool = parameter("", "whether surfaces in space have arrows of the velocity in them", False)
-    camera: CameraCase = parameter("", "where the eye is, in space", CameraCase())
-    cut: CutCase | None = parameter("", "where bodies in space are cut open", None)
-    slice: SliceCase | None = parameter("", "a plane of bodies in space that is shown alone", None)
-    window: WindowCase | None = parameter("", "what is shown of a flat case or a slice; without it all of the bodies", None)
+    unit: str = parameter("", "unit of the colour scale, such as kPa (default: SI unit)", "")
+    limits: tuple[float, float] | None = parameter(
+        "", "limits of the colour scale in this unit (default: range of the values without a few extreme ones)", None
+    )
+    mirror: tuple[Face, ...] = parameter(
+        "", "faces of the grid that are planes of symmetry; mirror images behind them are drawn", ()
+    )
+    arrows: bool = parameter("", "True: draw velocity arrows on surfaces in space", False)
+    camera: CameraCase = parameter("", "direction of the camera, for bodies in space", CameraCase())
+    cut: CutCase | None = parameter("", "plane at which bodies in space are cut open", None)
+    slice: SliceCase | None = parameter("", "plane slice of bodies in space, drawn instead of the whole", None)
+    window: WindowCase | None = parameter("", "visible part of a plane case or slice (default: all bodies)", None)
 
     @check
     def _has_limits(self) -> None:
         if self.limits is not None and self.limits[0] >= self.limits[1]:
-            raise ValueError("the first of `limits` must be below the second")
+            raise ValueError("the first value of `limits` must be less than the second")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report unknown bodies, fields and components."""
@@ -97,34 +103,34 @@ class Pictured(Figure):
         if self.cut is not None and self.cut.through is not None:
             yield from parts.unknown(BodyModel, (*path, "cut", "through"), self.cut.through)
         if self.cut is not None and not all(parts.active_axes):
-            yield Finding((*path, "cut"), "the case is flat: there is nothing to cut open", "leave it out")
+            yield Finding((*path, "cut"), "a plane case cannot be cut open", "Remove this key.")
         if self.slice is not None and not all(parts.active_axes):
-            yield Finding((*path, "slice"), "the case is flat itself", "leave it out")
+            yield Finding((*path, "slice"), "a plane case cannot be sliced", "Remove this key.")
         if self.window is not None and self.slice is None and all(parts.active_axes):
-            yield Finding((*path, "window"), "the picture is not flat", "add a `slice`, or leave it out")
+            yield Finding((*path, "window"), "the picture is not plane", "Add a `slice`, or remove this key.")
         if self.slice is not None and self.cut is not None:
-            yield Finding((*path, "slice"), "a slice has nothing to be cut open", "leave `cut` out")
+            yield Finding((*path, "slice"), "a slice cannot be cut open", "Remove `cut` or `slice`.")
         if self.slice is not None and self.slice.thickness is None and parts.lacks_grid:
-            yield from parts.no_grid((*path, "slice", "thickness"), "without it a slice is as thick as a cell")
+            yield from parts.no_grid((*path, "slice", "thickness"), "the default thickness of a slice is one cell")
         if self.mirror and parts.lacks_grid:
-            yield from parts.no_grid((*path, "mirror"), "faces are those of a grid")
+            yield from parts.no_grid((*path, "mirror"), "the faces are faces of the grid")
         for number, face in enumerate(self.mirror):
             yield from parts.seam((*path, "mirror", number), face)
         if sum(parts.active_axes) == 1:
-            yield Finding(path, "the case is a line, of which there is no picture", "use a [[plot]] of probes")
+            yield Finding(path, "a one-dimensional case cannot be drawn as a picture", "Use a [[plot]] of probes.")
         shown = [body for body in parts.of(BodyModel) if not self.bodies or body.name in self.bodies]
         known = dict.fromkeys(name for body in shown for name in body.probed)
         if self.quantity not in (*DERIVED, *known):
             if parts.are_sound(BodyModel):
                 names = [*DERIVED, *known]
-                text = f"no body here has such a field; there are {listed(names)}"
+                text = f"no drawn body has this field; available: {listed(names)}"
                 yield Finding((*path, "quantity"), text, hint(self.quantity, names))
             return
         derived = self.quantity in DERIVED
         choices = () if derived else FIELDS[self.quantity].names
         if self.component is not None and self.component not in choices:
             text = f"{self.quantity} has {f'the components {listed(choices)}' if choices else 'no components'}"
-            yield Finding((*path, "component"), text, "" if choices else "leave `component` out")
+            yield Finding((*path, "component"), text, "" if choices else "Remove `component`.")
         yield from unit_problems(self.unit, DERIVED[self.quantity] if derived else FIELDS[self.quantity].unit, (*path, "unit"))
 
 
@@ -132,18 +138,18 @@ class Picture(Pictured):
     """A figure of the report, `figures/NAME.png`: bodies at some instants side by side."""
 
     instants: AtLeastOne | None = parameter(
-        "", "how many of the recorded instants, evenly from the first to the last; without it 4", None
+        "", "number of recorded frames, evenly spaced from the first to the last (default: 4)", None
     )
     times: Annotated[tuple[float, ...], BeforeValidator(_one_or_several_times)] = parameter(
-        "s", "instants instead: the recorded ones nearest to these", ()
+        "s", "times to draw (instead of `instants`); the nearest recorded frames are used", ()
     )
-    largest: str | None = parameter("", "column of the history at whose largest value it shows the bodies", None)
-    smallest: str | None = parameter("", "column of the history at whose smallest value it shows the bodies", None)
+    largest: str | None = parameter("", "column of the history; the frame at its largest value is drawn", None)
+    smallest: str | None = parameter("", "column of the history; the frame at its smallest value is drawn", None)
 
     @check
     def _has_instants(self) -> None:
         if self.instants is not None and (self.times or self.largest or self.smallest):
-            raise ValueError("`instants` are chosen evenly: leave it out beside `times`, `largest` and `smallest`")
+            raise ValueError("`instants` cannot be combined with `times`, `largest` or `smallest`; remove `instants`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report unknown columns too. For times beyond the end, the last frame is shown."""
@@ -156,4 +162,4 @@ class Picture(Pictured):
 class Film(Pictured):
     """A film of the report, `figures/NAME.gif`: bodies at many instants, one after the other."""
 
-    pictures: AtLeastTwo = parameter("", "how many of the recorded instants at most, evenly from the first to the last", 40)
+    pictures: AtLeastTwo = parameter("", "largest number of recorded frames, evenly spaced from the first to the last", 40)

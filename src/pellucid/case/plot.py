@@ -33,41 +33,37 @@ class Figure(Part):
     """A figure of the report, with a name of its own."""
 
     name: str = name_parameter("name of the figure")
-    title: str = parameter("", "what it shows: its caption in the report", "")
+    title: str = parameter("", "caption in the report", "")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a name that another figure has."""
         taken = self.name in RESERVED or self.name.startswith("bodies")
         if taken or sum(other.name == self.name for other in parts.of(Figure)) > 1:
-            why = "the report has a figure of this name itself" if taken else "another figure has this name"
-            yield Finding((*path, "name"), why, "choose another name")
+            why = "this name is reserved for a figure of the report" if taken else "another figure has this name"
+            yield Finding((*path, "name"), why, "Choose another name.")
 
 
 class Panel(Model):
     """Axes of a plot: columns of the history against time or another column, and curves from files beside."""
 
-    x: str = parameter("", "column of the history along the abscissa", "time")
-    y: Names = parameter("", "columns of the history: probes, energies, momenta; all of one unit")
-    x_unit: str = parameter("", "unit of the abscissa, such as ms; without it that of the history", "")
-    y_unit: str = parameter("", "unit of the ordinate; without it that of the history", "")
-    x_label: str = parameter(
-        "", "what stands along the abscissa; without it the name of the column and the unit", "", max_length=60
-    )
-    y_label: str = parameter(
-        "", "what stands along the ordinate; without it the name of the column and the unit", "", max_length=60
-    )
+    x: str = parameter("", "column of the history on the x axis", "time")
+    y: Names = parameter("", "columns of the history on the y axis: probes, energies or momenta, all with the same unit")
+    x_unit: str = parameter("", "unit of the x axis, such as ms (default: unit of the history)", "")
+    y_unit: str = parameter("", "unit of the y axis (default: unit of the history)", "")
+    x_label: str = parameter("", "label of the x axis (default: name and unit of the column)", "", max_length=60)
+    y_label: str = parameter("", "label of the y axis (default: name and unit of the column)", "", max_length=60)
     y_limits: tuple[float, float] | None = parameter(
-        "", "ends of the ordinate in that unit; without it as the values are", None
+        "", "limits of the y axis in this unit (default: range of the values)", None
     )
-    measured: tuple[MeasuredCurve, ...] = parameter("", "curves from files beside", ())
-    difference: bool = parameter("", "whether it is shown below how far the columns are from the first of these curves", False)
+    measured: tuple[MeasuredCurve, ...] = parameter("", "measured curves from files", ())
+    difference: bool = parameter("", "True: draw the difference to the first measured curve below", False)
 
     @check
     def _is_complete(self) -> None:
         if self.y_limits is not None and self.y_limits[0] >= self.y_limits[1]:
-            raise ValueError("the first of `y_limits` must be below the second")
+            raise ValueError("the first value of `y_limits` must be less than the second")
         if self.difference and not self.measured:
-            raise ValueError("a `difference` is that from the first `measured` curve: there is none")
+            raise ValueError("`difference` requires a `measured` curve; add one, or remove `difference`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Columns that the history will not have, units of another dimension, files without such a curve."""
@@ -79,9 +75,9 @@ class Panel(Model):
         if wrong or x is None or None in units.values():
             return
         if len(set(units.values())) > 1:
-            told = ", ".join(f"{name} in {unit or 'numbers'}" for name, unit in units.items())
-            text = f"one ordinate cannot show several units: {told}"
-            yield Finding((*path, "y"), text, "give each unit a panel `beside` of its own")
+            told = ", ".join(f"{name} in {unit or '1'}" for name, unit in units.items())
+            text = f"the columns of one y axis must have the same unit: {told}"
+            yield Finding((*path, "y"), text, "Use one panel in `beside` for each unit.")
             return
         yield from unit_problems(self.x_unit, x, (*path, "x_unit"))
         yield from unit_problems(self.y_unit, units[self.y[0]], (*path, "y_unit"))
@@ -95,7 +91,7 @@ class Panel(Model):
 class Plot(Panel, Figure):
     """A figure of the report, `figures/NAME.png`: columns of the history against time or another column."""
 
-    beside: tuple[Panel, ...] = parameter("", "further panels in the same figure", ())
+    beside: tuple[Panel, ...] = parameter("", "additional panels of the figure", ())
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report faults of its name and its panels."""

@@ -49,7 +49,7 @@ def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
         raise TypeError(f'write `@reduction("name")` above {getattr(name, "__name__", name)}')
     _check_name("reduction", name)
     if name in PLACED:
-        raise ValueError(f'the reduction "{name}" is taken by pellucid itself: choose another name')
+        raise ValueError(f'the reduction "{name}" is reserved by pellucid; choose another name')
 
     def add(function: ReductionFunction) -> ReductionFunction:
         REDUCTIONS.register(name, function, function)
@@ -60,7 +60,7 @@ def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
 
 def _check_name(what: str, name: str) -> None:
     if not re.fullmatch(NAME, name):
-        raise ValueError(f'the {what} "{name}" must begin with a letter and hold only letters, digits, - and _')
+        raise ValueError(f'the {what} "{name}" must start with a letter and contain only letters, digits, - and _')
 
 
 def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callable[[QuantityFunction], QuantityFunction]:
@@ -70,13 +70,11 @@ def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callabl
     are 3 or 6 of them. unit: in SI units, such as "m/s". Raises ValueError for another number of components or another unit.
     """
     if components not in (1, 3, 6):
-        raise ValueError(
-            f'the quantity "{name}" has {components} components; it can have 1, 3 (a vector) or 6 (a symmetric tensor)'
-        )
+        raise ValueError(f'the quantity "{name}" has {components} components; use 1, 3 (a vector) or 6 (a symmetric tensor)')
     check_si(unit)
     _check_name("quantity", name)
     if name in FIELDS:
-        raise ValueError(f'the quantity "{name}" is taken by the field of this name: choose another name')
+        raise ValueError(f'the quantity "{name}" has the name of a field; choose another name')
 
     def add(function: QuantityFunction) -> QuantityFunction:
         QUANTITIES.register(name, Quantity(function, Field(components, unit, meaning)), function)
@@ -104,7 +102,12 @@ reduction("min")(np.min)
 reduction("sum")(np.sum)
 
 
-@quantity("angular_velocity", "rad/s", "angular velocity with which a rigid body would have the angular momentum", 3)
+@quantity(
+    "angular_velocity",
+    "rad/s",
+    "angular momentum divided by the inertia tensor: angular velocity of an equivalent rigid body",
+    3,
+)
 def _angular_velocity(field: Fetch) -> np.ndarray:
     m, x, v = field("mass")[:, None], field("position"), field("velocity")
     r, u = (values - np.sum(m * values, axis=0) / np.sum(m) for values in (x, v))
@@ -144,42 +147,50 @@ class Probe(Part):
     name: str = name_parameter("name of the column")
     body: str | None = parameter("", "name of the body", None)
     quantity: str = parameter("", 'name of a field of the body, such as pressure, or "reaction" or "torque" of a condition')
-    component: str | None = parameter("", "x, y, z or xx, yy, zz, yz, xz, xy; without it length or von Mises' stress", None)
+    component: str | None = parameter(
+        "", "x, y, z or xx, yy, zz, yz, xz, xy (default: magnitude of a vector, von Mises equivalent of a stress)", None
+    )
     reduce: Annotated[str, OneNameOf(REDUCTIONS.entries, *PLACED)] = parameter(
         "",
-        'how the points become one number: "count" those above a value; "nearest" takes the point that is nearest to a place '
-        'at the moment, "point" follows the one that was nearest at the start',
+        'reduction over the points of the body; "count": number of points above a value; "nearest": the point '
+        "currently nearest "
+        'to `at`; "point": the point initially nearest to `at`',
         "mean",
     )
-    at: Vector | None = parameter("m", 'place for "nearest" and "point"', None)
-    above: float = parameter("", 'value that "count" compares with, in SI units', 0.0)
-    change: bool = parameter("", "whether the value at the start is subtracted", False)
+    at: Vector | None = parameter("m", 'place for reduce = "nearest" and "point"', None)
+    above: float = parameter("", 'threshold of reduce = "count", in SI units', 0.0)
+    change: bool = parameter("", "True: subtract the initial value", False)
     carried: bool = parameter(
         "",
-        'for the position of a "point": where the place `at` itself is, which moves as the point nearest to it, and on a rigid '
-        "body with the body",
+        'True, for the position of a "point": the current position of the material place `at`, moved with the nearest point or '
+        "with the rigid body",
         False,
     )
     condition: str | None = parameter(
         "",
-        'for quantity = "reaction": name of the support, motion, contact, wall, inflow, outflow or mean-velocity load; its '
-        'mean force since the row before; for "torque": name of a motion that leads a rigid body; its mean torque about the '
-        "centre of mass",
+        'for quantity = "reaction": name of the support, motion, contact, wall, inflow, outflow or mean-velocity load '
+        "(mean force "
+        'since the previous row); for "torque": name of the motion of a rigid body (mean torque about the centre of mass since '
+        "the previous row)",
         None,
     )
 
     @check
     def _is_complete(self) -> None:
         if (self.reduce in ("nearest", "point")) != (self.at is not None):
-            raise ValueError('`at = [x, y, z]` belongs to `reduce = "nearest"` or "point": give both or neither')
+            raise ValueError(
+                '`at = [x, y, z]` is required for `reduce = "nearest"` or "point", and only for these; add or remove it'
+            )
         if (self.quantity in REACTIONS) != (self.condition is not None):
-            raise ValueError('`condition` belongs to `quantity = "reaction"` or "torque": give both or neither')
+            raise ValueError(
+                '`condition` is required for `quantity = "reaction"` or "torque", and only for these; add or remove it'
+            )
         if (self.body is None) != (self.condition is not None):
-            raise ValueError("a probe needs the name of a `body`, or for a reaction that of a `condition`, and not both")
+            raise ValueError("a probe requires a `body`, or, for a reaction, a `condition`; set one of the two")
         if self.carried and (self.quantity, self.reduce) != ("position", "point"):
-            raise ValueError('`carried` belongs to `quantity = "position"` with `reduce = "point"`')
+            raise ValueError('`carried` is allowed only for `quantity = "position"` with `reduce = "point"`; remove it')
         if self.carried and self.component is None:
-            raise ValueError("`carried` needs a `component`, x, y or z")
+            raise ValueError("`carried` requires a `component`; set x, y or z")
 
     @property
     def unit(self) -> str:
@@ -191,7 +202,7 @@ class Probe(Part):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report an unknown body, field, component or condition."""
         if self.name in other_columns(parts):
-            yield Finding((*path, "name"), f"the history has a column {self.name} of its own", "choose another name")
+            yield Finding((*path, "name"), "the name is reserved for a column of the history", "Choose another name.")
         if self.body is None:
             yield from self._reaction_problems(path, parts)
             choices = COMPONENT_NAMES[3]
@@ -202,16 +213,16 @@ class Probe(Part):
             body = parts.named(BodyModel, self.body)
             fields = [*(FIELDS if body is None else body.probed), *QUANTITIES.entries]
             if self.quantity not in fields:
-                text = f"body {self.body} has no such field; it has {listed(fields)}"
+                text = f"body {self.body} has no field of this name; available: {listed(fields)}"
                 yield Finding((*path, "quantity"), text, hint(self.quantity, fields))
                 return
             choices = self.field().names
             if body is not None and self.of_surface and not body.has_triangles:
-                text = f"body {self.body} has no surface of triangles, of which {self.quantity} tells"
-                yield Finding((*path, "quantity"), text, "name a membrane, a film in space or a meshless-solid")
+                text = f"{self.quantity} requires a surface of triangles, which body {self.body} does not have"
+                yield Finding((*path, "quantity"), text, "Set `body` to a membrane, a film in space or a meshless-solid.")
         if self.component is not None and self.component not in choices:
             text = f"{self.quantity} has {f'the components {listed(choices)}' if choices else 'no components'}"
-            yield Finding((*path, "component"), text, "" if choices else "leave `component` out")
+            yield Finding((*path, "component"), text, "" if choices else "Remove `component`.")
 
     def _reaction_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         turns = self.quantity == "torque"
@@ -222,16 +233,19 @@ class Probe(Part):
                 yield Finding((*path, "condition"), *self._no_turning_motion(names))
                 return
             what = "support, motion, contact, wall, inflow, outflow or mean-velocity"
-            text = f"no {what} has this name; there are {listed(names) or 'none with a name'}"
-            yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "give it a `name`")
+            text = f"no {what} has this name; available: {listed(names) or 'none with a name'}"
+            yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "Add this `name` to the condition.")
 
     def _no_turning_motion(self, names: list[str]) -> tuple[str, str]:
         """Return what a torque needs, and what to do."""
-        text = f"`torque` is that of a [[motion]] on a rigid body, and `{self.condition}` is none"
+        text = f"`torque` requires a [[motion]] of a rigid body, but `{self.condition}` is not one"
         if names:
-            return f"{text}; such motions are {listed(names)}", hint(self.condition or "", names) or "name one of these"
-        remedy = 'use quantity = "reaction", or name a [[motion]] whose body has `rigid = true`'
-        return f"{text}; the case has no such motion with a name", remedy
+            return (
+                f"{text}; available: {listed(names)}",
+                hint(self.condition or "", names) or "Set `condition` to one of these.",
+            )
+        remedy = 'Use quantity = "reaction", or set `condition` to a [[motion]] of a body with `rigid = true`.'
+        return f"{text}; the case has no named motion of a rigid body", remedy
 
     def field(self) -> Field:
         """Return components, unit and meaning of the quantity that the probe reads."""
@@ -267,7 +281,7 @@ class Probe(Part):
 def _checked(what: str, function: Callable[[Any], Any], given: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Call a function and return its result as an array of this shape. Raises RunStopped; what: name of the function in a
     message."""
-    with failing_as(lambda why: RunStopped(f"{what} fails: {why}"), function):
+    with failing_as(lambda why: RunStopped(f"{what} raised an error: {why}"), function):
         found = function(given)
     try:
         return as_array(found, shape, function)

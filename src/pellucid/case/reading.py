@@ -104,11 +104,11 @@ def _source(case: "str | FilePath") -> tuple[str, str]:
         return file_bytes(path).decode("utf-8-sig").replace("\r\n", "\n"), str(case)
     except (FileNotFoundError, NotADirectoryError):
         remedy = "" if path.suffix == ".toml" else catalogue.suggestion(str(case))
-        raise CaseError(Problem(f"there is no gallery case and no file {case}", remedy=remedy)) from None
+        raise CaseError(Problem(f"no gallery case and no file is named {case}", remedy=remedy)) from None
     except IsADirectoryError:
         raise CaseError(f"{case} is a folder, not a case file") from None
     except UnicodeDecodeError as error:
-        raise CaseError(f"{case} is no text in UTF-8: {error}") from None
+        raise CaseError(f"{case} is not a UTF-8 text file: {error}") from None
     except OSError as error:
         raise CaseError(f"cannot read {case}: {error.strerror}") from None
 
@@ -188,7 +188,7 @@ def _syntax_problem(message: str, text: str) -> Problem:
     )
     reason = message[: place.start()] if place else message
     return Problem(
-        f"this is no valid TOML: {reason[:1].lower()}{reason[1:]}{where}",
-        remedy='texts stand in quotes, lists in [ ], tables in { }: name = "gas", lower = [0, 0, 0], box = { ... }',
+        f"invalid TOML: {reason[:1].lower()}{reason[1:]}{where}",
+        remedy='Write text in quotes, lists in [ ] and tables in { }: name = "gas", lower = [0, 0, 0], box = { ... }.',
         line=line,
     )

@@ -22,11 +22,11 @@ def parse_setting(text: str) -> tuple[str, Any]:
     """
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
-        raise CaseError(Problem("a setting is KEY=VALUE, for example grid.cell=0.02", setting=f"--set {text}"))
+        raise CaseError(Problem("a setting must have the form KEY=VALUE, for example grid.cell=0.02", setting=f"--set {text}"))
     read = parse_value(value.strip())
     if isinstance(read, str) and read == value.strip() and _BROKEN.search(read):
-        remedy = "close every quote and bracket; for the shell put the whole setting into single quotes"
-        raise CaseError(Problem(f"`{cut(read)}` is no valid TOML", remedy=remedy, setting=f"--set {text}"))
+        remedy = "Close all quotes and brackets. In a shell, put the whole setting in single quotes."
+        raise CaseError(Problem(f"`{cut(read)}` is not valid TOML", remedy=remedy, setting=f"--set {text}"))
     return key.strip(), read
 
 
@@ -42,9 +42,9 @@ def split_key(key: str) -> list[str]:
     """The parts of a dotted key; quotes keep dots inside a part together."""
     parts = ["".join(groups) for groups in _PART.findall(key)]
     if not parts or _PART.sub("", key) != "." * (len(parts) - 1):
-        raise CaseError(f"`{cut(key)}` is no dotted key such as grid.cell or body.driver.material.density")
+        raise CaseError(f"`{cut(key)}` is not a dotted key such as grid.cell or body.driver.material.density")
     if len(parts) > DEEPEST:
-        raise CaseError(f"`{shown(parts[0])}...` has {len(parts)} parts; a key has {DEEPEST} at most")
+        raise CaseError(f"`{shown(parts[0])}...` has {len(parts)} parts; a key may have at most {DEEPEST}")
     return parts
 
 
@@ -87,13 +87,13 @@ def _step(here: Any, part: str, path: Path) -> str | int:
     if isinstance(here, dict):
         return part
     if not isinstance(here, list):
-        raise CaseError(f"`{cut(place)}` is {shown(here)}, not a table: it has no `{cut(part)}`")
+        raise CaseError(f"`{cut(place)}` is {shown(here)}, not a table, so it has no key `{cut(part)}`")
     if part in map(str, range(len(here))):
         return int(part)
     names = [str(item["name"]) for item in here if isinstance(item, dict) and "name" in item]
     if part in names:
         return names.index(part)
     close = difflib.get_close_matches(part, names, 1)
-    listed = f"items are named {', '.join(names)}" if names else f"it has {len(here)} items, numbered from 0"
+    listed = f"available: {', '.join(names)}" if names else f"it has {len(here)} items, with indices from 0"
     remedy = f"did you mean `{place}.{close[0]}`?" if close else ""
     raise CaseError(Problem(f"`{cut(place)}` has no item `{cut(part)}`; {listed}", remedy=remedy))

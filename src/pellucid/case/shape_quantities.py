@@ -11,23 +11,31 @@ from pellucid.geometry.algorithms import enclosure_shape as shape
 ROUND = 1e-4  # part of an axis by which the next one must be shorter for it to have a direction: meshes of balls are rounder
 
 
-@surface_quantity("surface_area", "m^2", "area of a surface, of a solid that of its outer faces")
+@surface_quantity("surface_area", "m^2", "area of a surface, or of the outer faces of a solid")
 def _surface_area(field: Fetch) -> np.ndarray:
     return _everywhere(field, shape.surface_area(field("position"), field(TRIANGLES)))
 
 
-@surface_quantity("enclosed_volume", "m^3", "volume that a surface encloses, an open one with lids over its rims")
+@surface_quantity("enclosed_volume", "m^3", "volume enclosed by a surface; an open surface is closed by lids over its rims")
 def _enclosed_volume(field: Fetch) -> np.ndarray:
     return _everywhere(field, shape.volume_with_lids(field("position"), field(TRIANGLES)))
 
 
-@surface_quantity("taylor_deformation", "", "(L - B)/(L + B) of the longest and the shortest axis of that ellipsoid")
+@surface_quantity(
+    "taylor_deformation",
+    "",
+    "(L - B)/(L + B) of the longest axis L and the shortest axis B of the ellipsoid with the inertia of the enclosed volume",
+)
 def _taylor_deformation(field: Fetch) -> np.ndarray:
     axes = shape.ellipsoid_of(field("position"), field(TRIANGLES)).axes
     return _everywhere(field, (axes[0] - axes[2]) / (axes[0] + axes[2]))
 
 
-@surface_quantity("inclination", "rad", "angle between x and the longest axis of that ellipsoid; none, nan, of a ball")
+@surface_quantity(
+    "inclination",
+    "rad",
+    "angle between x and the longest axis of the ellipsoid with the inertia of the enclosed volume; nan for a ball",
+)
 def _inclination(field: Fetch) -> np.ndarray:
     found = shape.ellipsoid_of(field("position"), field(TRIANGLES))
     long, middle, _ = found.axes
@@ -36,13 +44,13 @@ def _inclination(field: Fetch) -> np.ndarray:
 
 
 @surface_quantity(
-    "semi_axes", "m", "semi-axes of the ellipsoid with the inertia of what is enclosed", ("long", "middle", "short")
+    "semi_axes", "m", "semi-axes of the ellipsoid with the inertia of the enclosed volume", ("long", "middle", "short")
 )
 def _semi_axes(field: Fetch) -> np.ndarray:
     return _everywhere(field, shape.ellipsoid_of(field("position"), field(TRIANGLES)).axes)
 
 
-@quantity("extent", "m", "how far the body reaches along each axis, from its first point to its last", 3)
+@quantity("extent", "m", "extent of the body along each axis, between its outermost points", 3)
 def _extent(field: Fetch) -> np.ndarray:
     return _everywhere(field, np.ptp(field("position"), axis=0))
 

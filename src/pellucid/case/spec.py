@@ -55,12 +55,14 @@ ROUNDING = 1e-12
 class TimeCase(Part):
     """The clock: order of the step, length of the run, choice of the step, transfer of velocities."""
 
-    scheme: Literal["musl", "usf", "usl"] = parameter("", "order of the step", "musl")
-    end: float = parameter("s", "time at which the run ends", gt=0)
-    step: float | None = parameter("s", "fixed time step; without it the Courant bound chooses", None, gt=0)
+    scheme: Literal["musl", "usf", "usl"] = parameter(
+        "", "order of the operations in a step: update of stress after (musl, usl) or before (usf) the momentum", "musl"
+    )
+    end: float = parameter("s", "end time of the run", gt=0)
+    step: float | None = parameter("s", "fixed time step (default: `courant` times the largest stable step)", None, gt=0)
     courant: float = parameter("", "fraction of the largest stable step", 0.4, gt=0, le=1)
-    transfer: Literal["flip", "pic", "blend", "apic"] = parameter("", "how velocities return to the points", "flip")
-    flip_fraction: float = parameter("", 'share of FLIP in the transfer "blend", the rest is PIC', 0.99, ge=0, le=1)
+    transfer: Literal["flip", "pic", "blend", "apic"] = parameter("", "velocity transfer from grid to points (G2P)", "flip")
+    flip_fraction: float = parameter("", 'fraction of FLIP in the transfer "blend"; the rest is PIC', 0.99, ge=0, le=1)
 
     def reached(self, time: float) -> bool:
         """Return True if a run that is at `time` [s] is at its end, or beyond it."""
@@ -73,18 +75,24 @@ class TimeCase(Part):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a fixed step above the stable step of the start, and a choice of the step together with steady states."""
         if parts.one(SteadyCase) is not None:
-            text = "steady states choose the step of their relaxation"
+            text = "the step of a relaxation to steady states is chosen automatically"
             if self.step is not None:
-                yield Finding((*path, "step"), text, "leave it out: steady.courant is the fraction of the largest stable one")
+                yield Finding(
+                    (*path, "step"), text, "Remove this key; steady.courant is the fraction of the largest stable step."
+                )
             if self.courant != type(self).model_fields["courant"].default:  # a resolved case has every default
-                yield Finding((*path, "courant"), f"{text} by steady.courant", "leave it out, and set steady.courant instead")
+                yield Finding(
+                    (*path, "courant"), f"{text} by steady.courant", "Remove this key and set steady.courant instead."
+                )
         bodies = parts.of(BodyModel)
         if self.step is None and bodies and parts.are_sound(BodyModel) and not any(body.moves for body in bodies):
-            text = f"is missing: body {bodies[0].name} does not move and bounds no step"
-            yield Finding((*path, "step"), text, "give one that resolves what happens in it")
+            text = f"is missing: body {bodies[0].name} does not move, so no stable step can be computed"
+            yield Finding((*path, "step"), text, "Set a time step that resolves the processes in the body.")
         if self.step is not None and self.end / self.step > MOST_STEPS:
-            text = f"{self.end / self.step:.3g} steps until time.end = {self.end:g} s; a run takes at most {MOST_STEPS:.0e}"
-            remedy = f"use {self.end / MOST_STEPS:.3g} s or more, or leave it out and let time.courant choose"
+            text = f"{self.end / self.step:.3g} steps until time.end = {self.end:g} s; the limit is {MOST_STEPS:.0e} steps"
+            remedy = (
+                f"Set `time.step` to at least {self.end / MOST_STEPS:.3g} s, or remove it: `time.courant` then sets the step."
+            )
             yield Finding((*path, "step"), text, remedy)
         reasons = (body.why_not_strained_first() for body in bodies) if self.scheme == "usf" else ()
         for reason in reasons:
@@ -99,15 +107,17 @@ class TimeCase(Part):
             limit = aware.step_limit(cell, is_driven(body.name, parts))
             if limit is not None and self.step > limit.step * (1.0 + STEP_MARGIN):
                 text = f"exceeds {limit.step:.3g} s, the largest stable step at the start, of body {body.name}: {limit.reason}"
-                remedy = f"set `time.step` to at most {0.8 * limit.step:.2g}, or remove it: `time.courant` then sets the step"
+                remedy = (
+                    f"Set `time.step` to at most {0.8 * limit.step:.2g} s, or remove it: `time.courant` then sets the step."
+                )
                 yield Finding((*path, "step"), text, remedy)
 
 
 class OutputCase(Part):
     """Intervals of the output."""
 
-    history: float | None = parameter("s", "time between rows of history.csv; without it end/200", None, gt=0)
-    frames: float | None = parameter("s", "time between frames of the fields; without it end/10", None, gt=0)
+    history: float | None = parameter("s", "time between rows of history.csv (default: end/200)", None, gt=0)
+    frames: float | None = parameter("s", "time between frames of the fields (default: end/10)", None, gt=0)
     checkpoint: float = parameter("s", "wall-clock time between checkpoints", 30.0, gt=0)
 
     def rows_every(self, end: float) -> float:
@@ -126,10 +136,8 @@ class OutputCase(Part):
         end = 0.0 if time is None else time.end
         for key, interval, most, what in (rows, frames):
             if interval is not None and end / interval > most * (1.0 + 1e-5):  # so that the remedy, rounded, is enough
-                text = f"{end / interval:.3g} {what} until time.end = {end:g} s; a run writes at most {most:,}".replace(
-                    ",", " "
-                )
-                yield Finding((*path, key), text, f"use {end / most:g} s or more, or leave it out")
+                text = f"{end / interval:.3g} {what} until time.end = {end:g} s; the limit is {most:,}".replace(",", " ")
+                yield Finding((*path, key), text, f"Set it to at least {end / most:g} s, or remove it.")
 
 
 class EnergyCase(Part):
@@ -141,8 +149,8 @@ class EnergyCase(Part):
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a run that stops before it warns."""
         if self.warn > self.stop:
-            text = f"above energy.stop = {self.stop:g}: the run would stop itself without a warning"
-            yield Finding((*path, "warn"), text, f"use {self.stop:g} or less, or raise energy.stop")
+            text = f"is above energy.stop = {self.stop:g}, so the run would stop without a warning"
+            yield Finding((*path, "warn"), text, f"Set it to at most {self.stop:g}, or increase energy.stop.")
 
 
 class TimesCase(Model):
@@ -156,39 +164,41 @@ class Case(Model):
     """A complete case; build it in Python or read it with `pellucid.load`."""
 
     schema_version: Literal[1] = parameter("", "version of this format", 1, alias="schema")
-    title: str = parameter("", "one line")
+    title: str = parameter("", "title of the case, one line")
     id: str = parameter("", "gallery case whose metrics and figures apply", "")
-    source: str = parameter("", "where the case comes from", "")
-    description: str = parameter("", "what it shows", "")
+    source: str = parameter("", "source of the case", "")
+    description: str = parameter("", "description of the case", "")
     extensions: tuple[InputFile, ...] = parameter(
-        "", "Python files that register kinds of their own: they run before the rest of the case is read", ()
+        "", "Python files that register additional kinds; they are executed before the rest of the case is read", ()
     )
     gravity: Vector = parameter("m/s^2", "acceleration of gravity", ZERO)
-    gravity_amplitude: GravityAmplitude | None = parameter("", "share of gravity that acts as a function of time", None)
-    grid_or_none: GridCase | None = parameter("", "the Eulerian grid; bodies that need none can do without", None, alias="grid")
-    time: TimeCase = parameter("", "the clock")
-    steady: SteadyCase | None = parameter("", "steady states, instead of motions in time", None)
-    start: StartCase | None = parameter("", "an earlier run from whose state bodies go on", None)
-    settle: SettleCase | None = parameter("", "settling before the clock starts", None)
-    body: tuple[Body, ...] = parameter("", "the bodies", min_length=1)
+    gravity_amplitude: GravityAmplitude | None = parameter("", "factor on gravity as a function of time", None)
+    grid_or_none: GridCase | None = parameter(
+        "", "background grid; not required for bodies with their own nodes", None, alias="grid"
+    )
+    time: TimeCase = parameter("", "end time and time stepping")
+    steady: SteadyCase | None = parameter("", "computation of steady states instead of motion in time", None)
+    start: StartCase | None = parameter("", "earlier run that provides the initial state of bodies", None)
+    settle: SettleCase | None = parameter("", "settling to equilibrium before time 0", None)
+    body: tuple[Body, ...] = parameter("", "bodies", min_length=1)
     support: tuple[Support, ...] = parameter("", "constrained nodes", ())
     motion: tuple[Motion, ...] = parameter("", "prescribed motions", ())
     absorbing: tuple[Absorbing, ...] = parameter("", "faces that absorb waves", ())
-    inflow: tuple[Inflow, ...] = parameter("", "faces of the grid through which a fluid comes in", ())
+    inflow: tuple[Inflow, ...] = parameter("", "faces of the grid through which a fluid enters", ())
     outflow: tuple[Outflow, ...] = parameter("", "faces of the grid through which material points leave", ())
     pressure: tuple[Pressure, ...] = parameter("", "pressures on membranes and faces of solids", ())
     enclosed: tuple[Enclosed, ...] = parameter("", "gases and liquids in membranes", ())
-    surface_tension: tuple[SurfaceTension, ...] = parameter("", "tension of the surfaces of fluids of material points", ())
+    surface_tension: tuple[SurfaceTension, ...] = parameter("", "surface tension of fluids of material points", ())
     load: tuple[AnyLoad, ...] = parameter("", "forces on bodies", ())
-    contact: tuple[Contact, ...] = parameter("", "how bodies of different velocity fields touch", ())
-    wall: tuple[Wall, ...] = parameter("", "planes without a body that bodies cannot pass", ())
+    contact: tuple[Contact, ...] = parameter("", "contact between bodies of different velocity fields", ())
+    wall: tuple[Wall, ...] = parameter("", "rigid planes that bodies cannot penetrate", ())
     probe: tuple[Probe, ...] = parameter("", "columns of the history", ())
-    picture: tuple[Picture, ...] = parameter("", "bodies at some instants, in the report", ())
-    film: tuple[Film, ...] = parameter("", "bodies as they move, in the report", ())
-    plot: tuple[Plot, ...] = parameter("", "columns of the history, beside measured curves, in the report", ())
-    checks: tuple[Check, ...] = parameter("", "what the run finds beside what it should find", (), alias="check")
-    output: OutputCase = parameter("", "how often results are written", OutputCase())
-    energy: EnergyCase = parameter("", "limits of the energy balance", EnergyCase())
+    picture: tuple[Picture, ...] = parameter("", "pictures of bodies at given times, for the report", ())
+    film: tuple[Film, ...] = parameter("", "films of bodies, for the report", ())
+    plot: tuple[Plot, ...] = parameter("", "plots of columns of the history and measured curves, for the report", ())
+    checks: tuple[Check, ...] = parameter("", "comparisons of results with references", (), alias="check")
+    output: OutputCase = parameter("", "intervals of output", OutputCase())
+    energy: EnergyCase = parameter("", "limits of the error of the energy balance", EnergyCase())
     times: TimesCase | None = parameter("", "expected wall-clock times", None)
     quick: dict[str, Any] = Field({}, description="settings of the quick variant, by dotted key")
 
@@ -315,4 +325,5 @@ def required(case: object) -> Case:
     """A case, as what runs one needs it. Raises UsageError for anything else, such as the name of one."""
     if isinstance(case, Case):
         return case
-    raise UsageError(f'{case!r} is no case: read it first, as in pellucid.load("basics/sod"), or build a pellucid.Case')
+    text = f"{case!r} is not a case"
+    raise UsageError(f'{text}.\n    Read one with pellucid.load("basics/sod"), or build a pellucid.Case.')

@@ -24,26 +24,32 @@ class SteadyCase(Part):
     equilibria. Inertia and damping serve the way there and have no part in these.
     """
 
-    load_steps: int = parameter("", "number of equilibria, at equal intervals of the time of the loads", 1, ge=1, le=100_000)
+    load_steps: int = parameter("", "number of equilibria (load steps) at equal intervals of time", 1, ge=1, le=100_000)
     at: tuple[float, ...] = parameter(
         "s",
-        "times of the loads of further equilibria between those of `load_steps`: values there are computed, not interpolated",
+        "times of additional equilibria between those of `load_steps`",
         (),
         max_length=100_000,
     )
     loading: int | None = parameter(
         "",
-        "steps of the relaxation in which the loads grow smoothly to those of a load step; without it so many that shear waves "
-        "cross the body sixteen times while all loads grow, and 800 in all at least",
+        "number of relaxation steps in which the loads increase smoothly to a load step (default: shear waves cross the body "
+        "sixteen times while all loads increase, and at least 800 steps in total)",
         None,
         ge=1,
     )
     tolerance: float = parameter(
-        "", "estimated error of the displacements at which a state counts as steady, of the largest of them", 1e-6, gt=0, le=0.1
+        "",
+        "tolerance of a steady state: estimated error of the displacements divided by the largest displacement",
+        1e-6,
+        gt=0,
+        le=0.1,
     )
     courant: float = parameter("", "fraction of the largest stable step of the relaxation", 0.8, gt=0, le=1)
-    mass_scaling: bool = parameter("", "whether inertia is scaled so that all nodes allow the same step", False)
-    most_steps: int = parameter("", "steps of the relaxation of a load step before the run stops itself", 100_000, ge=100)
+    mass_scaling: bool = parameter("", "True: scale the inertia so that all nodes have the same stable step", False)
+    most_steps: int = parameter(
+        "", "largest number of relaxation steps of a load step; the run stops when it is exceeded", 100_000, ge=100
+    )
 
     def levels(self, end: float) -> list[float]:
         """Return the times of the loads at the start and at each equilibrium, in load steps of equal length.
@@ -63,13 +69,15 @@ class SteadyCase(Part):
         """Report times outside the run, and bodies that cannot be relaxed or do not start at rest."""
         bodies = parts.of(BodyModel)
         if bodies and all(_is_tool(body, parts) for body in bodies):
-            text = "every body of the case is rigid, and no state has to be found"
-            yield Finding(path, text, "remove [steady], or add a meshless solid or a membrane of elements")
+            text = "all bodies of the case are rigid, so there is no steady state to compute"
+            yield Finding(path, text, "Remove [steady], or add a meshless solid or a membrane of elements.")
         end = getattr(parts.sections["time"].items[0], "end", inf)
         wrong = next((each for each in self.at if not 0.0 < each <= end), None)
         if wrong is not None:
             text = f"{wrong:g} s is not between 0 and time.end = {end:g} s"
-            yield Finding((*path, "at"), text, f"remove {wrong:g} from the list" + " or set a later `time.end`" * (wrong > 0.0))
+            yield Finding(
+                (*path, "at"), text, f"Remove {wrong:g} from the list" + ", or set a later `time.end`" * (wrong > 0.0) + "."
+            )
         for other, condition in parts.placed(Condition):
             if reason := condition.why_not_steady():
                 yield Finding(other, *reason)
@@ -78,14 +86,16 @@ class SteadyCase(Part):
             velocity = any(getattr(body, "velocity", ()))
             if body.moves and (velocity or initial):
                 key = "velocity" if velocity else "initial"
-                yield Finding((*other, key), "a steady state begins at rest", "leave it out")
+                yield Finding((*other, key), "the computation of steady states starts at rest", "Remove this key.")
             if _is_tool(body, parts):
                 yield from _tool_problems(body, other, parts)
                 continue
             if fault := body.why_not_relaxed(is_alone(body, parts)):
                 yield Finding((*other, *fault.path), f"[steady]: {fault.text}", fault.remedy)
             elif self.mass_scaling and not body.scales_inertia:
-                yield Finding((*path, "mass_scaling"), f'kind "{body.kind}" keeps its masses', "leave it out")
+                yield Finding(
+                    (*path, "mass_scaling"), f'the inertia of kind "{body.kind}" cannot be scaled', "Remove this key."
+                )
 
 
 def _is_tool(body: BodyModel, parts: Parts) -> bool:
@@ -99,13 +109,13 @@ def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Findin
     along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
     about = {axis for axis in range(3) if not (along ^ {0, 1, 2}) - {axis}}
     free = sorted(along.difference(*(motion.axes() for motion in motions)))
-    remedy = "prescribe all of its motion, or replace it by a meshless solid of a stiff material, which is relaxed"
+    remedy = "replace the body by a meshless solid of a stiff material, which is relaxed"
     if free:
         axes = listed(["xyz"[axis] for axis in free])
         held = ", ".join(f'"{"xyz"[axis]}"' for axis in free)
-        text = f"[steady]: the rigid body {body.name} is free along {axes}, and the relaxation does not move rigid bodies"
-        add = f"add hold = [{held}] or a `displacement` along {axes} to" if motions else f"add hold = [{held}] in"
-        yield Finding((*path, "rigid"), text, f"{add} a [[motion]] of body {body.name}, or {remedy}")
+        text = f"[steady]: the rigid body {body.name} is free along {axes}, but the relaxation does not move rigid bodies"
+        add = f"Add hold = [{held}] or a `displacement` along {axes} to" if motions else f"Add hold = [{held}] in"
+        yield Finding((*path, "rigid"), text, f"{add} a [[motion]] of body {body.name}, or {remedy}.")
         return
     turned = about.difference(*(motion.turns_about() for motion in motions))
     if turned != about or any(motion.hold_rotation is not None for motion in motions):  # silence means that it is held
@@ -114,9 +124,10 @@ def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Findin
             axes = ", ".join(f'"{"xyz"[axis]}"' for axis in sorted({*turned, *("xyz".index(a) for a in motion.held_turns)}))
             about_axes = listed(["xyz"[axis] for axis in sorted(turned)])
             text = (
-                f"[steady]: the rigid body {body.name} turns freely about {about_axes}, and relaxation does not find its angle"
+                f"[steady]: the rigid body {body.name} is free to rotate about {about_axes}, but the relaxation does "
+                "not rotate bodies"
             )
-            yield Finding((*path, "rigid"), text, f"set hold_rotation = [{axes}] in motion {motion.name}, or {remedy}")
+            yield Finding((*path, "rigid"), text, f"Set hold_rotation = [{axes}] in motion {motion.name}, or {remedy}.")
 
 
 class SettleCase(Part):
@@ -128,32 +139,38 @@ class SettleCase(Part):
 
     share: float = parameter(
         "",
-        "kinetic energy that bodies no longer pass when they count as settled, of the largest energy that moved on the way",
+        "tolerance of settling: kinetic energy divided by the largest kinetic energy during settling",
         1e-8,
         gt=0,
         le=0.1,
     )
-    most_steps: int = parameter("", "steps of the settling before the run stops itself", 100_000, ge=10)
+    most_steps: int = parameter("", "largest number of settling steps; the run stops when it is exceeded", 100_000, ge=10)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report steady states, bodies without inertia or not at rest, and supports that move."""
         if parts.one(SteadyCase) is not None:
-            yield Finding(path, "[steady] brings bodies to rest by itself", "leave one of the two out")
+            yield Finding(path, "[settle] and [steady] cannot be combined", "Remove one of the two.")
         for other, body in parts.placed(BodyModel):
             if not body.moves or body.has_own_step:
-                yield Finding((*other, "kind"), f'[settle]: kind "{body.kind}" does not move by inertia', "leave [settle] out")
+                yield Finding(
+                    (*other, "kind"), f'[settle]: kind "{body.kind}" has no inertia and cannot settle', "Remove [settle]."
+                )
             for key in ("velocity", "angular_velocity", "velocity_wave"):
                 value = getattr(body, key, None)
                 if value is not None and (not isinstance(value, tuple) or any(value)):
-                    yield Finding((*other, key), "[settle] takes all velocity from the bodies", "leave it out")
+                    yield Finding(
+                        (*other, key),
+                        "[settle] brings all bodies to rest, so an initial velocity has no effect",
+                        "Remove this key.",
+                    )
             for number, initial in enumerate(getattr(body, "initial", None) or ()):
                 if initial.kind == "velocity-gradient":
-                    text = "[settle] takes all velocity from the bodies"
-                    yield Finding((*other, "initial", number, "kind"), text, "leave it out")
+                    text = "[settle] brings all bodies to rest, so an initial velocity has no effect"
+                    yield Finding((*other, "initial", number, "kind"), text, "Remove this initial field.")
         for other, support in parts.placed(Support):
             if any(support.velocity):
-                text = "[settle] holds the time of motions, but not a support that moves"
-                yield Finding((*other, "velocity"), text, "hold the nodes at rest, and move the body by a [[motion]]")
+                text = "[settle] cannot be combined with a moving support"
+                yield Finding((*other, "velocity"), text, "Set the velocity to 0, and move the body by a [[motion]].")
 
 
 class StartCase(Part):
@@ -163,24 +180,24 @@ class StartCase(Part):
     case, whose regions choose among the points where they are then.
     """
 
-    path: InputFile = parameter("", "folder of the earlier run; a relative path starts from the case file's folder")
+    path: InputFile = parameter("", "folder of the earlier run, relative to the folder of the case file")
     time: float | None = parameter(
-        "s", "instant of that run: the nearest frame of the fields; without it its last checkpoint", None, ge=0
+        "s", "time in the earlier run: its nearest frame is used (default: last checkpoint)", None, ge=0
     )
-    body: tuple[str, ...] | None = parameter("", "names of the bodies; without it all that both runs have", None)
+    body: tuple[str, ...] | None = parameter("", "names of the bodies (default: all bodies of both runs)", None)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
         """Report a missing run or body."""
         folder = FilePath(self.path)
         if not (folder / "case.toml").is_file():
-            other = "it is a file" if folder.exists() else "there is no such folder"
-            what = "it has no case.toml" if folder.is_dir() else other
+            other = "it is a file" if folder.exists() else "it does not exist"
+            what = "it contains no case.toml" if folder.is_dir() else other
             within = folder.is_file() and (folder.parent / "case.toml").is_file()
-            remedy = f'name the folder: path = "{folder.parent}"' if within else "name the --out of a run of pellucid"
-            yield Finding((*path, "path"), f"is no folder of a run: {what}", remedy)
+            remedy = f'Set path = "{folder.parent}".' if within else "Set it to the folder (--out) of a run of pellucid."
+            yield Finding((*path, "path"), f"is not the folder of a run: {what}", remedy)
         if self.body == ():
-            yield Finding((*path, "body"), "names no body", "leave it out for all bodies that both runs have, or drop [start]")
+            yield Finding((*path, "body"), "is empty", "Remove this key for all bodies of both runs, or remove [start].")
         names = [body.name for body in parts.of(BodyModel)]
         for number, name in enumerate(self.body or ()):
             if name not in names:
-                yield Finding((*path, "body", number), f"there is no such body; those of the case are {', '.join(names)}")
+                yield Finding((*path, "body", number), f"no body has this name; available: {', '.join(names)}")

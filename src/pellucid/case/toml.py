@@ -21,9 +21,9 @@ def parsed(text: str) -> dict[str, Any]:
     except RecursionError:
         deep = True
     except ValueError as error:  # of a whole number with thousands of digits, which is not converted
-        raise tomllib.TOMLDecodeError("a number has thousands of digits") from error
+        raise tomllib.TOMLDecodeError("a number has too many digits") from error
     if deep:
-        raise tomllib.TOMLDecodeError(f"lists or tables are more than {DEEPEST} deep within one another")
+        raise tomllib.TOMLDecodeError(f"lists or tables are nested more than {DEEPEST} levels deep")
     return data
 
 

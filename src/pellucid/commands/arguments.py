@@ -13,13 +13,15 @@ if TYPE_CHECKING:
 CaseArgument = Annotated[str, typer.Argument(metavar="CASE", help="A gallery id, such as gan2011/shock-tube, or a TOML file.")]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set any field, such as grid.cell=0.02; may be given often."),
+    typer.Option("--set", metavar="KEY=VALUE", help="Set any key of the case, such as grid.cell=0.02; can be repeated."),
 ]
 ChangedSettings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Go on with another end, step, limit or output; may be given often."),
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Continue with another end time, time step, limit or output; can be repeated."
+    ),
 ]
-Quick = Annotated[bool, typer.Option("--quick", help="Take the case's own quick settings: a coarse run.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Use the quick settings of the case: a coarse, short run.")]
 
 
 def read_threads(text: str) -> int:
@@ -37,7 +39,7 @@ Threads = Annotated[
         "--threads",
         metavar="N",
         parser=read_threads,
-        help="Number of threads (default: a run tries which is soonest, bench takes all cores).",
+        help="Number of threads (default: a run measures which number is fastest; bench uses all cores).",
     ),
 ]
 Ranks = Annotated[
@@ -46,15 +48,15 @@ Ranks = Annotated[
         "--ranks",
         metavar="N",
         min=1,
-        help="Number of processes that share the run, started by mpiexec (extra mpi); the results are those of one.",
+        help="Number of processes that share the run, started by mpiexec (extra mpi); the results do not depend on it.",
     ),
 ]
 NoReport = Annotated[
-    bool, typer.Option("--no-report", help="Draw no figures and write no report; `pellucid report DIR` does it later.")
+    bool, typer.Option("--no-report", help="Draw no figures and write no report; run `pellucid report DIR` to do it later.")
 ]
 Until = Annotated[
     str | None,
-    typer.Option("--until", metavar="T", help='Simulated time to end at, with the first step there: 0.1 (s) or "20 ms".'),
+    typer.Option("--until", metavar="T", help='Simulated end time, rounded up to a whole step: 0.1 (s) or "20 ms".'),
 ]
 
 
@@ -96,5 +98,5 @@ def read_time(option: str, text: str | None) -> float | None:
         except UnitError as error:
             raise UsageError(f"{option}: {error}") from None
     if not 0.0 < seconds < float("inf"):
-        raise UsageError(f"{option} {text}: the time must be greater than 0 s")
+        raise UsageError(f"{option} {text}: the time must be greater than 0 s and finite")
     return seconds

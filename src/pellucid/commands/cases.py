@@ -42,7 +42,7 @@ def validate(
     settings: Settings = None,
 ) -> None:
     """Check a case file as a run does before its first step: keys, types, units, limits, names, places, memory, set-up.
-    Print the time step, the number of steps and the run time. Status 2 if a run would be refused."""
+    Print the time step, the number of steps and the run time. Exit status 2 if the case cannot be run."""
     from pellucid.case import located
     from pellucid.errors import CaseError
     from pellucid.progress import watching
@@ -63,7 +63,7 @@ def validate(
 
 def schema(
     case: Annotated[
-        str | None, typer.Argument(metavar="[CASE]", help="A case whose extensions add kinds of their own to the schema.")
+        str | None, typer.Argument(metavar="[CASE]", help="A case whose extensions are included in the schema.")
     ] = None,
 ) -> None:
     """Print the JSON schema of case files, for editors and other programs."""

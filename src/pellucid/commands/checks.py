@@ -12,22 +12,23 @@ from pellucid.errors import RunStopped, UsageError
 
 def verify(
     cases: Annotated[
-        list[str] | None, typer.Argument(metavar="[CASE|FILE]...", help="Gallery ids (default: all), or files with checks.")
+        list[str] | None,
+        typer.Argument(metavar="[CASE|FILE]...", help="Gallery ids (default: all) or case files with checks."),
     ] = None,
-    full: Annotated[bool, typer.Option("--full", help="Run the full cases, not their quick variants.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Run the full cases instead of their quick variants.")] = False,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Keep the runs, with figures and reports, in DIR/CASE.")
     ] = None,
     threads: Threads = None,
 ) -> None:
-    """Run cases and compare them with their references; status 3 if any metric falls short."""
+    """Run cases and compare their metrics with references. Exit status 3 if a metric fails."""
     from pellucid import catalogue
     from pellucid.progress import watching
     from pellucid.running.verify import verify as run_checks
 
     for name in cases or ():
         if not catalogue.has(name) and not name.endswith(".toml"):
-            raise UsageError(f"there is no gallery case {name}\n    {catalogue.suggestion(name)}")
+            raise UsageError(f"The gallery has no case {name}.\n    {catalogue.suggestion(name)}")
     with watching() as progress:
         checks = run_checks(cases or list(catalogue.ids()), full=full, out=out, threads=threads, progress=progress)
     names = {"case": [check.case for check in checks], "metric": [check.name for check in checks]}
@@ -36,7 +37,7 @@ def verify(
     for check in short:
         typer.echo(f"{check.case}: {check.name}: {check.metric.meaning}", err=True)
     if short:
-        raise RunStopped(f"{len(short)} of {len(checks)} metrics fall short")
+        raise RunStopped(f"{len(short)} of {len(checks)} metrics failed: their errors exceed the tolerances")
     typer.echo(f"all {len(checks)} metrics pass")
 
 
@@ -44,9 +45,13 @@ def converge(
     case: CaseArgument,
     over: Annotated[
         list[str],
-        typer.Option("--over", metavar="KEY=V1,V2,...", help="A field and its values; a second --over goes along in step."),
+        typer.Option(
+            "--over",
+            metavar="KEY=V1,V2,...",
+            help="A key and its values; a second --over varies with the first, value by value.",
+        ),
     ],
-    metric: Annotated[str, typer.Option("--metric", metavar="NAME", help="The metric whose error is followed.")],
+    metric: Annotated[str, typer.Option("--metric", metavar="NAME", help="The metric whose error is studied.")],
     quick: Quick = False,
     settings: Settings = None,
     out: Annotated[
@@ -54,7 +59,7 @@ def converge(
     ] = None,
     threads: Threads = None,
 ) -> None:
-    """Run a case for several values of a field; print a metric's error, the ratio and the observed order."""
+    """Run a case for several values of a key; print a metric's error, the ratio of errors and the observed order."""
     from pellucid.progress import watching
     from pellucid.studies.convergence import observed_order, read_sweep, study, write_study
 
@@ -67,7 +72,7 @@ def converge(
     print_table((key, f"error of {metric}", "ratio", "order"), rows)
     order = observed_order(steps)
     if order is not None:
-        typer.echo(f"observed order, least squares over all values: {order:.2f}")
+        typer.echo(f"observed order of convergence (least squares over all values): {order:.2f}")
     if out:
         write_study(steps, key, metric, out)
         typer.echo(f"written: {out / 'convergence.csv'}, {out / 'convergence.png'}")

@@ -15,10 +15,12 @@ def bench(
     points: Annotated[
         str | None, typer.Option("--points", metavar="N,N,...", help="Numbers of points (default: 1e4 to 4e6).")
     ] = None,
-    peers: Annotated[bool, typer.Option("--peers", help="Run benchmarks/peers beside, where these are installed.")] = False,
+    peers: Annotated[
+        bool, typer.Option("--peers", help="Also run the programs in benchmarks/peers that are installed.")
+    ] = False,
     threads: Threads = None,
 ) -> None:
-    """Measure particle-steps per second for fluid and solid bodies beside the machine's memory bandwidth."""
+    """Measure point-steps per second for fluid and solid bodies and the memory bandwidth of this machine."""
     sizes = read_sizes(points)
 
     import json
@@ -40,14 +42,16 @@ def read_sizes(text: str | None) -> list[int] | None:
     try:
         sizes = [round(float(item)) for item in text.split(",")]
     except (ValueError, OverflowError):
-        raise UsageError(f"--points {text}: write numbers with commas between, such as 10000,1e6") from None
+        raise UsageError(
+            f"--points {text}: not a list of numbers\n    Write numbers separated by commas, such as 10000,1e6."
+        ) from None
     if min(sizes) < 1:
         raise UsageError(f"--points {text}: every number must be at least 1")
     return sizes
 
 
 def doctor() -> None:
-    """Report what this machine offers: versions, threads, kernel cache, drawing, memory, disk."""
+    """Check this machine: versions, threads, kernel cache, drawing, memory, disk."""
     from pellucid.doctor import examine
 
     print_table(("what", "found", "advice"), examine())
@@ -58,7 +62,7 @@ def warm(
         list[str] | None, typer.Argument(metavar="[CASE]...", help="Gallery ids or TOML files (default: the whole gallery).")
     ] = None,
 ) -> None:
-    """Compile the kernels of cases into the cache beforehand, so that their runs start at once."""
+    """Compile the kernels of cases into the cache, so that later runs start without compilation."""
     from pellucid import catalogue
     from pellucid.case import load
     from pellucid.compilation.warming import warm as compile_all

@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
 def mesh(
     file: Annotated[str, typer.Argument(metavar="FILE", help="STL, OBJ, PLY, OFF, Gmsh, VTK, Abaqus, Nastran or other file.")],
-    repair: Annotated[bool, typer.Option("--repair", help="Mend what can be mended, and say what was done.")] = False,
+    repair: Annotated[bool, typer.Option("--repair", help="Repair the mesh where possible and list the repairs.")] = False,
     close_holes: Annotated[
         int, typer.Option("--close-holes", metavar="N", min=0, max=200, help="With --repair: close holes of up to N edges.")
     ] = 0,
     unit: Annotated[
-        str | None, typer.Option("--unit", metavar="UNIT", help="The file's unit of length, such as mm; else metres.")
+        str | None, typer.Option("--unit", metavar="UNIT", help="Unit of length of the file, such as mm (default: m).")
     ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="NEW", help="Write the mesh, in the unit of FILE, to another file.")
     ] = None,
-    picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE.png", help="Draw the mesh.")] = None,
+    picture: Annotated[Path | None, typer.Option("--picture", metavar="FILE.png", help="Draw the mesh into this file.")] = None,
 ) -> None:
     """Describe the mesh in a file and check that a case can use it; repair, write or draw it. Exit status 2 if it has
     faults."""
@@ -33,7 +33,7 @@ def mesh(
     from pellucid.units import UnitError, to_si
 
     if close_holes and not repair:
-        raise UsageError("--close-holes is a part of the repair\n    add --repair")
+        raise UsageError("--close-holes has an effect only with --repair.\n    Add --repair.")
     try:
         metres = 1.0 if unit is None else to_si(f"1 {unit}", "m")
     except UnitError as error:
@@ -42,7 +42,7 @@ def mesh(
         if written is not None:
             _check_place(written, file)
     if picture is not None and picture.suffix.lower() != ".png":
-        raise UsageError(f"--picture {picture}: a picture is a PNG file\n    let its name end in .png")
+        raise UsageError(f"--picture {picture}: only PNG files can be written.\n    Choose a name that ends in .png.")
     try:
         found = survey(file, repair, close_holes, metres)
         print_table(("what", file), found.rows)
@@ -62,10 +62,10 @@ def mesh(
 def _check_place(path: Path, file: str) -> None:
     """Raise UsageError for a place where nothing can be written, or where the mesh itself is."""
     if path.exists() and Path(file).exists() and path.samefile(file):
-        raise UsageError(f"{path} is the file that is read, which stays as it is\n    name another one")
+        raise UsageError(f"{path} is the input file, which is never overwritten.\n    Choose another name.")
     if path.is_dir() or not path.absolute().parent.is_dir():
-        reason = "it is a folder" if path.is_dir() else f"there is no folder {path.absolute().parent}"
-        raise UsageError(f"{path} cannot be written: {reason}\n    name a file in a folder that is there")
+        reason = "it is a folder" if path.is_dir() else f"the folder {path.absolute().parent} does not exist"
+        raise UsageError(f"{path} cannot be written: {reason}.\n    Choose a file name in an existing folder.")
 
 
 def _tell(found: "Survey", repair: bool) -> None:
@@ -75,7 +75,7 @@ def _tell(found: "Survey", repair: bool) -> None:
         typer.echo(f"fault: {text}\n    {remedy}")
     if found.faults:
         return
-    typer.echo("no faults" + (" are left" if repair and found.notes else ""))
+    typer.echo("no faults" + (" remain" if repair and found.notes else ""))
 
 
 def _write(found: "Survey", out: Path) -> None:
@@ -96,7 +96,7 @@ def _draw(found: "Survey", metres: float, picture: Path, name: str) -> None:
     from pellucid.results.pictures.mesh_picture import mesh_picture
     from pellucid.results.storage.files import replacing
 
-    figure = mesh_picture(found.mesh, metres, name if metres != 1.0 else f"{name}, its unit taken for a metre")
+    figure = mesh_picture(found.mesh, metres, name if metres != 1.0 else f"{name}, in units of the file")
     with replacing(picture) as draft:
         figure.savefig(draft, format="png")
 

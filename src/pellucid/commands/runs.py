@@ -40,7 +40,7 @@ def run(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="DIR", help="Folder for the results, in place of an earlier run (default: a new runs/NAME)."
+            "--out", metavar="DIR", help="Folder of the results; an earlier run in it is replaced (default: a new runs/NAME)."
         ),
     ] = None,
     threads: Threads = None,
@@ -48,7 +48,7 @@ def run(
     every: Annotated[str | None, typer.Option("--every", metavar="T", help="Simulated time between frames.")] = None,
     no_report: NoReport = False,
 ) -> None:
-    """Run a case; curves, fields, checkpoints, figures and report.html go to DIR."""
+    """Run a case; write its curves, fields, checkpoints, figures and report.html to DIR."""
     share(ranks)
     from pellucid.results.storage.run_folder import RunFolder
 
@@ -87,7 +87,7 @@ def resume(
     ranks: Ranks = None,
     no_report: NoReport = False,
 ) -> None:
-    """Go on with a run from its last checkpoint, bit for bit as if it had not stopped."""
+    """Continue a run from its last checkpoint; the results are bitwise the same as without the interruption."""
     share(ranks)
     end = read_time("--until", until)
 
@@ -103,11 +103,12 @@ def resume(
 def report(
     dir_: Folder,
     beside: Annotated[
-        Path | None, typer.Option("--beside", metavar="DIR", help="Another run, drawn into the figure of the probes.")
+        Path | None,
+        typer.Option("--beside", metavar="DIR", help="Another run whose curves are drawn into the same figures of probes."),
     ] = None,
     pictures_of: Annotated[
         str | None,
-        typer.Option("--from", metavar="FILE.toml", help="Take pictures, films, plots and checks from this case from now on."),
+        typer.Option("--from", metavar="FILE.toml", help="Use the pictures, films, plots and checks of this case from now on."),
     ] = None,
 ) -> None:
     """Draw the figures of a run again and write its report.html."""
@@ -129,13 +130,16 @@ def report(
         with watching() as progress:
             write_report(dir_, Run(beside) if beside else None, progress)
     except KeyboardInterrupt as error:
-        text = f"interrupted: the report is not finished; the results in {dir_} are as they were"
+        text = (
+            f"Interrupted: the report is not complete; the results in {dir_} are unchanged.\n    Run `pellucid report "
+            f"{dir_}` to write it."
+        )
         raise Interrupted(text, not isinstance(error, Terminated)) from None
     typer.echo(f"the report is {dir_ / 'report.html'}")
 
 
 def view(dir_: Folder) -> None:
-    """Open the report of a run in the browser, at the view that turns."""
+    """Open the report of a run in the browser, at the interactive 3-D view."""
     import webbrowser
 
     from pellucid.results.storage.run_folder import RunFolder
@@ -143,10 +147,10 @@ def view(dir_: Folder) -> None:
     folder = RunFolder(dir_)
     folder.read_stored()  # says where there is no run
     if not folder.report.is_file():
-        raise UsageError(f"the run in {dir_} has no report yet: `pellucid report {dir_}` writes it")
+        raise UsageError(f"The run in {dir_} has no report yet.\n    Run `pellucid report {dir_}` to write it.")
     page = folder.report.resolve()
     if not webbrowser.open(f"{page.as_uri()}#view"):
-        typer.echo("there is no browser here; one on another machine opens the file as well, which needs nothing beside it")
+        typer.echo("No browser was found. Copy the file to another machine and open it there; it needs no other files.")
     typer.echo(f"the report is {page}")
 
 
@@ -155,8 +159,8 @@ def share(ranks: int | None) -> None:
     if ranks is None:
         return
     if processes.size > 1:
-        text = f"--ranks {ranks} starts processes, and {processes.size} have been started together already"
-        raise UsageError(f"{text}: leave it out, or start one")
+        text = f"--ranks {ranks} starts {ranks} processes, but mpiexec has already started {processes.size}"
+        raise UsageError(f"{text}.\n    Remove --ranks, or run the command without mpiexec.")
     start_together(ranks, without("--ranks", sys.argv[1:]))
 
 
@@ -167,7 +171,8 @@ def resumable(folder: Path) -> Iterator[None]:
         yield
     except Interrupted as error:
         raise Interrupted(
-            f"{error}\n    `pellucid resume {folder}` goes on from there, `pellucid report {folder}` shows what there is",
+            f"{error}\n    Run `pellucid resume {folder}` to continue, or `pellucid report {folder}` to draw the "
+            "results so far.",
             error.by_keyboard,
         ) from None
     except KeyboardInterrupt as error:  # outside of the steps
@@ -180,10 +185,12 @@ def what_is_left(folder: Path) -> str:
 
     chosen = RunFolder(folder)
     if not (chosen.was_held_here and chosen.case.is_file()):
-        return "the run was interrupted before it began: nothing was written"
+        return "The run was interrupted before its first step; nothing was written."
     if chosen.ended:
-        return f"interrupted while the report was drawn; the results are whole\n    `pellucid report {folder}` draws it"
-    return f"the run was interrupted outside of its steps\n    `pellucid resume {folder}` goes on with it"
+        return (
+            f"Interrupted while the report was drawn; the results are complete.\n    Run `pellucid report {folder}` to draw it."
+        )
+    return f"The run was interrupted between its steps.\n    Run `pellucid resume {folder}` to continue."
 
 
 def unused(parent: Path, name: str) -> Path:
@@ -203,7 +210,7 @@ def conclude(finished: "Run", folder: Path) -> None:
     summary = finished.summary
     typer.echo(
         f"done: t = {summary['end_time']:.6g} s after {summary['steps']} steps of {summary['points']} points, "
-        f"which took {clock(summary['wall_seconds'])} ({summary['point_steps_per_second'] / 1e6:.3g} M point-steps/s)"
+        f"run time {clock(summary['wall_seconds'])} ({summary['point_steps_per_second'] / 1e6:.3g} M point-steps/s)"
     )
     print_metrics({"metric": list(finished.metrics)}, list(finished.metrics.values()))
     typer.echo(f"results in {folder}")

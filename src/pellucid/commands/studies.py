@@ -12,14 +12,21 @@ from pellucid.commands.table import print_table
 from pellucid.errors import Interrupted, RunStopped, Terminated, UsageError
 
 WorkersOption = Annotated[
-    int | None, typer.Option("--workers", metavar="N", min=1, help="Members that run at once here (default: one a core).")
+    int | None,
+    typer.Option(
+        "--workers",
+        metavar="N",
+        min=1,
+        help="Number of members that run at the same time on this machine (default: one per core).",
+    ),
 ]
 Scheduler = Annotated[
-    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run members on a dask cluster, such as tcp://head:8786.")
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Run the members on a dask cluster, such as tcp://head:8786."),
 ]
 Slurm = Annotated[
     str | None,
-    typer.Option("--slurm", metavar="KEY=VALUE,...", help="Run members as jobs of Slurm: queue=short,cores=8,memory=16GB,..."),
+    typer.Option("--slurm", metavar="KEY=VALUE,...", help="Run the members as Slurm jobs: queue=short,cores=8,memory=16GB,..."),
 ]
 
 
@@ -29,7 +36,7 @@ def _gone_on_with(folder: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
-        text = f"interrupted; the same command goes on with the members in {folder}"
+        text = f"Interrupted; the finished members are in {folder}.\n    Run the same command again to continue."
         raise Interrupted(text, not isinstance(error, Terminated)) from None
 
 
@@ -37,15 +44,19 @@ def sweep(
     case: CaseArgument,
     over: Annotated[
         list[str] | None,
-        typer.Option("--over", metavar="KEY=V1,V2,...", help="A field and its values, or KEY=LOW:HIGH with --samples."),
+        typer.Option(
+            "--over", metavar="KEY=V1,V2,...", help="A key and its values, or KEY=LOW:HIGH with --samples; can be repeated."
+        ),
     ] = None,
     samples: Annotated[
-        int | None, typer.Option("--samples", metavar="N", help="Draw N members as a Latin hypercube, not every combination.")
+        int | None,
+        typer.Option("--samples", metavar="N", help="Draw N members as a Latin hypercube sample instead of all combinations."),
     ] = None,
     listed: Annotated[
-        Path | None, typer.Option("--from", metavar="TABLE.csv", help="Settings: a row of keys, a row for each member.")
+        Path | None,
+        typer.Option("--from", metavar="TABLE.csv", help="Table of settings: a row of keys, then a row for each member."),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the Latin hypercube.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of the Latin hypercube.")] = 0,
     quick: Quick = False,
     settings: Settings = None,
     until: Until = None,
@@ -58,8 +69,8 @@ def sweep(
     scheduler: Scheduler = None,
     slurm: Slurm = None,
 ) -> None:
-    """Run a case for many values of its fields; one table and one report. Status 3 if a member fails.
-    The same command goes on where it was broken off."""
+    """Run a case for many values of its keys and write one table and one report. Exit status 3 if a member fails.
+    An interrupted sweep continues when the same command is run again."""
     from pellucid.progress import watching
     from pellucid.studies.members import DONE
     from pellucid.studies.pool import Workers, read_slurm
@@ -82,31 +93,38 @@ def sweep(
     )
     typer.echo(f"written: {folder / 'members.csv'}, {folder / 'members.parquet'}, {folder / 'report.html'}")
     if failed := int((table["state"] != DONE).sum()):
-        raise RunStopped(f"{failed} of {len(table)} members failed: see {folder / 'members.csv'}")
+        raise RunStopped(f"{failed} of {len(table)} members failed; the column `message` of {folder / 'members.csv'} lists why")
 
 
 def fit(
     case: CaseArgument,
     measured: Annotated[
         list[Path],
-        typer.Option("--measured", metavar="FILE.csv", help="A measured curve, with a row of units; may be given often."),
+        typer.Option("--measured", metavar="FILE.csv", help="A measured curve, with a row of units; can be repeated."),
     ],
-    probe: Annotated[list[str], typer.Option("--probe", metavar="NAME", help="The probe of each --measured, in their order.")],
+    probe: Annotated[
+        list[str], typer.Option("--probe", metavar="NAME", help="Probe that belongs to each --measured, in the same order.")
+    ],
     free: Annotated[
         list[str],
-        typer.Option("--free", metavar="KEY=LOW:HIGH", help="A field to estimate, and its range; may be given often."),
+        typer.Option("--free", metavar="KEY=LOW:HIGH", help="A key to estimate and its range; can be repeated."),
     ],
     deviation: Annotated[
         list[str] | None,
-        typer.Option("--deviation", metavar="VALUE", help='Standard deviation, "0.1 mN": of each --measured, or of all.'),
+        typer.Option(
+            "--deviation", metavar="VALUE", help='Standard deviation such as "0.1 mN": one for each --measured, or one for all.'
+        ),
     ] = None,
-    method: Annotated[str, typer.Option("--method", metavar="NAME", help="least-squares, or optuna for rough misfits.")] = (
-        "least-squares"
-    ),
+    method: Annotated[
+        str, typer.Option("--method", metavar="NAME", help="least-squares, or optuna if the misfit is not smooth.")
+    ] = ("least-squares"),
     trials: Annotated[
-        int | None, typer.Option("--trials", metavar="N", help="Most steps of least squares (50), or runs of optuna (100).")
+        int | None,
+        typer.Option(
+            "--trials", metavar="N", help="Largest number of least-squares steps (default 50) or optuna runs (default 100)."
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of optuna.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of optuna.")] = 0,
     quick: Quick = False,
     settings: Settings = None,
     out: Annotated[
@@ -118,8 +136,8 @@ def fit(
     scheduler: Scheduler = None,
     slurm: Slurm = None,
 ) -> None:
-    """Find the values of fields with which a case follows measured curves; print them with 95 % intervals.
-    The same command goes on where it was broken off."""
+    """Fit values of keys to measured curves; print the estimates with 95 % confidence intervals.
+    An interrupted fit continues when the same command is run again."""
     from pellucid.progress import watching
     from pellucid.studies.fit import run_fit
     from pellucid.studies.measured import read_curve
@@ -132,11 +150,15 @@ def fit(
         ends[key] = read_ends("--free", text, values)
     base = read_case(case, quick, settings, {key: low for key, (low, _) in ends.items()})
     if len(probe) != len(measured):
-        raise UsageError(f"{len(measured)} --measured and {len(probe)} --probe: give each curve its probe")
+        raise UsageError(
+            f"{len(measured)} --measured and {len(probe)} --probe were given.\n    Add one --probe for each --measured."
+        )
     given: list[str | None] = [*deviation] if deviation else [None]
     stated = given * len(measured) if len(given) == 1 else given
     if len(stated) != len(measured):
-        raise UsageError(f"{len(measured)} --measured and {len(stated)} --deviation: give one for each curve, or one for all")
+        raise UsageError(
+            f"{len(measured)} --measured and {len(stated)} --deviation were given.\n    Add one for each curve, or one for all."
+        )
     curves = [read_curve(file, name, base, spread) for file, name, spread in zip(measured, probe, stated, strict=True)]
     ranges = {key: range_of(base, key, *pair, option="--free") for key, pair in ends.items()}
     by = Workers(workers, threads, scheduler, read_slurm(slurm))
@@ -144,8 +166,8 @@ def fit(
     with _gone_on_with(folder), watching() as progress:
         found = run_fit(base, curves, ranges, folder, by, progress, method, trials, seed)
     rows = [(key, f"{one.value:.5g}", f"{one.low:.5g}", f"{one.high:.5g}", one.unit) for key, one in found.estimates.items()]
-    print_table(("parameter", "estimate", "95 % from", "to", "unit"), rows)
-    typer.echo(f"sum of squares over its degrees of freedom: {found.chi_square:.4g}")
+    print_table(("key", "estimate", "95 % from", "to", "unit"), rows)
+    typer.echo(f"sum of squared residuals per degree of freedom: {found.chi_square:.4g}")
     typer.echo(f"written: {folder / 'estimates.json'}, {folder / 'fitted.toml'}, {folder / 'report.html'}")
 
 

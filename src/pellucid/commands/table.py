@@ -40,7 +40,7 @@ def print_metrics(names: Mapping[str, Sequence[str]], metrics: Sequence["Metric"
     """Print metrics against their references, behind columns of `names`; nothing where there are none."""
     columns = ("value", "reference", "error", "tolerance")
     rows = [
-        (*labels, *(number(getattr(metric, column)) for column in columns), "pass" if metric.passed else "falls short")
+        (*labels, *(number(getattr(metric, column)) for column in columns), "pass" if metric.passed else "fail")
         for *labels, metric in zip(*names.values(), metrics, strict=True)
     ]
     if rows:

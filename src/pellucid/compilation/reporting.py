@@ -62,7 +62,8 @@ def laws_blamed(case: "Case") -> Iterator[None]:
 
         found = [(f"body.{body.name}.material", why_not_compiled(body.material)) for body in case.body]
         remedy = (
-            "kernels take scalars, tuples and NamedTuples, see docs/extending.md; NUMBA_DISABLE_JIT=1 runs it as plain Python"
+            "Use only scalars, tuples and NamedTuples in kernels, see docs/extending.md; to debug in Python, set "
+            "NUMBA_DISABLE_JIT=1"
         )
         problems = [Problem(why, key, remedy=remedy) for key, why in found if why]
         if not problems:

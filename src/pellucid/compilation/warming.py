@@ -50,8 +50,8 @@ def _check_writable(folder: Path) -> None:
         with TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        text = f"compiled kernels cannot be kept in {folder} ({error.strerror})"
-        raise UsageError(f"{text}: make room or name another folder in NUMBA_CACHE_DIR") from None
+        text = f"Compiled kernels cannot be stored in {folder}: {error.strerror}"
+        raise UsageError(f"{text}.\n    Free disk space, or set NUMBA_CACHE_DIR to another folder.") from None
 
 
 def compile_case(job: tuple[str, str]) -> Warmed:

@@ -18,10 +18,10 @@ from pellucid.system.extras import install_command
 SIZES = "OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_NUM_TASKS"
 NUMBERS = "OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", "SLURM_PROCID"
 """Variables by which launchers tell how many processes there are, and which of them this is."""
-NO_MPI = f"mpi4py is not installed: {install_command('mpi')}, or start one process"
+NO_MPI = f"mpi4py is not installed.\n    Run {install_command('mpi')}, or start only one process."
 OTHER_MPI = (
-    "mpi4py belongs to another MPI, which sees one: start them with the launcher of that one (srun: with --mpi=pmi2 or "
-    "--mpi=pmix), or install mpi4py with the MPI of this one"
+    "mpi4py uses another MPI, which finds only one process.\n    Start the processes with the launcher of the MPI of mpi4py "
+    "(srun: with --mpi=pmi2 or --mpi=pmix), or install mpi4py for the MPI of this launcher."
 )
 PATIENCE = 10.0  # s in which all processes must come to the same end
 Value = TypeVar("Value")
@@ -60,7 +60,7 @@ class Group:
         if self._comm is not None or started == 1:
             return
         self.rank = max(int(os.environ.get(name, "0")) for name in NUMBERS)  # who tells, if there is no more
-        why = f"this is one of {started} processes that were started together, and "
+        why = f"{started} processes were started together, but "
         try:
             from mpi4py import MPI
         except ImportError:

@@ -28,7 +28,7 @@ def metric_of(asked: Check, readings: Readings, units: Mapping[str, str]) -> Met
         instant = asked.at if asked.when is None else _passed(asked.when, readings, units)
         found, wanted, error, size, words = _compared(asked, readings, instant, unit)
     except CurveError as gone:  # the run is done and its results are whole, whatever became of a file beside
-        return Metric(nan, nan, inf, 0.0, unit, f"cannot be judged: {gone}")
+        return Metric(nan, nan, inf, 0.0, unit, f"could not be evaluated: {gone}")
     tolerance = size * asked.relative_tolerance if asked.relative_tolerance else in_si(asked.tolerance or nan, unit)
     meaning = "; ".join(filter(None, (asked.meaning, words, asked.source)))
     return Metric(found, wanted, error, tolerance, unit, meaning)
@@ -55,7 +55,7 @@ def _compared(asked: Check, readings: Readings, instant: float | None, unit: str
             found, words = float(TAKE[asked.take](values)), f"{asked.take.replace('-', ' ')} value of {asked.column}"
         else:
             found = float(readings.at(asked.column, instant)) if instant == instant else nan
-            at = f"at {asked.at:g} s" if asked.when is None else f"when {asked.when.column} comes to {asked.when.reaches}"
+            at = f"at {asked.at:g} s" if asked.when is None else f"when {asked.when.column} reaches {asked.when.reaches}"
             words = f"{asked.column} {at}"
         return found, wanted, abs(found - wanted), abs(wanted), words.replace("_", " ")
     when, right, _ = asked.curve.read("s", unit)
@@ -63,7 +63,7 @@ def _compared(asked: Check, readings: Readings, instant: float | None, unit: str
     first, last = readings.span
     reached = (when >= first) & (when <= last)
     words = (
-        f"rms of the differences between {asked.column} and {asked.curve.title}, at {reached.sum()} of its {len(when)} points"
+        f"root mean square difference of {asked.column} and {asked.curve.title}, at {reached.sum()} of its {len(when)} points"
     )
     size = float(np.abs(right).max())
     if not reached.any():

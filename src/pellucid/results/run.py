@@ -78,7 +78,7 @@ class Run(StoredRun):
 
         names = columns or tuple(self.stored.probes)
         if not names:
-            raise UsageError("the case has no probes: name columns of the history, such as kinetic_energy")
+            raise UsageError("The case has no probes.\n    Pass names of columns of the history, such as kinetic_energy.")
         with house_style():
             return figures.columns(self, names, x)
 

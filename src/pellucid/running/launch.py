@@ -38,7 +38,9 @@ class _Size(NamedTuple):
 
 LARGE = _Size(1_000_000, 256 * 2**20)
 """The largest case that `validate` sets up: within a few seconds, once the kernels are compiled."""
-NOT_SET_UP = "set-up: not tried, because it takes long for a case of this size; `pellucid run` completes the check first"
+NOT_SET_UP = (
+    "set-up: not checked, because a case of this size takes long to set up; `pellucid run` checks it before the first step"
+)
 
 
 def run_case(
@@ -68,7 +70,10 @@ def run_case(
         if out is not None and domain.group.is_first:
             RunFolder(out).check_replaceable()  # before the set-up, which may take long
             if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
-                text = f"{out} is the run from which the case starts (start.path): give another folder for the results"
+                text = (
+                    f"The run in {out} is the initial state of the case (start.path).\n    Choose another folder for the "
+                    "results."
+                )
                 raise UsageError(text)
         return _begin(case, out, threads, until, progress, report, foretell)
 
@@ -169,7 +174,7 @@ def _go_on(
     check_until(until, case)
     found = _last_checkpoint(folder, progress)
     if found is None:
-        progress.message(f"there is no checkpoint in {folder.path} yet: the run begins again")
+        progress.message(f"The run in {folder.path} has no checkpoint yet; it starts again from the beginning.")
         with _first_set_up(case, threads, progress) as (simulation, compiling, start):
             recorder = Recorder(folder, case, compiling, start=start)
             if not domain.group.is_first:
@@ -189,8 +194,8 @@ def _go_on(
         check_bodies(folder.path, simulation.bodies, kept)
         simulation.restore(arrays, numbers["simulation"])
         if case.time.passed(simulation.time):
-            text = f"time.end = {case.time.end:g} s is before {simulation.time:g} s, where the run in {folder.path} is"
-            raise UsageError(f"{text}; give a later end, or start a new run")
+            text = f"time.end = {case.time.end:g} s, but the run in {folder.path} has already reached {simulation.time:g} s"
+            raise UsageError(f"{text}.\n    Set a later time.end, or start a new run.")
         recorder = Recorder(folder, case, compiling, recorded, start)
         if not domain.group.is_first:
             return _take_part(simulation, recorder, until, foretell)
@@ -224,17 +229,20 @@ def _check_alike(case: "Case", out: Path | str | None, until: float | None) -> N
 
     asked = [dumps(case), str(out), until]
     if any(other != asked for other in domain.group.each(asked)):
-        text = f"{domain.group.size} processes were started together to share one run, and their cases, folders or ends differ"
-        raise UsageError(f"{text}: give all the same, or start each by itself, without mpiexec")
+        text = (
+            f"{domain.group.size} processes were started together to share one run, but their cases, folders or end times "
+            "differ"
+        )
+        raise UsageError(f"{text}.\n    Start all of them with the same arguments, or start each without mpiexec.")
 
 
 def check_until(until: float | None, case: "Case") -> None:
     """Raise `UsageError` for a time [s] at which a run of the case cannot end."""
     if until is not None and not until > 0.0:
-        raise UsageError(f"until = {until!r} must be a positive time [s]; leave it out to run to the end of the case")
+        raise UsageError(f"until = {until!r} must be a positive time [s].\n    Remove it to run to the end of the case.")
     if until is not None and case.time.passed(until):
-        text = f"until = {until!r} s is after the end of the case, time.end = {case.time.end!r} s"
-        raise UsageError(f"{text}; leave it out to run to that end, or set time.end to a later one")
+        text = f"until = {until!r} s is later than the end of the case, time.end = {case.time.end!r} s"
+        raise UsageError(f"{text}.\n    Remove it to run to the end of the case, or set a later time.end.")
 
 
 @contextmanager
@@ -282,17 +290,15 @@ def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
     stored = folder.read_stored()
     found = checkpoint.read_latest(folder.checkpoint, lambda text: None)
     homes = found[1]["recorder"].get("kinds", {}) if found else {}
-    lines = [f"the run in {folder.path} cannot go on, because its case can no longer be read"]
-    lines += [f"{path} is missing: put it back" for path in stored.extensions if not Path(path).is_file()]
+    lines = [f"The run in {folder.path} cannot continue, because its case can no longer be read:"]
+    lines += [f"The file {path} is missing. Restore it." for path in stored.extensions if not Path(path).is_file()]
     for name, home in homes.items():
         if home not in stored.extensions and not any(name in registry.entries for registry in Registry.every):
-            text = f'"{name}" was registered by {home}, which the case does not name under `extensions`'
-            lines.append(f'{text}: import it in a script that calls `pellucid.resume("{folder.path}")`')
+            text = f'"{name}" was registered by {home}, which is not listed in `extensions` of the case'
+            lines.append(f'{text}. Import it in a script that calls `pellucid.resume("{folder.path}")`.')
     if len(lines) == 1:
         lines += str(error).splitlines()
-    lines.append(
-        f'its results can be read all the same, with `pellucid report {folder.path}` or `pellucid.Run("{folder.path}")`'
-    )
+    lines.append(f'Its results can still be read with `pellucid report {folder.path}` or `pellucid.Run("{folder.path}")`.')
     return "\n    ".join(lines)
 
 
@@ -303,7 +309,8 @@ def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
     now = digests(case)
     for path, digest in before.items():
         if now.get(path) != digest:
-            raise UsageError(f"{path} has changed since the run began: put the old file back to go on, or start a new run")
+            text = f"The input file {path} has changed since the run started."
+            raise UsageError(f"{text}\n    Restore the old file to continue, or start a new run.")
 
 
 def seen(progress: Progress | bool | None) -> Progress:
@@ -370,6 +377,6 @@ def _report_stop(error: RunStopped, folder: RunFolder, progress: Progress) -> No
     from pellucid.results.report.report import draw_report
 
     try:
-        error.add_note(f"its curves and last pictures are in {draw_report(Run(folder.path), progress=progress)}")
+        error.add_note(f"Curves and last pictures of the run: {draw_report(Run(folder.path), progress=progress)}")
     except Exception as trouble:
-        error.add_note(f"its report could not be drawn: {trouble}")
+        error.add_note(f"The report of the run could not be drawn: {trouble}")

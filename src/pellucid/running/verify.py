@@ -37,7 +37,7 @@ def verify(
     cases = {name: load(name) for name in ids or catalogue.ids()}
     for name, case in cases.items():
         if not (case.checks or catalogue.module(case.id)):
-            raise UsageError(f"{name} has nothing to verify: give it a [[check]]")
+            raise UsageError(f"{name} has no metrics to verify.\n    Add a [[check]] to the case.")
     rows = []
     for name, case in cases.items():
         folder = Path(out) / (name if catalogue.has(name) else Path(name).stem) if out is not None else None

@@ -18,7 +18,10 @@ ROOM = 1.0  # in cells, of the grid behind a wall: bodies press less deep into i
 FACING = 0.5  # of 1, the least cosine between the normal of a wall and that of a face that it lies before
 TINY, ROUNDING = 1e-9, 1e-6  # of a cell
 MOST_PLACES = 100  # along an edge of a face, at which the depth of walls before it is sampled
-REMEDY = "move one of the two, turn `normal` to the side where bodies are, or name in `bodies` those that touch it"
+REMEDY = (
+    "Move the body or the wall, set `normal` to point to the side of the bodies, "
+    "or list in `bodies` only the bodies that the wall acts on."
+)
 
 
 def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) -> None:
@@ -40,8 +43,8 @@ def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) ->
                 deepest = int(depth.argmax())
                 place = ", ".join(f"{value:.4g}" for value in places[deepest])
                 text = (
-                    f"body {body.name} starts behind this wall, at ({place}) m by {depth[deepest]:.4g} m; at most a quarter of "
-                    f"a cell, {most:.4g} m, is allowed"
+                    f"body {body.name} starts {depth[deepest]:.4g} m behind this wall, at ({place}) m; "
+                    f"the limit is a quarter of a cell, {most:.4g} m"
                 )
                 raise CaseError(Problem(text, f"wall.{wall.name or number}.point", remedy=REMEDY))
 

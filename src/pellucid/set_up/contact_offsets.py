@@ -12,8 +12,6 @@ def contact_offsets(case: Case) -> list[str]:
 
 
 def _line(body: MembraneCase) -> str:
-    why = "half of its thickness" if body.contact_offset is None else "`contact_offset`"
-    offset = "" if body.contact_offset is None else f"; its thickness is {body.thickness:.4g} m"
-    return (
-        f"contact: membrane {body.name} touches others {body.contact_reach:.4g} m from `surface`, on either side: {why}{offset}"
-    )
+    why = "half the thickness" if body.contact_offset is None else "`contact_offset`"
+    offset = "" if body.contact_offset is None else f"; the thickness is {body.thickness:.4g} m"
+    return f"contact: faces of membrane {body.name} are {body.contact_reach:.4g} m from `surface` on both sides ({why}{offset})"

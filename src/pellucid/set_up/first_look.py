@@ -73,8 +73,8 @@ def late_pictures(case: Case) -> Iterator[str]:
     for picture in case.picture:
         late = [f"{time:g} s" for time in picture.times if case.time.passed(time)]
         if late:
-            text = f"picture {picture.name}: {', '.join(late)} is beyond time.end = {case.time.end:g} s"
-            yield f"{text}: it shows the last instant in its place; give times that the run reaches"
+            text = f"picture {picture.name}: {', '.join(late)} is later than time.end = {case.time.end:g} s"
+            yield f"{text}; the last frame is drawn instead. Set `times` to times up to time.end."
 
 
 def gravity_across(case: Case) -> Iterator[str]:
@@ -83,6 +83,6 @@ def gravity_across(case: Case) -> Iterator[str]:
     if across and not any(g for g, thin in zip(case.gravity, case.thin, strict=True) if not thin):
         within = [axis for axis, thin in zip("xyz", case.thin, strict=True) if not thin]
         yield (
-            f"gravity acts along {listed(across)}, along which the grid is one cell thick and nothing moves: let it act along "
-            f"{' or '.join(within)}, or enlarge the grid along {listed(across)}"
+            f"gravity acts only along {listed(across)}, where the grid is one cell thick, so it moves nothing. "
+            f"Set a component of `gravity` along {' or '.join(within)}, or enlarge the grid along {listed(across)}."
         )

@@ -35,13 +35,13 @@ def floating_bodies(case: Case) -> Iterator[str]:
         inside = [other.name for other in seeded if other.field == body.field and _is_inside(other, body)]
         liquids = [liquid.name for liquid in beside if liquid.name not in inside and _floats(body, liquid, case)]
         if liquids and _is_free(body, case):
-            contents = f" and to {listed(inside)}, which it holds" if inside else ""
+            contents = f" and to its contents ({listed(inside)})" if inside else ""
             depth = "half a cell" if isinstance(body, SeededBody) else "a cell"
             yield (
-                f"body {body.name} is in the velocity field of {listed(liquids)}: the liquid within a cell, "
-                f"{case.grid.cell:g} m, sticks to it and is lifted with it, so that it floats too deep, by up to {depth}; "
-                f'give it a velocity field of its own: add field = "{_free_field(case, body.name)}" to body {body.name}'
-                f"{contents}. They then touch without friction, or add a [[contact]] with friction between the two"
+                f"body {body.name} shares the velocity field of {listed(liquids)}: the liquid within one cell "
+                f"({case.grid.cell:g} m) sticks to it and is lifted with it, so that it floats up to {depth} too deep. "
+                f'Add field = "{_free_field(case, body.name)}" to body {body.name}{contents}, for a separate velocity field. '
+                "Contact is then frictionless; add a [[contact]] for friction between the two."
             )
 
 

@@ -42,8 +42,8 @@ def _absorbing_at_inflows(case: Case) -> Iterator[str]:
             if inflow.where in absorbing.where and inflow.through is None and inflow.pressure is None:
                 label = _label("inflow", inflow.name, other)
                 yield (
-                    f"absorbing number {number + 1} absorbs nothing at the face {inflow.where}: {label} prescribes the "
-                    "velocity there, which reflects waves; take the face out of `where` of the [[absorbing]]"
+                    f"absorbing number {number + 1} has no effect at the face {inflow.where}: {label} prescribes the "
+                    "velocity of this face and reflects waves. Remove the face from `where` of the [[absorbing]]."
                 )
 
 
@@ -68,9 +68,10 @@ def _without_way_out(case: Case) -> Iterator[str]:
         if len(late):
             label = _label("inflow", own[0][1].name, own[0][0])
             yield (
-                f"{label} brings {entered[-1]:.3g} m³ of body {body.name} until time.end, {room:.3g} m³ of the grid are empty, "
-                "and nothing can leave: supports hold all other faces and no [[outflow]] opens one, so the liquid is squeezed "
-                f"from {times[late[0]]:.2g} s on; replace the support of a face by an [[outflow]], or let the run end before"
+                f"{label} adds {entered[-1]:.3g} m³ of body {body.name} until time.end, but only {room:.3g} m³ of the "
+                "grid are empty "
+                "and no liquid can leave: all other faces have supports and none has an [[outflow]]. The liquid is compressed "
+                f"from {times[late[0]]:.2g} s on. Replace the support of a face by an [[outflow]], or set an earlier time.end."
             )
 
 
@@ -134,13 +135,13 @@ def _closed_vents(case: Case) -> Iterator[str]:
         if enclosed.inflator is not None:
             contents.take_in(*enclosed.inflator.given(0.0, case.time.end), start.volume)
         most = contents.pressure(start.volume) - enclosed.outside
-        brought = "" if enclosed.inflator is None else ", with all that the inflator brings until time.end"
+        brought = "" if enclosed.inflator is None else ", including the gas of the inflator until time.end"
         for number, vent in enumerate(enclosed.vent):
             if vent.opens_at > most:
                 yield (
-                    f"vent number {number + 1} of enclosed `{enclosed.name}` never opens: it opens at opens_at = "
-                    f"{vent.opens_at:g} Pa above the pressure outside, and in the volume at the start the pressure is at most "
-                    f"{most:.4g} Pa above it{brought}; use a smaller `opens_at`, or leave it out for a vent that is open"
+                    f"vent number {number + 1} of enclosed `{enclosed.name}` never opens: opens_at = {vent.opens_at:g} Pa "
+                    f"above the outside pressure, but in the initial volume the excess pressure is at most {most:.4g} Pa"
+                    f"{brought}. Set a smaller `opens_at`, or remove it for a vent that is always open."
                 )
 
 

@@ -77,11 +77,13 @@ def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterato
             cells = float(np.median(width[here])) / grid.cell
             at = ", ".join(f"{value:.4g}" for value in middle[here][0])
             parts = f"parts of {one.name}" if i == j else f"{one.name} and {other.name}"
-            content = f"of body {body.name}" if inside.any() else f"through which body {body.name} may pass"
+            content = f"is filled by body {body.name}" if inside.any() else f"may be entered by body {body.name}"
             yield (
-                f"between {parts} lie {cells:.2g} cells ({grid.cell:g} m), fewer than {FEWEST:g}, {content}, for example at "
-                f"({at}) m: how it shears and flows there is not resolved, a viscous flow through n cells lacks 1/n² of its "
-                f"rate; use a smaller grid.cell"
+                f"the gap between {parts} is {cells:.2g} cells of {grid.cell:g} m wide, fewer than {FEWEST:g}, and "
+                f"{content}, for "
+                f"example at ({at}) m: shear and flow in it are not resolved (the rate of a viscous flow through n "
+                "cells is too "
+                f"small by 1/n² of it). Set a smaller grid.cell."
             )
             break
 

@@ -79,10 +79,11 @@ def _warnings(body: str, holding: _Holding, of: Selectable, mirrored: np.ndarray
         nodes = len(np.unique(rims.edges[row]))
         width = _find_row_width(of.position, rims.edges[row], rims.beside[row])
         yield (
-            f"{holding.label} holds a single row of {nodes} nodes on the rim of body {body}: for its bending this is a hinge, "
-            "about which the membrane turns freely. For a clamp hold two rows of nodes: give a box or another shape as region "
-            f"that ends at the second row, {width:.3g} m from the rim; or let the rim lie on a face of the grid with a support "
-            'of fix = "normal", a plane of symmetry. A hinge that is intended needs no change'
+            f"{holding.label} constrains a single row of {nodes} nodes on the rim of body {body}: for bending this is a hinge, "
+            "so the membrane rotates freely about it. For a clamp, constrain two rows of nodes: set as region a box or "
+            "another shape "
+            f"that ends at the second row, {width:.3g} m from the rim; or place the rim on a face of the grid with a support "
+            'with fix = "normal" (a plane of symmetry). For a hinge, no change is needed.'
         )
     elif led.any() and not held.all():
         yield from _distance_warning(body, holding, of, clamped)
@@ -120,7 +121,7 @@ def _distance_warning(body: str, holding: _Holding, of: Selectable, clamped: np.
     extent = float(np.max(cKDTree(of.position[clamped]).query(of.position)[0]))
     if between > BESIDE * extent:
         yield (
-            f"{holding.label}: its region ends {between:.3g} m beyond the last row of nodes of body {body} that it holds. The "
-            f"membrane is clamped at this row, so that {extent:.4g} m of it are free; to clamp it at the edge of the region, "
-            "choose the mesh so that a row of nodes lies there"
+            f"{holding.label}: the region ends {between:.3g} m beyond the last constrained row of nodes of body {body}. The "
+            f"membrane is clamped at this row, so its free length is {extent:.4g} m. To clamp it at the edge of the region, "
+            "choose a mesh with a row of nodes on this edge."
         )

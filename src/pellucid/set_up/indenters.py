@@ -37,12 +37,16 @@ def coarse_indenters(case: Case) -> Iterator[str]:
             radius, spacing = _radius_and_spacing(box, _within(other.bounds(), case.grid), faces, case.grid)
             if radius < FEWEST * spacing:
                 resolved_by, finer = (
-                    ("cells", "a smaller grid.cell") if faces is None else ("edges of its faces", "a finer mesh there")
+                    ("cells", "a smaller grid.cell")
+                    if faces is None
+                    else ("mesh edges", f"a finer mesh of body {other.name} there")
                 )
                 yield (
-                    f"body {one.name}, which does not deform, has a radius of {radius:.3g} m where it meets body {other.name}: "
-                    f"{radius / spacing:.2g} of the {resolved_by} there ({spacing:.3g} m), fewer than {FEWEST:g}; pressed into "
-                    f"{other.name} it meets a wrong force, mostly too large, by 10 to 70 % at 2 and less; use {finer}"
+                    f"the non-deforming body {one.name} has a radius of {radius:.3g} m where it can touch body "
+                    f"{other.name}; this is "
+                    f"{radius / spacing:.2g} {resolved_by} of {spacing:.3g} m, fewer than {FEWEST:g}. The force of "
+                    "indentation of "
+                    f"{other.name} is then wrong, mostly too large (by 10 to 70 % at a ratio of 2 or less). Use {finer}."
                 )
 
 

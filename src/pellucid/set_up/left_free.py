@@ -20,14 +20,16 @@ def free_turns(case: Case) -> Iterator[str]:
             turns = ", ".join(f'"{axis}"' for axis in about)
             if about and case.steady is not None:
                 yield (
-                    f"body {body.name} is rigid, and its motion does not prescribe its rotation: [steady] holds it against "
-                    f"rotation about {listed(about)}; add hold_rotation = [{turns}] to motion {motions[-1].name} to state this"
+                    f"the motion of the rigid body {body.name} does not prescribe its rotation; [steady] constrains the "
+                    f"rotation about {listed(about)}. Add hold_rotation = [{turns}] to motion {motions[-1].name} to state this."
                 )
             elif about:
                 yield (
-                    f"body {body.name} is rigid, its motion prescribes its way along all axes, and it turns freely about "
-                    f"{listed(about)}: add hold_rotation = [{turns}] to motion {motions[-1].name} to hold it, or "
-                    f"hold_rotation = [] where it is to turn"
+                    f"the motion of the rigid body {body.name} prescribes its translation along all axes, but not its "
+                    "rotation: it "
+                    f"rotates freely about {listed(about)}. Add hold_rotation = [{turns}] to motion {motions[-1].name} "
+                    "to prevent "
+                    f"the rotation, or hold_rotation = [] to allow it."
                 )
 
 
@@ -41,7 +43,8 @@ def passed_walls(case: Case) -> Iterator[str]:
             name = f"wall {wall.name or number + 1}"
             kinds = "material points, meshless solids and membranes of elements"
             yield (
-                f"{name} does not hold {listed(passing)}: {kinds} touch walls, others pass through them; use a support on a "
-                f"face of the grid or a held body instead of the wall, or, where they are to pass, name in `bodies` what it "
-                f"holds: bodies = [{holds}]"
+                f"{name} does not act on {listed(passing)}: walls act on {kinds}; other bodies pass through them. Use a "
+                "support on "
+                f"a face of the grid or a constrained body instead of the wall. If these bodies are meant to pass, list the "
+                f"others: bodies = [{holds}]"
             )

@@ -52,11 +52,12 @@ def refuse_overlaps(
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])
             text = (
-                f"{int(inside.sum())} of {len(position)} points of it start inside body {other.name}, which belongs to another "
-                f"velocity field, the first at ({place}) m: contact cannot tell which way out is"
+                f"{int(inside.sum())} of {len(position)} points of this body start inside body {other.name} of another "
+                "velocity "
+                f"field, the first at ({place}) m: the contact direction is undefined"
             )
-            leave_out = "" if body.is_surface else f"name {other.name} in `outside`, "
-            remedy = f"move one of the two, {leave_out}or give both the same `field`"
+            leave_out = "" if body.is_surface else f"list {other.name} in `outside`, "
+            remedy = f"Move one of the two, {leave_out}or set the same `field` for both."
             raise CaseError(Problem(text, f"body.{body.name}.{body.place}", remedy=remedy))
 
 
@@ -78,8 +79,8 @@ def overlaps_within_fields(
         if inside.any():
             place = ", ".join(f"{value:.4g}" for value in position[inside][0])
             yield (
-                f"bodies {body.name} and {other.name} overlap in one velocity field, for example at ({place}) m: there is the "
-                f"mass of both there; name one in `outside` of the other, or move one"
+                f"bodies {body.name} and {other.name} overlap in one velocity field, for example at ({place}) m: the overlap "
+                f"contains the mass of both. List one in `outside` of the other, or move one."
             )
 
 
@@ -142,9 +143,9 @@ def _refuse_crossing(one: BodyModel, other: BodyModel, standing: Mapping[str, St
     if found is not None:
         place = ", ".join(f"{value:.4g}" for value in found)
         text = (
-            f"it crosses or touches body {other.name}, which belongs to another velocity field, for example at ({place}) m: "
-            f"contact cannot tell on which side it is"
+            f"this body intersects or touches body {other.name} of another velocity field, for example at ({place}) m: "
+            f"the sides in contact are undefined"
         )
         gap = f"{0.01 * grid.cell:.2g} m"
-        remedy = f"move one of the two until a gap is left ({gap} is enough); to join them, give both the same `field`"
+        remedy = f"Move one of the two until there is a gap ({gap} is enough). To join them, set the same `field` for both."
         raise CaseError(Problem(text, f"body.{one.name}.surface", remedy=remedy))

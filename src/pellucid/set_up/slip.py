@@ -19,9 +19,12 @@ def slipped_past(case: Case) -> Iterator[str]:
         step = spread_in_cells(case.grid.cell, (2.0 * mu + lam) / material.density).step
         after = [other.name for other in case.body if _acts_after(other, fluid)]
         if after:
-            text = f"the implicit viscosity of body {fluid.name} is solved for before {listed(after)} act on it"
-            remedy = "use shorter ones, or let a [[motion]] lead them in its velocity field"
-            yield f"{text}: in steps much longer than {step:.2g} s it slips past them; {remedy}"
+            text = f"the implicit viscosity of body {fluid.name} is solved before the contact with {listed(after)}"
+            remedy = (
+                f"Set a shorter `time.step`, or place {listed(after)} in the velocity field of {fluid.name} and prescribe a "
+                "[[motion]]"
+            )
+            yield f"{text}: with time steps much longer than {step:.2g} s the fluid slips along these bodies. {remedy}."
 
 
 def _acts_after(other: BodyModel, fluid: BodyModel) -> bool:

@@ -51,9 +51,10 @@ def leading_out(case: Case) -> Iterator[str]:
             if outward > 0.0 and not case.thin["xyz".index(axis)] and axis not in grid.periodic:
                 label = support.label(number)
                 yield (
-                    f"{label} moves the face {face} out of the grid at {outward:g} m/s: points of {listed(led)} that follow it "
-                    f"past the face stop the run; set its velocity along {axis} to 0, or enlarge the grid and lead a solid "
-                    "with a [[motion]]"
+                    f"{label} moves the face {face} out of the grid at {outward:g} m/s: the run stops when points of "
+                    f"{listed(led)} "
+                    f"follow it out of the grid. Set the velocity of the support along {axis} to 0, or enlarge the grid and "
+                    "prescribe the motion of a solid with a [[motion]]."
                 )
 
 
@@ -105,15 +106,21 @@ def _overruled(
 
 def _text(loser: str, overruled: NodalSupport, winner: str, counts: NodalSupport, axis: int, where: str) -> str:
     name, slow, fast = "xyz"[axis], overruled.velocity[axis], counts.velocity[axis]
-    text = f"{loser} prescribes {slow:g} m/s along {name} and {winner} {fast:g} m/s at {where}"
+    text = f"{loser} prescribes {slow:g} m/s along {name}, but {winner} {fast:g} m/s, at {where}"
     if is_across(counts, axis):
         return (
-            f"{text}: there {winner} counts, which holds the face of the grid, so that nothing passes it; let the region of "
-            f"{loser} end one cell before this face, or give both supports the same velocity along {name}"
+            f"{text}; {winner} is applied to these nodes, because it closes a face of the grid. End the region of {loser} "
+            f"one cell before this face, or set the same velocity along {name} for both supports."
         )
-    why = "the later one" if counts.face is None else "the slower one" if abs(slow) != abs(fast) else "the face later in xyz"
-    remedy = "let their regions not overlap" if counts.face is None else f'take "{name}" out of `fix` of one of the two'
-    return f"{text}: there {winner} counts, {why}; {remedy}, or give both the same velocity along {name}"
+    why = (
+        "is later in the case"
+        if counts.face is None
+        else "is slower"
+        if abs(slow) != abs(fast)
+        else "has the later face in xyz"
+    )
+    remedy = "Separate their regions" if counts.face is None else f'Remove "{name}" from `fix` of one of the two'
+    return f"{text}; {winner} is applied to these nodes, because it {why}. {remedy}, or set the same velocity along {name}."
 
 
 def _common_nodes(grid: GridCase, *supports: Support) -> np.ndarray:

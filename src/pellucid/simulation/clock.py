@@ -59,8 +59,11 @@ class Clock:
         dt = min(self.case.courant * stable, self.most, self.case.end)
         self.check_collapse(dt, name, bodies)
         if self.n_steps == 0 and self.case.end > MOST_STEPS * dt:
-            text = f"gives body `{name}` steps of {dt:.3g} s: more than {MOST_STEPS:.0e} until time.end = {self.case.end:g} s"
-            remedy = "use a larger time.courant, or an earlier time.end"
+            text = (
+                f"the time step limited by body `{name}` is {dt:.3g} s, which requires more than {MOST_STEPS:.0e} steps until "
+                f"time.end = {self.case.end:g} s"
+            )
+            remedy = "Set a larger time.courant, or an earlier time.end."
             raise CaseError(Problem(text, "time.courant", self.case.courant, remedy))
         remaining = self.case.end - self.time
         if remaining <= dt * (1.0 + 1e-9):
@@ -87,9 +90,11 @@ class Clock:
         if dt < COLLAPSED * self.largest:
             words, place = fastest_point(body for body in bodies if body.name == name)
             raise RunStopped(
-                f"step {self.n_steps}, time {self.time:.6g} s: the stable step of body `{name}` collapsed to {dt:.3g} s, "
-                f"{COLLAPSED:g} of the largest so far ({self.largest:.3g} s): something moves or stiffens without bound"
-                f"{', ' * bool(words)}{words}; look at what acts there; use a smaller time.courant or gentler loads",
+                f"step {self.n_steps}, time {self.time:.6g} s: the stable time step of body `{name}` has decreased to "
+                f"{dt:.3g} s, "
+                f"less than {COLLAPSED:g} of the largest so far ({self.largest:.3g} s), because velocities or stiffnesses grow "
+                f"without bound{', ' * bool(words)}{words}\n    Check the loads and conditions there. Set a smaller "
+                "time.courant, or apply loads more slowly.",
                 **{"body": name} | place,
             )
 
@@ -118,10 +123,11 @@ class Clock:
         if step <= stable * (1.0 + STEP_MARGIN):
             return
         text = f"the largest stable step of body `{body}` is {stable:.4g} s"
-        remedy = f"use time.step = {0.8 * stable:.2g} or less, or leave it out and let time.courant choose"
+        remedy = f"Set `time.step` to at most {0.8 * stable:.2g} s, or remove it: `time.courant` then sets the step."
         if self.n_steps == 0:
             raise CaseError(Problem(text, "time.step", step, remedy))
-        raise RunStopped(f"step {self.n_steps}, time {self.time:.6g} s: time.step = {step:g} s, but {text} now; {remedy}")
+        text = f"time.step = {step:g} s is not stable any more: {text}"
+        raise RunStopped(f"step {self.n_steps}, time {self.time:.6g} s: {text}\n    {remedy}")
 
     against_energy_error: str | None = None
     """What a user can do, where it is not finer steps."""

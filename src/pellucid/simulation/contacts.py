@@ -183,11 +183,8 @@ def _refuse_without_side(pair: TrianglePair, name: str, path: str) -> None:
     place = pair.place_without_side()
     if place is not None:
         x, y, z = place.tolist()
-        text = (
-            f"layers of body {name} lie on each other at ({x:.4g}, {y:.4g}, {z:.4g}) m, without a distance, so that none is on "
-            f"a side of the other"
-        )
-        remedy = "move the layers apart by a hundredth of the thickness or more; contact keeps them apart once they have opened"
+        text = f"layers of body {name} coincide at ({x:.4g}, {y:.4g}, {z:.4g}) m, so their sides in contact are undefined"
+        remedy = "Separate the layers by at least 0.01 of the thickness; contact acts after they have opened."
         raise CaseError(Problem(text, path, remedy=remedy))
 
 
@@ -222,10 +219,10 @@ def _refuse_out_of_sight(pair: SurfacePair) -> None:
         return
     thick = max(pair.surfaces, key=lambda surface: float(np.max(surface.half_width)))
     text = (
-        f"{' and '.join(pair.between)} touch at a distance of {pair.distance:.4g} m, the sum of their contact offsets; with "
-        f"these faces and cells they notice each other at {pair.sight:.4g} m only"
+        f"the contact distance of {' and '.join(pair.between)} is {pair.distance:.4g} m (sum of their contact offsets), but "
+        f"with these faces and cells contact is detected only up to {pair.sight:.4g} m"
     )
-    remedy = "reduce `contact_offset` (default: half of `thickness`), or use coarser faces on both bodies"
+    remedy = "Set a smaller `contact_offset` (default: half of `thickness`), or use coarser faces on both bodies."
     raise CaseError(Problem(text, f"body.{thick.body}.contact_offset", remedy=remedy))
 
 

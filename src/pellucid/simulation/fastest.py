@@ -22,5 +22,5 @@ def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
         return "", {}
     speed, body, p = found
     point, position = int(body.stored_field("id")[p]), body.stored_field("position")[p]
-    words = f"fastest is point {point} of body `{body.name}` at {in_metres(position)}, with {speed:.4g} m/s"
+    words = f"fastest point: number {point} of body `{body.name}` at {in_metres(position)}, {speed:.4g} m/s"
     return words, {"body": body.name, "point": point, "position": position.tolist()}

@@ -30,11 +30,11 @@ def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
     if processes == 1:
         return None
     if not fields:
-        return f"the case has no grid: each of {processes} processes does all of it; run it on one"
+        return f"the case has no grid, so each of {processes} processes does all the work. Run it with one process."
     rows = len(fields[0].grid.rows) - 1
     if processes > rows:
         idle = processes - rows
-        return f"the grid has {rows} rows of slabs, and {idle} of {processes} processes have none: start {rows} at most"
+        return f"the grid has only {rows} rows of slabs, so {idle} of {processes} processes are idle. Start at most {rows}."
     return None
 
 
@@ -51,8 +51,8 @@ def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
     if domain.group.size == 1:
         return
     if case.is_periodic()[grid.lattice.slab_axis]:
-        text = "the grid is periodic along every axis: processes share rows of slabs, which would meet across its seam"
-        raise CaseError(Problem(text, "grid.periodic", remedy="run it on one process, with threads"))
+        text = "a grid that is periodic along all axes cannot be shared by several processes"
+        raise CaseError(Problem(text, "grid.periodic", remedy="Run it with one process and several threads."))
     functions = grid_functions(case.functions, (1, 1, 1), case.thin(), case.is_periodic())
     rows, axis = rows_of(grid, functions), grid.lattice.slab_axis
     edges = case.lower[axis] + case.cell * rows.edges

@@ -91,14 +91,14 @@ class SettlingClock(Clock):
         if self.n_steps < self.settle.most_steps:
             return None
         share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
-        state = f"the kinetic energy still reaches {share:.3g} of what moved ({moved:.3g} J)"
+        state = f"the kinetic energy still reaches {share:.3g} of its reference ({moved:.3g} J)"
         if share <= self.settle.share:
-            state = f"the kinetic energy has been small for {self._quiet:.3g} s, and is to be so for {self._wanted:.3g} s"
+            state = f"the kinetic energy has been small for {self._quiet:.3g} s, but {self._wanted:.3g} s are required"
         return RunStopped(
-            f"{NAMED}: no rest within settle.most_steps = {self.settle.most_steps} steps: {state}, "
-            f"settle.share = {self.settle.share:g}; raise settle.most_steps or, where bodies touch, lower time.courant, and "
-            f"resume; or hold what can fall, slide or flow for ever, give thin bodies more points per cell or trilinear "
-            f"functions, or raise settle.share, and start a new run"
+            f"{NAMED}: the bodies are not at rest after settle.most_steps = {self.settle.most_steps} steps: {state}, "
+            f"settle.share = {self.settle.share:g}\n    Increase settle.most_steps (or, for bodies in contact, reduce "
+            f"time.courant) and resume the run. Or start a new run: constrain bodies that can fall, slide or flow without end, "
+            f"use more points per cell or trilinear functions for thin bodies, or increase settle.share."
         )
 
     def state_numbers(self) -> dict[str, Any]:
@@ -140,7 +140,8 @@ def settle(
 def _while_settling(text: str) -> str:
     """Add the remedy for a body that moves away during settling to the reason of a stop."""
     text = text if text.startswith(NAMED) else f"{NAMED}: {text}"
-    return f"{text}, and hold what can fall, slide or flow for ever" if FAULTS[LOST].meaning in text else text
+    remedy = "\n    Constrain bodies that can fall, slide or flow without end."
+    return f"{text}{remedy}" if FAULTS[LOST].meaning in text else text
 
 
 def _stop_what_moves(simulation: "Simulation", share: float) -> None:
@@ -148,8 +149,8 @@ def _stop_what_moves(simulation: "Simulation", share: float) -> None:
     what that motion was says nothing of how small the kinetic energy is to become."""
     kinetic = simulation.kinetic_energy()
     if kinetic > share * simulation.budget.at_stake:
-        text = f"{NAMED} takes all velocity from the bodies, which begin with a kinetic energy of {kinetic:.3g} J"
-        warnings.warn(f"{text}: leave [settle] out to keep it", stacklevel=2)
+        text = f"{NAMED} sets all velocities to zero, but the bodies start with a kinetic energy of {kinetic:.3g} J"
+        warnings.warn(f"{text}. Remove [settle] to keep these velocities.", stacklevel=2)
         simulation.stop_bodies()
         simulation.begin_balance()
 

@@ -87,7 +87,7 @@ class Simulation:
         layout = self._layout = work_layout(case, may_touch_by_surfaces(case))
         self.velocity_fields, built = build_bodies(case, transfer, layout.n_loads)
         if case.start is not None and start is None:
-            raise UsageError("a case with [start] needs the state of the earlier run: run it with pellucid.run")
+            raise UsageError("A case with [start] requires the state of the earlier run.\n    Run it with pellucid.run.")
         start = start or {}
         load_state(built, start)
         self.bodies = [built[body.name][0] for body in case.body]
@@ -332,7 +332,7 @@ class Simulation:
             try:
                 recorder.begin(self)
             except Exception as trouble:
-                error.add_note(f"the state in which it stopped could not be recorded: {trouble}")
+                error.add_note(f"The state at the stop could not be recorded: {trouble}")
             raise
         recorder.begin(self)
 
@@ -483,7 +483,7 @@ class Simulation:
         if lacking or numbers.keys() != self.state_numbers().keys():
             without = f" (it has no `{lacking[0]}`)" if lacking else ""
             text = f"the checkpoint was written by another version of pellucid{without}"
-            raise UsageError(f"{text}: go on with that one, or start the run again")
+            raise UsageError(f"{text}.\n    Resume it with that version, or start a new run.")
         for body in self.bodies:
             body.restore(of_owner(body.name, arrays))
             body.totals.restore(numbers["bodies"][body.name])

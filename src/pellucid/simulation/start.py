@@ -39,8 +39,9 @@ def load_state(built: Built, start: Mapping[str, Mapping[str, np.ndarray]]) -> N
     for name, state in start.items():
         body, field = built[name]
         if len(state["id"]) != body.n_points:
-            text = f"body {name} has {body.n_points} points here and had {len(state['id'])} in the earlier run"
-            raise CaseError(Problem(text, "start.path", remedy="describe the body as there, or leave it out of start.body"))
+            text = f"body {name} has {body.n_points} points, but {len(state['id'])} in the earlier run"
+            remedy = "Define the body as in the earlier run, or remove it from start.body."
+            raise CaseError(Problem(text, "start.path", remedy=remedy))
         if field is not None:
             _check_inside(name, state["position"], field.grid)
         _give(body, state)
@@ -50,8 +51,10 @@ def _give(body: Body, state: Mapping[str, np.ndarray]) -> None:
     try:
         body.load_state(state)
     except KeyError as missing:
-        text = f"body {body.name} goes on by its {missing.args[0]}, which the earlier run does not have there"
-        remedy = "frames hold less than checkpoints: leave start.time out, or let kind and material be those of that run"
+        text = f"body {body.name} requires {missing.args[0]}, which is not stored in the earlier run"
+        remedy = (
+            "Remove start.time (checkpoints contain more than frames), or use the kind and the material of the earlier run."
+        )
         raise CaseError(Problem(text, "start", remedy=remedy)) from None
 
 
@@ -61,5 +64,9 @@ def _check_inside(name: str, position: np.ndarray, grid: Grid) -> None:
     walled = ~(np.array(grid.thin) | np.array(grid.periodic))
     outside = np.flatnonzero((((position < lower) | (position > upper)) & walled).any(axis=1))
     if len(outside):
-        text = f"{len(outside)} points of body {name} lie outside the grid, number {outside[0]} at"
-        raise CaseError(Problem(f"{text} {in_metres(position[outside[0]])}", "start.path", remedy="make the grid as large"))
+        text = f"{len(outside)} points of body {name} are outside the grid, for example number {outside[0]} at"
+        raise CaseError(
+            Problem(
+                f"{text} {in_metres(position[outside[0]])}", "start.path", remedy="Enlarge the grid to contain these points."
+            )
+        )

@@ -29,21 +29,23 @@ class OverlappingStart(NamedTuple):
         depth = f"{self.depth:.4g} m"
         if len(self.between) == 1:
             return (
-                f"parts of {self.between[0]} start nearer to each other, by up to {depth}, than twice its contact offset, "
-                f"{self.distance:.4g} m (`contact_offset`, by default half of its thickness): the overlap of each point exerts "
-                f"no force until the point has come out of it once; to let contact act from the start on, move the parts away "
-                f"from each other by {depth}, or reduce `contact_offset`"
+                f"parts of {self.between[0]} start up to {depth} closer to each other than twice the contact offset, "
+                f"{self.distance:.4g} m (`contact_offset`, default: half of the thickness): this overlap exerts no "
+                "force on a point "
+                "until the point has separated once. To have contact act from the start, move the parts away from each "
+                "other by "
+                f"{depth}, or set a smaller `contact_offset`."
             )
         one, other = self.between
         if self.distance > 0.0:
-            limit = f"{self.distance:.4g} m (the `contact_offset` of each membrane, by default half of its thickness)"
-            where = f"start nearer to each other, by {depth}, than the distance at which contact acts, {limit}"
-            remedy = f"move one of the two away by {depth}, or reduce `contact_offset`"
+            limit = f"{self.distance:.4g} m (`contact_offset` of each membrane, default: half of the thickness)"
+            where = f"start {depth} closer to each other than the contact distance of {limit}"
+            remedy = f"move one of the two away by {depth}, or set a smaller `contact_offset`"
         else:
             where, remedy = f"overlap by {depth} at the start", f"move one of the two away by {depth}"
         return (
-            f"{one} and {other} {where}: until they have come apart once, this overlap exerts no force, and contact acts "
-            f"{depth} later; to let it act where the case places them, {remedy}"
+            f"{one} and {other} {where}: this overlap exerts no force until they have separated once, so contact starts "
+            f"{depth} late. To have contact act from the start, {remedy}."
         )
 
     def facts(self) -> dict[str, Any]:

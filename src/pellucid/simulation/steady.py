@@ -127,12 +127,12 @@ class SteadyClock(Clock):
             self._reach()
         elif self._step >= self.steady.most_steps and not self._quiet:
             self.missed = (
-                f"step {self.n_steps}, load step {self._equilibria + 1} of {len(self._levels) - 2}: no steady state in "
-                f"{self._step} steps, steady.most_steps = {self.steady.most_steps}: the estimated error is {self.error:.3g} "
-                f"of the largest displacement, steady.tolerance = {self.steady.tolerance:g}, and {self._unbalanced():.2g} "
-                "of all forces are out of balance; its last state is kept: `pellucid resume` with "
-                "`--set steady.most_steps=...` or `steady.tolerance=...` goes on from there, and a support holds what can "
-                "still move"
+                f"step {self.n_steps}, load step {self._equilibria + 1} of {len(self._levels) - 2}: no steady state after "
+                f"{self._step} steps (steady.most_steps = {self.steady.most_steps}): the estimated error is {self.error:.3g} "
+                f"of the largest displacement (steady.tolerance = {self.steady.tolerance:g}), and the residual force is "
+                f"{self._unbalanced():.2g} of all forces\n    To continue from the last state, run `pellucid resume` "
+                "with a larger "
+                "`--set steady.most_steps=...` or `--set steady.tolerance=...`. If a body can still move freely, add a support."
             )
             self._reach()
 
@@ -225,7 +225,7 @@ class SteadyClock(Clock):
 
     # results and checkpoint
 
-    against_energy_error = f"{SLOWER_LOADS}: the loads grow too fast"
+    against_energy_error = f"The loads increase too fast: {SLOWER_LOADS}"
 
     def facts(self) -> dict[str, Any]:
         """Return the steps of each load step, the estimated error, and the residual force relative to all forces."""

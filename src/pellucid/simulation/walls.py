@@ -66,8 +66,9 @@ def _refuse_pressed(contact: WallContact, body: Body, cell: float, path: str) ->
     pressed = float(np.max(body.field("pressure"))) / contact.law.stiffness / cell
     if pressed > MOST_PRESSED:
         text = (
-            f"the pressure of body {body.name} at the start would press it {pressed:.2g} cells into the wall, which gives way "
-            f"as a layer of the fluid does; at most {MOST_PRESSED:g} is allowed: a gas cannot touch a wall"
+            f"the initial pressure of body {body.name} would press it {pressed:.2g} cells into the wall (limit: "
+            f"{MOST_PRESSED:g}), because the wall is as compliant as a layer of the fluid; a gas cannot be in contact "
+            "with a wall"
         )
-        remedy = "name other bodies in `bodies`, and hold this one by supports on faces of the grid"
+        remedy = "List the other bodies in `bodies`, and confine this one by supports on faces of the grid."
         raise CaseError(Problem(text, path, remedy=remedy))

@@ -38,17 +38,15 @@ UNEXPLAINED = 0.05
 strikes comes in by a part of a step: where steps take ω Δt = 0.3 of its swing, the account is off by (ω Δt)²/4 = 0.0225 of the
 energy of the impact then. Twice that is allowed."""
 OVERFULL = 1.01  # volume of a fluid over that of the grid; rounding of shapes and compression stay far below
-AGAINST_LOSS = (
-    "values of the case may be too large to calculate with: look at loads, velocities and moduli, or use a smaller time.courant"
-)
+AGAINST_LOSS = "Check loads, velocities and moduli for values that are too large, or set a smaller time.courant"
 
-CELLS = "use a smaller grid.cell"
-APIC = f'set time.transfer = "apic" and grid.functions = "quadratic-bspline", which keep it, or {CELLS}'
+CELLS = "set a smaller grid.cell"
+APIC = f'Set time.transfer = "apic" and grid.functions = "quadratic-bspline", which conserve it, or {CELLS}'
 TURNING = {
-    "flip": f'the transfer "flip" changes it where stresses vary from cell to cell: {APIC}',
-    "blend": f'the PIC share of the transfer "blend" smooths rotation within a cell: {APIC}',
-    "pic": f'the transfer "pic" smooths rotation within a cell: {APIC}',
-    "apic": f'the transfer "apic" keeps it with grid.functions = "quadratic-bspline" alone: set these, or {CELLS}',
+    "flip": f'The transfer "flip" does not conserve it if stresses vary from cell to cell. {APIC}',
+    "blend": f'The PIC part of the transfer "blend" damps rotation within a cell. {APIC}',
+    "pic": f'The transfer "pic" damps rotation within a cell. {APIC}',
+    "apic": f'The transfer "apic" conserves it only with grid.functions = "quadratic-bspline": set these, or {CELLS}',
 }
 """Remedies against a drift of the angular momentum, by transfer."""
 BETWEEN_BODIES = (Contact, Enclosed, Rigid, Support, SurfaceTension)
@@ -62,9 +60,13 @@ class Watch:
         """own_steps: whether all bodies take steps of their own; transfer: of the case's `time`."""
         self._limits, self._own_steps, self._transfer = limits, own_steps, transfer
         finer = (
-            "a lower `accuracy`, more nodes" if own_steps else "a smaller step, a finer grid" if has_grid else "a smaller step"
+            "a lower `accuracy` or more nodes"
+            if own_steps
+            else "a smaller time step or a finer grid"
+            if has_grid
+            else "a smaller time step"
         )
-        self._advice = f"use {finer}, or raise energy.stop if the loss is meant"
+        self._advice = f"Use {finer}, or increase energy.stop if the loss is expected"
         self._turning_advice = TURNING[transfer]
         self.warned: set[str] = set()
         """Warnings given so far."""
@@ -78,20 +80,20 @@ class Watch:
         error = abs(budget.energy_error())
         if not isfinite(error):
             words, place = fastest_point(bodies)
-            text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy balance is no finite number"
-            causes = f"{', '.join(budget.lost_entries()) or 'sums'} became infinite or undefined"
-            raise RunStopped(f"{text} ({causes}){', ' * bool(words)}{words}; {AGAINST_LOSS}", **place)
+            text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy balance is not finite"
+            causes = f"infinite or undefined: {', '.join(budget.lost_entries()) or 'sums'}"
+            raise RunStopped(f"{text} ({causes}){', ' * bool(words)}{words}\n    {AGAINST_LOSS}.", **place)
         early = clock.n_steps < FIRST_JUDGED and not self._own_steps
         if (early and not clock.finished(None)) or clock.is_adjusting or error < self._limits.warn:
             return
         causes = f"transfer {budget.transfer:.3g} J, time integration {budget.time_integration:.3g} J"
         if budget.made > 0.0:
-            causes += f", made by contact and transfers {budget.made:.3g} J"
+            causes += f", added by contact and transfers {budget.made:.3g} J"
         text = f"step {clock.n_steps}, time {clock.progress():.6g} s: the energy error is {100 * error:.2g} % ({causes})"
         if error >= self._limits.stop:
             words, place = fastest_point(bodies)
             limit = f"above energy.stop = {100 * self._limits.stop:g} %{', ' * bool(words)}{words}"
-            raise RunStopped(f"{text}, {limit}; {clock.against_energy_error or self._advice}", **place)
+            raise RunStopped(f"{text}, {limit}\n    {clock.against_energy_error or self._advice}.", **place)
         self._warn("energy", f"{text}, above energy.warn = {100 * self._limits.warn:g} %")
 
     def angular_momentum(self, turning: AngularBalance, bodies: Sequence[Body], clock: Clock) -> None:
@@ -102,7 +104,7 @@ class Watch:
         if clock.n_steps >= FIRST_JUDGED or last:
             where, change = f"step {clock.n_steps}, time {clock.progress():.6g} s", f"{100 * error:.2g} %"
             text = f"{where}: the angular momentum has changed by {change}, above energy.warn = {100 * self._limits.warn:g} %"
-            text += f", though nothing acts on the bodies from outside; {self._turning_advice}"
+            text += f", although no external load acts on the bodies. {self._turning_advice}."
             self._warn("angular momentum", text)
 
     def contact(self, pairs: ContactPairs, clock: Clock) -> None:
@@ -165,11 +167,12 @@ class Watch:
         early = clock.n_steps < FIRST_JUDGED and not clock.finished(None)
         if early or "contact_energy" in self.warned or abs(amount) <= UNEXPLAINED * scale:
             return
-        gave, effect = ("gave", "bodies rebound too fast") if amount > 0.0 else ("took", "bodies are slowed down")
+        gave, effect = ("added", "bodies rebound too fast") if amount > 0.0 else ("removed", "bodies are slowed down")
         text = (
-            f"contact between surfaces {gave} {abs(amount):.3g} J, {100 * abs(amount) / scale:.2g} % of the energy that moved, "
-            f"beyond what its springs hold and its dampers and friction took: {effect}; use a smaller time.step, where bodies "
-            f"deform a smaller time.courant, or finer surfaces and cells"
+            f"contact between surfaces {gave} {abs(amount):.3g} J ({100 * abs(amount) / scale:.2g} % of the exchanged "
+            "energy) in "
+            f"addition to the energy of its springs, dampers and friction, so {effect}. Set a smaller time.step, or, for "
+            f"deformable bodies, a smaller time.courant, or use finer surfaces and cells."
         )
         self._warn("contact_energy", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
@@ -182,14 +185,15 @@ class Watch:
             if share > OVERFULL:
                 names = " and ".join(body.name for body in bodies if body.fluid_volume() > 0.0)
                 text = (
-                    f"the points of {names} have {100 * (share - 1):.2g} % more volume than the grid, and too little pressure"
+                    f"the volume of the points of {names} is {100 * (share - 1):.2g} % larger than the grid, so the "
+                    "pressure is too low"
                 )
                 come_and_go = any("mass" not in body.constant_fields for body in bodies)  # such have no cell_pressure
-                advice = "add carries_tension = true to its eos" if come_and_go else "add cell_pressure = true to the body"
+                advice = "Add carries_tension = true to the eos" if come_and_go else "Add cell_pressure = true to the body"
                 if self._transfer != "apic":
-                    advice += ', or use time.transfer = "apic"'
+                    advice += ', or set time.transfer = "apic"'
                 where = "see `Rest does not last for ever` in docs/physics/fluids.md"
-                return self._warn("volume", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}; {advice}; {where}")
+                return self._warn("volume", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}. {advice}; {where}.")
 
     def _warn(self, what: str, text: str) -> None:
         if what not in self.warned:

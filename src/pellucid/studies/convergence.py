@@ -34,14 +34,14 @@ def read_sweep(texts: Sequence[str]) -> dict[str, list[Any]]:
     sweep = read_values(texts)
     for key, values in sweep.items():
         if isinstance(values, tuple):
-            text = f"--over {key}={values[0]}:{values[1]}: a convergence study has no range"
-            raise UsageError(f"{text}; write KEY=V1,V2,..., for example grid.cell=0.05,0.025,0.0125")
+            text = f"--over {key}={values[0]}:{values[1]}: a convergence study requires a list of values, not a range"
+            raise UsageError(f"{text}.\n    Write KEY=V1,V2,..., for example grid.cell=0.05,0.025,0.0125.")
     sizes = {key: len(values) for key, values in sweep.items()}
     if min(sizes.values()) < 2:
-        raise UsageError("--over needs at least two values, for example grid.cell=0.05,0.025")
+        raise UsageError("--over requires at least two values, for example grid.cell=0.05,0.025.")
     if len(set(sizes.values())) > 1:
         counts = ", ".join(f"{key} {size}" for key, size in sizes.items())
-        raise UsageError(f"every --over needs as many values as the others; there are {counts}")
+        raise UsageError(f"All --over options must have the same number of values, but they have {counts}.")
     return sweep
 
 
@@ -123,13 +123,13 @@ def _next_step(steps: Sequence[Step], value: Any, error: float) -> Step:
 def _error(run: "Run", metric: str) -> float:
     metrics = run.metrics
     if metric not in metrics:
-        raise UsageError(f"with these settings {_unknown(metric, metrics, run.case.id)}")
+        raise UsageError(f"With these settings, {_unknown(metric, metrics, run.case.id)}")
     return float(metrics[metric].error)
 
 
 def _unknown(metric: str, known: Iterable[str], case: str) -> str:
-    names = ", ".join(known) or "none; a [[check]] gives a case one"
-    return f"{case} has no metric `{metric}`; it has {names}"
+    names = ", ".join(known) or "none; add a [[check]] to the case"
+    return f"{case} has no metric `{metric}`; available: {names}"
 
 
 def _positive(value: Any) -> bool:

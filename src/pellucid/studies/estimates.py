@@ -65,11 +65,13 @@ def estimated(
     told = [*_undetermined(list(free), scale * spreads, directions), *_at_bounds(free, shares)]
     if are_stated and left > 0 and chi_square > 1.0 + 3.0 * sqrt(2.0 / left):
         told.append(
-            f"the misfit is {chi_square:.3g} times what the stated deviations explain: the case does not follow the "
-            f"measurements, or these deviate more; the intervals are too narrow"
+            f"the misfit is {chi_square:.3g} times the value expected from the stated deviations, so the confidence intervals "
+            f"are too narrow: the model does not describe the measurements, or the stated deviations are too small"
         )
     if left <= 0:
-        told.append(f"{len(residuals)} values for {len(shares)} parameters: nothing is left to tell how well they fit")
+        told.append(
+            f"there are {len(residuals)} values for {len(shares)} parameters, so the quality of the fit cannot be estimated"
+        )
     return Estimates(by_key, covariance / np.outer(deviations, deviations), sizes, chi_square, told)
 
 
@@ -79,12 +81,12 @@ def _undetermined(keys: list[str], halves: np.ndarray, directions: np.ndarray) -
     for half, direction in zip(halves, directions, strict=True):
         if half > UNDETERMINED:
             named = [key for key, part in zip(keys, direction, strict=True) if abs(part) > TAKES_PART]
-            what = named[0] if len(named) == 1 else f"{' and '.join(named)} apart from each other"
-            told.append(f"the data do not determine {what}: give another curve that depends on it, or fix one value")
+            what = named[0] if len(named) == 1 else f"{' and '.join(named)} independently"
+            told.append(f"the data do not determine {what}; add another curve that depends on it, or fix one value")
     return told
 
 
 def _at_bounds(free: Mapping[str, Range], shares: np.ndarray) -> list[str]:
     ends = {key: "lower" if share < AT_BOUND else "upper" for key, share in zip(free, shares, strict=True)}
     at = [key for key, share in zip(free, shares, strict=True) if not AT_BOUND <= share <= 1.0 - AT_BOUND]
-    return [f"{key} is at the {ends[key]} end of its range: the best value may lie beyond" for key in at]
+    return [f"{key} is at the {ends[key]} end of its range, so the best value may be outside; extend the range" for key in at]

@@ -75,7 +75,7 @@ def fit(
     pairs = [(probe, Path(path)) for probe, paths in measured.items() for path in _several(paths)]
     stated = dict(deviation or {})
     if unknown := set(stated) - set(measured):
-        raise UsageError(absent("no measured curve is of the probe", min(unknown), measured))
+        raise UsageError(absent("there is no measured curve for the probe", min(unknown), measured))
     curves = [read_curve(path, probe, required(case), stated.get(probe)) for probe, path in pairs]
     ranges = {key: range_of(case, key, *ends, option="--free") for key, ends in free.items()}
     parts = Workers(workers, threads, scheduler, dict(slurm or {}))
@@ -102,14 +102,16 @@ def run_fit(
         need(module)
     if not curves or not free:
         raise UsageError(
-            "a fit needs a measured curve and a free parameter: --measured FILE.csv --probe NAME --free KEY=LOW:HIGH"
+            "A fit requires a measured curve and a free parameter.\n    Add --measured FILE.csv --probe NAME --free "
+            "KEY=LOW:HIGH."
         )
     if (values := sum(len(curve.y) for curve in curves)) < len(free):
-        raise UsageError(f"{values} measured values cannot tell {len(free)} parameters: give more of them, or free fewer")
+        text = f"{values} measured values cannot determine {len(free)} parameters"
+        raise UsageError(f"{text}.\n    Add measured values, or remove some --free.")
     if method not in METHODS:
         raise UsageError(absent("there is no method", method, METHODS))
     if trials is not None and trials < 1:
-        raise UsageError(f"--trials {trials}: at least one is needed")
+        raise UsageError(f"--trials {trials}: must be at least 1")
     progress = progress or WarningsOnly()
     search, usual = METHODS[method]
     with Pool(out, workers, progress) as pool:
@@ -119,7 +121,7 @@ def run_fit(
         slopes = misfit.jacobian(shares, central=True)
         residuals, run = misfit.one(shares), misfit.run(shares)
     if residuals is None or run is None:
-        raise UsageError("the run with the best parameters failed; narrow their ranges")
+        raise UsageError("The run with the best parameters failed.\n    Use narrower ranges of --free.")
     found = estimated(free, shares, residuals, slopes, all(curve.is_stated for curve in curves))
     found = found._replace(by_key={key: one._replace(unit=unit_at(case, key)) for key, one in found.by_key.items()})
     found = found._replace(warnings=[*interpolation_warnings(curves, run), *found.warnings])

@@ -23,11 +23,11 @@ def write_fit_page(out: Path, title: str, found: Estimates, curves: Sequence[Cur
         drawn = _curves(curves, run)
         with replacing(out / "fit.png") as file:
             drawn.savefig(file, format="png")
-        picture = figure(drawn, "Measured values with their stated deviations and the fitted case; below, what is left.")
+        picture = figure(drawn, "Measured values with their standard deviations and the fitted case; below, the residuals.")
     notes = "".join(f'<p class="note">Warning: {escape(text)}.</p>' for text in found.warnings)
     keys = list(found.by_key)
     estimates = table_of(
-        ("parameter", "estimate", "95 % from", "to", "unit"),
+        ("key", "estimate", "95 % from", "to", "unit"),
         (
             [escape(key), *(number(value, 5) for value in one[:3]), escape(pretty(one.unit))]
             for key, one in found.by_key.items()
@@ -39,7 +39,7 @@ def write_fit_page(out: Path, title: str, found: Estimates, curves: Sequence[Cur
     )
     together = table_of(("", *map(escape, keys)), rows, "numbers") if len(keys) > 1 else ""
     sizes = ", ".join(number(float(size), 3) for size in found.singular_values)
-    misfit = f"<p>Sum of squares over its degrees of freedom: {number(found.chi_square, 4)}; singular values {sizes}.</p>"
+    misfit = f"<p>Sum of squared residuals per degree of freedom: {number(found.chi_square, 4)}; singular values {sizes}.</p>"
     columns = [name for name in table.columns if name not in ("steps", "message")]
     sections = [
         notes,
@@ -61,5 +61,5 @@ def _curves(curves: Sequence[Curve], run: Run) -> Figure:
         label(above, curve.against, curve.probe, unit, curve.unit, legend=True)
         below.axhline(0.0, color="#667", linewidth=0.8)
         below.plot(curve.x, curve.residuals(run), "o", markersize=3)
-        label(below, curve.against, f"difference\nover {'deviation' if curve.is_stated else 'spread'}", unit)
+        label(below, curve.against, f"residual over\n{'deviation' if curve.is_stated else 'spread'}", unit)
     return drawn

@@ -58,7 +58,9 @@ class Curve(NamedTuple):
         """
         x, y = self._branch(run)
         if self._beyond(x) > (EXTRAPOLATED if _is_smooth(run) and self.against != TIME else 1e-6) * np.ptp(x):
-            raise NotReached(f"{self._reach(x, run)}; extend the run, e.g. by `time.end`, or remove the rows beyond its end")
+            raise NotReached(
+                f"{self._reach(x, run)}; extend the run, e.g. by a later `time.end`, or remove the rows beyond its end"
+            )
         return _read(x, y, self.x, _is_smooth(run))
 
     def extrapolation(self, run: Run) -> str | None:
@@ -95,7 +97,7 @@ class Curve(NamedTuple):
         x, y = run.readings.curve(along or self.probe, self.against, whole=True)
         known = np.isfinite(x) & np.isfinite(y)
         if not known.any():
-            raise UsageError(f"{self.path}: the run in {run.out} has no finite values of {self.probe} and {self.against}")
+            raise UsageError(f"{self.path}: {self.probe} and {self.against} of the run in {run.out} have no finite values")
         x, y = x[known], y[known]
         sign = 1.0
         if self.against != TIME:
@@ -110,7 +112,7 @@ class Curve(NamedTuple):
 
     def _reach(self, x: np.ndarray, run: Run) -> str:
         measured = f"the measured {self.against} ranges from {self.x.min():.6g} to {self.x.max():.6g}"
-        return f"{self.path}: {measured}, that of the run in {run.out} from {x[0]:.6g} to {x[-1]:.6g}"
+        return f"{self.path}: {measured}, but in the run in {run.out} from {x[0]:.6g} to {x[-1]:.6g}"
 
 
 def _is_smooth(run: Run) -> bool:
@@ -149,22 +151,24 @@ def _curve(table: Table, probe: str, case: "Case", units: Mapping[str, str], dev
     path, names, lines = table.path, list(table.values), table.lines
     across = TIME if TIME in names else next((name for name in names if name in units and name != probe), "")
     if not across:
-        raise CurveError(f"{path}:1: no column is named time or like a probe; it has {', '.join(names)}")
+        raise CurveError(f"{path}:1: no column has the name time or the name of a probe; the columns are {', '.join(names)}")
     along = probe if probe in names else next((name for name in names if name != across and DEVIATION not in name), "")
     if not along:
-        raise CurveError(f"{path}:1: no column is named {probe}; it has {', '.join(names)}")
+        raise CurveError(f"{path}:1: no column has the name {probe}; the columns are {', '.join(names)}")
     if len(lines) < 2:
-        raise CurveError(f"{path}: one row of numbers; a curve has two or more")
+        raise CurveError(f"{path}: a curve requires at least two rows of numbers")
     unit = units[probe]
     x, y = _columns(table, across, along, probe, case, units)
     lines = lines[-len(y) :]
     stated = next((name for name in (f"{probe}_{DEVIATION}", DEVIATION) if name in names), None)
     if across == TIME and (wrong := np.flatnonzero((x < 0.0) | np.array([case.time.passed(t) for t in x]))).size:
         where = f"{path}:{lines[wrong[0]]}: t = {x[wrong[0]]:.6g} s"
-        raise CurveError(f"{where} is not between 0 and the end of the case, time.end = {case.time.end:g} s; set that later")
+        raise CurveError(
+            f"{where} is not between 0 and time.end = {case.time.end:g} s; set a later time.end, or remove the row"
+        )
     if stated is not None and deviation is not None:
-        text = f"--deviation {deviation}: {path} has standard deviations of its own, in the column {stated}"
-        raise UsageError(f"{text}; leave the option out, or the column")
+        text = f"--deviation {deviation}: {path} already has standard deviations in the column {stated}"
+        raise UsageError(f"{text}.\n    Remove the option or the column.")
     if stated is not None:
         spread = table.column(stated, unit)[-len(y) :]
         where = f"{path}:{lines[int(np.argmin(spread))]}: {stated}"

@@ -78,7 +78,7 @@ def prepare(out: Path, members: Sequence[Member]) -> None:
     from pellucid.case import dumps
 
     if RunFolder(out).is_of_a_run:
-        raise UsageError(f"{out} is the folder of a run, and its report would be lost: give another folder")
+        raise UsageError(f"{out} is the folder of a run, whose report would be overwritten.\n    Choose another folder.")
     with explained(out), usable(out):
         for name in ("members", "cases", "logs"):
             (out / name).mkdir(parents=True, exist_ok=True)
@@ -93,7 +93,7 @@ def outcome(out: Path, digest: str) -> Outcome | None:
     not ended."""
     run = Run(places(out, digest).run)
     if stopped := run.stopped:
-        return Outcome(FAILED, str(stopped.get("message", "the run stopped itself")))
+        return Outcome(FAILED, str(stopped.get("message", "the run stopped with an error")))
     try:
         return Outcome(DONE) if run.folder.ended and run.summary else None
     except PellucidError:  # a damaged summary: the run writes it again

@@ -120,7 +120,7 @@ class Misfit:
         found = [self._of_run(self.run(shares)) for shares in several]
         for member, values in zip(members, found, strict=True):
             if member is not None and new.pop(member.digest, None) is not None:
-                failed = "its run failed, or ends before the measured values"
+                failed = "the run failed, or ended before the last measured value"
                 told = failed if values is None else f"sum of squares {float(values @ values):.5g}"
                 self._progress.note(f"{named(member.settings)}: {told}")
         return found
@@ -162,7 +162,8 @@ class Misfit:
             if len(known) < 2 or known[0][0] == known[1][0]:
                 failed = named(self.settings(ahead[i]))
                 raise UsageError(
-                    f"how the curves depend on {key} cannot be told: the run with {failed} failed; narrow its range"
+                    f"The derivative with respect to {key} cannot be computed: the run with {failed} failed.\n    Use a "
+                    f"narrower range of {key}."
                 )
             (first, one), (second, other) = known[:2]
             columns.append((one - other) / (first - second))
@@ -188,7 +189,7 @@ def interpolation_warnings(curves: Sequence[Curve], run: Run) -> list[str]:
     told = []
     for curve in curves:
         if (beyond := curve.extrapolation(run)) is not None:
-            told.append(f"{beyond}: its end is continued linearly. Extend the run, e.g. by a larger motion or load")
+            told.append(f"{beyond}; the curve is extrapolated linearly. Extend the run, e.g. by a larger motion or load")
         error = float(np.sqrt(np.mean(curve.interpolation_error(run) ** 2)))
         spread = curve.deviation if curve.is_stated else curve.values(run) - curve.y
         size = max(float(np.sqrt(np.mean(spread**2))), SMALLEST * float(np.std(curve.y)))
@@ -199,6 +200,6 @@ def interpolation_warnings(curves: Sequence[Curve], run: Run) -> list[str]:
         change = "Set a smaller" if run.stored.steady is None else "Set a larger"
         told.append(
             f"{curve.path}: {curve.probe} is interpolated between the rows of the run with an error of about {error:.2g} "
-            f"{curve.unit}, {100.0 * error / size:.0f} % of {what}: the estimates are off accordingly. {change} `{key}`"
+            f"{curve.unit}, {100.0 * error / size:.0f} % of {what}, which affects the estimates. {change} `{key}`"
         )
     return told

@@ -37,9 +37,9 @@ class Workers:
         if self.threads is not None:
             check_threads(self.threads)
         if self.at_once is not None and self.at_once < 1:
-            raise UsageError(f"--workers {self.at_once}: at least one is needed")
+            raise UsageError(f"--workers {self.at_once}: must be at least 1")
         if self.scheduler and self.slurm:
-            raise UsageError("--scheduler and --slurm both name where members run: leave one of them out")
+            raise UsageError("--scheduler and --slurm cannot be combined.\n    Remove one of them.")
 
 
 def read_slurm(text: str | None) -> dict[str, str]:
@@ -48,11 +48,12 @@ def read_slurm(text: str | None) -> dict[str, str]:
     for item in (text or "").split(","):
         key, equals, value = item.partition("=")
         if text and not (equals and key.strip() and value.strip()):
-            raise UsageError(f"--slurm {text}: write KEY=VALUE,..., such as queue=short,cores=8,memory=16GB,walltime=02:00:00")
+            example = "queue=short,cores=8,memory=16GB,walltime=02:00:00"
+            raise UsageError(f"--slurm {text}: must have the form KEY=VALUE,..., such as {example}")
         if text:
             found[key.strip()] = value.strip()
     if found and not {"cores", "memory"} <= found.keys():
-        raise UsageError(f"--slurm {text}: cores and memory of a job are needed, such as cores=8,memory=16GB")
+        raise UsageError(f"--slurm {text}: cores and memory of a job are missing; add for example cores=8,memory=16GB")
     return found
 
 
@@ -107,7 +108,7 @@ class Pool:
             jobs[job] = member
         for job in need("distributed").as_completed(list(jobs)):
             error = job.exception() if job.status != "finished" else None
-            yield jobs[job], Outcome(FAILED, f"its worker failed: {error}") if error is not None else job.result()
+            yield jobs[job], Outcome(FAILED, f"the worker failed: {error}") if error is not None else job.result()
 
     def _start(self, number: int) -> Any:
         distributed, enter = need("distributed"), self._stack.enter_context
@@ -115,7 +116,9 @@ class Pool:
             try:
                 return enter(distributed.Client(self._workers.scheduler, timeout=WAIT))
             except (OSError, ValueError) as error:
-                raise UsageError(f"--scheduler {self._workers.scheduler}: no scheduler answers there: {error}") from None
+                raise UsageError(
+                    f"--scheduler {self._workers.scheduler}: no scheduler answers at this address: {error}"
+                ) from None
         if self._workers.slurm:
             cluster = enter(_slurm(self._workers.slurm))
             cluster.scale(jobs=self._workers.at_once or number)

@@ -40,7 +40,7 @@ def run_member(out: Path, digest: str, threads: int, until: float | None) -> Out
     status = _call(["resume", f"{where.run}", *options] if begun else anew, where.log)
     if begun and status == BAD_ARGUMENT:  # it cannot go on: another version of the program began it
         status = _call(anew, where.log)
-    return _ended(status, where.log) if status else outcome(out, digest) or Outcome(FAILED, "the run left no summary")
+    return _ended(status, where.log) if status else outcome(out, digest) or Outcome(FAILED, "the run wrote no summary")
 
 
 def allow_running() -> None:
@@ -89,9 +89,9 @@ def _call(arguments: list[str], log: Path) -> int:
 def _ended(status: int, log: Path) -> Outcome:
     """Return the outcome of a process with a status other than 0, with the end of its log."""
     if status == SIGTERM or status == -15:
-        return Outcome(INTERRUPTED, "interrupted; the same command goes on from its checkpoint")
+        return Outcome(INTERRUPTED, "interrupted; run the same command again to continue from the checkpoint")
     if status < 0:
-        return Outcome(FAILED, f"its process was ended by signal {-status}; see {log}")
+        return Outcome(FAILED, f"the process was killed by signal {-status}; see {log}")
     lines = log.read_text(encoding="utf-8", errors="replace").splitlines()[-TAIL:]
     starts = [number for number, line in enumerate(lines) if line.startswith("pellucid: ")]
     text = "\n".join(lines[starts[-1] :] if starts else lines[-1:]).removeprefix("pellucid: ")

@@ -51,7 +51,7 @@ def split_setting(option: str, text: str, example: str) -> tuple[str, str]:
     """Key and value of KEY=VALUE. Raises UsageError with an example."""
     key, equals, value = text.partition("=")
     if not equals or not key.strip() or not value.strip():
-        raise UsageError(f"{option} {text}: write {example}")
+        raise UsageError(f"{option} {text}: must have the form {example}")
     return key.strip(), value.strip()
 
 
@@ -61,7 +61,7 @@ def read_values(texts: Sequence[str]) -> dict[str, Any]:
     for text in texts:
         key, values = split_setting("--over", text, "KEY=V1,V2,... or KEY=LOW:HIGH, for example grid.cell=0.05,0.025")
         if key in found:
-            raise UsageError(f"--over {text}: {key} is given twice; write all of its values behind one key")
+            raise UsageError(f"--over {text}: {key} is given twice.\n    Write all its values in one --over.")
         together = parse_value(f"[{values}]")
         if isinstance(together, list):
             found[key] = together
@@ -76,7 +76,8 @@ def read_ends(option: str, text: str, values: str) -> tuple[Any, Any]:
     """The ends of LOW:HIGH as they are written. Raises UsageError."""
     low, colon, high = values.partition(":")
     if not colon or not low.strip() or not high.strip() or ":" in high:
-        raise UsageError(f"{option} {text}: write KEY=LOW:HIGH, for example body.tissue.material.young_modulus=1kPa:50kPa")
+        example = "body.tissue.material.young_modulus=1kPa:50kPa"
+        raise UsageError(f"{option} {text}: must have the form KEY=LOW:HIGH, for example {example}")
     return parse_value(low.strip()), parse_value(high.strip())
 
 
@@ -84,9 +85,10 @@ def range_of(case: "Case", key: str, low: Any, high: Any, option: str = "--over"
     """A range in SI units, of a field of the case. Raises UsageError for ends that are no numbers or not in order."""
     ends = [at_key(case.with_settings({key: end}), key) for end in (low, high)]
     if not all(isinstance(end, (int, float)) and not isinstance(end, bool) for end in ends):
-        raise UsageError(f"{option} {key}={low}:{high}: {key} is no number, so it has no range; list its values: {key}=V1,V2")
+        text = f"{option} {key}={low}:{high}: {key} is not a number, so it cannot have a range"
+        raise UsageError(f"{text}.\n    List its values: {key}=V1,V2")
     if not ends[0] < ends[1]:
-        raise UsageError(f"{option} {key}={low}:{high}: the lower end is not below the upper one")
+        raise UsageError(f"{option} {key}={low}:{high}: the lower end must be less than the upper end")
     return Range(float(ends[0]), float(ends[1]))
 
 
@@ -129,14 +131,14 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
     with readable(path, "--from"), path.open(newline="", encoding="utf-8-sig") as file:
         lines = [(number, row) for number, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
     if len(lines) < 2:
-        raise UsageError(f"--from {path}: it needs a row of keys, such as grid.cell, and a row of values for each member")
+        raise UsageError(f"--from {path}: must contain a row of keys, such as grid.cell, and a row of values for each member")
     keys = [key.strip() for key in lines[0][1]]
     if "" in keys or len(set(keys)) < len(keys):
-        raise UsageError(f"{path}:{lines[0][0]}: a key is missing or given twice in the first row, {', '.join(keys)}")
+        raise UsageError(f"{path}:{lines[0][0]}: a key is empty or occurs twice in the first row: {', '.join(keys)}")
     for number, row in lines[1:]:
         if len(row) != len(keys) or not all(cell.strip() for cell in row):
             raise UsageError(
-                f"{path}:{number}: it has {sum(map(bool, row))} values for {len(keys)} keys; give each key its value"
+                f"{path}:{number}: the row has {sum(map(bool, row))} values for {len(keys)} keys; add the missing values"
             )
     return [dict(zip(keys, (parse_value(cell.strip()) for cell in row), strict=True)) for _, row in lines[1:]]
 
@@ -148,7 +150,7 @@ def readable(path: Path, option: str) -> Iterator[None]:
         yield
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise UsageError(f"{option} {path}: cannot be read as CSV: {reason}") from None
+        raise UsageError(f"{option} {path}: the file cannot be read as CSV: {reason}") from None
 
 
 def named(settings: Mapping[str, Any]) -> str:

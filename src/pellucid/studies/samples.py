@@ -28,23 +28,26 @@ def rows_of(
     Raises UsageError, and CaseError for ends that a field cannot have.
     """
     if not over and not listed:
-        raise UsageError("nothing varies: give --over KEY=V1,V2,... or --from TABLE.csv")
+        raise UsageError("No key varies.\n    Add --over KEY=V1,V2,... or --from TABLE.csv.")
     if both := set(over) & {key for row in listed for key in row}:
-        raise UsageError(f"{min(both)} varies by --over and by --from: leave one of them out")
+        raise UsageError(f"{min(both)} varies by --over and by --from.\n    Remove one of them.")
     choices = {key: range_of(case, key, *v) if isinstance(v, tuple) else list(v) for key, v in over.items()}
     if empty := [key for key, values in choices.items() if not isinstance(values, Range) and not values]:
         raise UsageError(f"{empty[0]} has no values")
     ranges = [key for key, values in choices.items() if isinstance(values, Range)]
     if samples is None and ranges:
-        raise UsageError(f"{ranges[0]} has a range: say with --samples N how many members to draw from it, or list its values")
+        text = f"{ranges[0]} has a range, but the number of samples is missing"
+        raise UsageError(f"{text}.\n    Add --samples N, or list its values.")
     if samples is not None and samples < 1:
-        raise UsageError(f"--samples {samples}: at least one member is needed")
+        raise UsageError(f"--samples {samples}: must be at least 1")
     if samples is not None and not over:
-        raise UsageError("--samples draws from --over KEY=LOW:HIGH: give one")
+        raise UsageError("--samples requires a range to draw from.\n    Add --over KEY=LOW:HIGH.")
     drawn = _combined(choices) if samples is None else _hypercube(choices, samples, seed)
     rows = [{**one, **other} for one in (listed or [{}]) for other in drawn]
     if len(rows) > MOST:
-        raise UsageError(f"{len(rows)} members; a sweep has at most {MOST}: take fewer values, or draw some with --samples N")
+        raise UsageError(
+            f"{len(rows)} members exceed the limit of {MOST}.\n    Use fewer values, or draw a sample with --samples N."
+        )
     return rows
 
 
@@ -53,7 +56,9 @@ def _combined(choices: Mapping[str, Any]) -> list[dict[str, Any]]:
     for values in choices.values():
         count *= len(values)
     if count > MOST:
-        raise UsageError(f"{count} members; a sweep has at most {MOST}: take fewer values, or draw some with --samples N")
+        raise UsageError(
+            f"{count} members exceed the limit of {MOST}.\n    Use fewer values, or draw a sample with --samples N."
+        )
     return [dict(zip(choices, values, strict=True)) for values in product(*choices.values())]
 
 

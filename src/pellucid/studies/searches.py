@@ -31,7 +31,7 @@ def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np
             raise misfit.short
         misfit.case.with_settings(misfit.settings(middle))  # says what is wrong with it, if it is not the run
         failed = misfit.ended[next(iter(misfit.members))].message
-        raise UsageError(f"the run in the middle of the ranges, {named(misfit.settings(middle))}, failed: {failed}")
+        raise UsageError(f"The run at the centre of the ranges, {named(misfit.settings(middle))}, failed: {failed}")
     bad = FAILED_RUN * (np.abs(first) + 1.0)
 
     def residuals(shares: np.ndarray) -> np.ndarray:
@@ -75,7 +75,7 @@ def by_optuna(misfit: Misfit, trials: int, seed: int, at_once: int) -> np.ndarra
     except ValueError:
         if misfit.short is not None:
             raise misfit.short from None
-        raise UsageError(f"all {trials} runs failed: narrow the ranges of the free parameters") from None
+        raise UsageError(f"All {trials} runs failed.\n    Use narrower ranges of --free.") from None
     return np.array([best[key] for key in misfit.free])
 
 

@@ -29,8 +29,8 @@ def write_sweep_page(
     with house_style():
         curves = _curves(out, [member for member in members if member.digest in set(done["member"])], done, numeric)
         dependence = _dependence(done, outputs, keys)
-    few = "" if found else f'<p class="note">Sensitivities need at least {LEAST} members drawn with --samples.</p>'
-    summary = f"<p>{len(done)} of {len(table)} members are done. Parameters: {', '.join(map(escape, keys))}.</p>"
+    few = "" if found else f'<p class="note">Sensitivities require at least {LEAST} members drawn with --samples.</p>'
+    summary = f"<p>{len(done)} of {len(table)} members have finished. Parameters: {', '.join(map(escape, keys))}.</p>"
     listed = frame_table(table, ["member", "state", *keys, *outputs])
     failures = frame_table(failed, ["member", *keys, "message"]) if len(failed) else ""
     sections = [
@@ -68,7 +68,7 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
                 colour = matplotlib.colormaps[SEQUENTIAL](0.9 * (values[member.digest] - values.min()) / spread)
             axis.plot(*run.curve(name), kinds.get(member.digest, "-"), color=colour, linewidth=1.0)
         label(axis, "time", name, "s", runs[0].units[name])
-    caption = f"The probes of {len(shown)} members"
+    caption = f"Probes of {len(shown)} members"
     if values is not None:
         low, high = (number(float(end)) for end in (values.min(), values.max()))
         unit = pretty(units.get(numeric[0], ""))
@@ -117,5 +117,8 @@ def _indices(found: Sequence[Sensitivity]) -> str:
     rows = (
         [escape(one.output.replace("_", " ")), escape(one.key), number(one.share, 3), number(one.interval, 2)] for one in found
     )
-    text = "<p>The share of the variance of a result that a parameter explains alone (RBD-FAST), with its 95 % interval.</p>"
+    text = (
+        "<p>First-order sensitivity: share of the variance of a result explained by one parameter alone (RBD-FAST), with "
+        "its 95 % interval.</p>"
+    )
     return text + table_of(("result", "parameter", "first-order index", "±"), rows, "numbers")

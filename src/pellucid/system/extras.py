@@ -17,5 +17,5 @@ def needed(module: str, extra: str, what: str) -> Any:
         return import_module(module)
     except ModuleNotFoundError as error:
         package = module.partition(".")[0].replace("_", "-")
-        text = f"{what} need {package}, and {error.name} is not installed"
-        raise UsageError(f"{text}\n    {install_command(extra)}") from None
+        text = f"{what} need {package}, but {error.name} is not installed"
+        raise UsageError(f"{text}\n    Run {install_command(extra)}") from None

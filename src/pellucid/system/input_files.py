@@ -10,7 +10,7 @@ def file_bytes(path: Path | str) -> bytes:
     try:
         mode = Path(path).stat().st_mode
     except ValueError as error:  # a null character within it
-        raise OSError(errno.EINVAL, f"its path has an {error}") from None
+        raise OSError(errno.EINVAL, f"the path has an {error}") from None
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
         raise OSError(errno.EINVAL, "it is a pipe or a device, not a file")
     return Path(path).read_bytes()

@@ -11,7 +11,7 @@ from pellucid.errors import UsageError
 from pellucid.system.extras import install_command
 
 LAUNCHER = "mpiexec"
-INSTALL = f"{install_command('mpi')}, or install mpi4py with the MPI of the machine"
+INSTALL = f"Run {install_command('mpi')}, or install mpi4py for the MPI of the machine."
 
 
 def start_together(processes: int, arguments: Sequence[str]) -> None:
@@ -23,7 +23,7 @@ def start_together(processes: int, arguments: Sequence[str]) -> None:
     launcher = str(beside) if beside.is_file() else shutil.which(LAUNCHER)
     if launcher is None or find_spec("mpi4py") is None:
         missing = LAUNCHER if launcher is None else "mpi4py"
-        raise UsageError(f"--ranks {processes} needs {missing}, which is not installed: {INSTALL}")
+        raise UsageError(f"--ranks {processes} requires {missing}, which is not installed.\n    {INSTALL}")
     sys.stdout.flush()
     os.execv(launcher, [launcher, "-n", str(processes), sys.executable, "-m", "pellucid", *arguments])
 

@@ -34,7 +34,8 @@ def load_file(path: str) -> None:
     try:
         source = file_bytes(path)
     except OSError as error:
-        raise ExtensionError(f"cannot read it: {error.strerror}", "name a Python file, relative to the case file") from None
+        text = f"the file cannot be read: {error.strerror}"
+        raise ExtensionError(text, "Set the path of a Python file, relative to the case file.") from None
     digest = hashlib.sha256(source).hexdigest()
     if _loaded.get(path) == digest:
         return
@@ -50,7 +51,9 @@ def load_file(path: str) -> None:
             sys.modules[module.__name__] = before
         place = _line(error, path)
         words = " ".join(str(error).partition("\n\n")[0].split())
-        raise ExtensionError(f"{place}{type(error).__name__}: {words}", f"mend {path}, or leave it out") from error
+        raise ExtensionError(
+            f"{place}{type(error).__name__}: {words}", f"Correct {path}, or remove it from `extensions`."
+        ) from error
     _loaded[path] = digest
 
 
@@ -72,7 +75,7 @@ def load_installed() -> None:
         except Exception as error:
             package = entry.dist.name if entry.dist else "a package"
             text = f"the extension {entry.value} of {package} could not be loaded: {type(error).__name__}: {error}"
-            warnings.warn(f"{text}; mend or uninstall it", stacklevel=2)
+            warnings.warn(f"{text}; correct or uninstall the package", stacklevel=2)
 
 
 def _line(error: BaseException, path: str) -> str:

@@ -45,7 +45,7 @@ def failure(error: BaseException, function: Any = None) -> str:
     elif function is not None:
         text += f", see {home_of(function)}"
     if isinstance(error, ValueError) and "read-only" in words:
-        text += "; the arrays are the body's own and cannot be written to: work on a copy, such as `position.copy()`"
+        text += "; arrays of a body are read-only, so modify a copy, such as `position.copy()`"
     return text
 
 
@@ -66,7 +66,7 @@ def as_array(found: Any, shape: tuple[int, ...], function: Any) -> np.ndarray:
     try:
         array = np.asarray(found)
     except ValueError:
-        given = "a list of unequal rows"
+        given = "a list of rows of different lengths"
     if found is None:
         given = "None"
     elif not given and array.dtype.kind not in "biuf":

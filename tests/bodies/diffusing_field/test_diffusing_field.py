@@ -215,7 +215,7 @@ OPEN = {"rectangle": {"corner": (0, 0, 0), "first_edge": (1, 0, 0), "second_edge
         (line(window=1.3), {}, r"window: not below 1: to some wave"),
         (line(window=0.0), {}, r"window[\s\S]*greater than 0"),
         (sphere(window=0.6), {}, r"window: windows are for lines"),
-        (line(), {"time": {"end": 1.0}}, r"time.step: is missing: body bar does not move and bounds no step"),
+        (line(), {"time": {"end": 1.0}}, r"time.step: is missing: body bar does not move, so no stable step"),
         (line(nodes=6), {}, r"domain: a stencil has 7 nodes, and the domain 6"),
         (sphere(0), {}, r"domain: a stencil has 21 nodes, and the domain 12"),
         (sphere(radial={"neighbours": 12}), {}, r"radial.neighbours: below 15, the number of polynomials of degree 4"),

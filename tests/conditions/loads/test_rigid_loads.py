@@ -223,7 +223,7 @@ TURNING = {"kind": "steady", "angular_velocity": 1}
         ({"kind": "rigid-force"}, "this load is nothing; give a `force`, a `torque`, or both"),
         ({"kind": "rigid-force", "torque": (1, 0, 0)}, "bodies turn about z alone, not about x"),
         ({"kind": "rigid-force", "force": (0, 0, 1)}, "one cell thick along z, where nothing moves"),
-        ({"kind": "rigid-force", "torque": ["1 N", 0, 0]}, "wanted is"),
+        ({"kind": "rigid-force", "torque": ["1 N", 0, 0]}, "is required"),
         ({"kind": "rigid-spring"}, "this spring has no effect"),
         ({"kind": "rigid-spring", "stiffness": (-1, 0, 0)}, "stiffness has -1, and cannot be negative; use 0 or more"),
         (

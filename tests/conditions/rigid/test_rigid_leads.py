@@ -309,7 +309,7 @@ TURN = {"name": "turn", "rotation": {"z": {"kind": "ramp", "angle": 90, "duratio
         ({"rotation": {}}, "prescribes no direction"),
         ({"part": {"box": {"lower": (3, 3, 0), "upper": (4, 4, 1)}}}, "is rigid: a motion moves it as a whole"),
         ({"displacement": {"z": {"kind": "steady", "velocity": 1.0}}}, "one cell thick along z, where nothing moves"),
-        ({"rotation": {"z": {"kind": "ramp", "angle": "3 m", "duration": 1.0}}}, "wanted is"),
+        ({"rotation": {"z": {"kind": "ramp", "angle": "3 m", "duration": 1.0}}}, "is required"),
         ({"rotation": {"z": {"kind": "steady", "velocity": 3.0}}}, "angular_velocity"),
     ],
 )
@@ -333,7 +333,7 @@ def test_a_torque_is_that_of_a_motion_of_a_rigid_body():
     motion = [{"name": "go", "body": "block", "hold": ["x"]}]
     with pytest.raises(
         (CaseError, ValueError),
-        match=r"`torque` is that of a \[\[motion\]\] on a rigid body, and `go` is none; the case has no such motion",
+        match=r"`torque` requires a \[\[motion\]\] of a rigid body, but `go` is not one; the case has no named motion",
     ):
         case(square() | {"rigid": False}, counts=PLANE, motion=motion, probe=probe)
     case(square(), counts=PLANE, motion=motion, probe=probe)
@@ -342,7 +342,7 @@ def test_a_torque_is_that_of_a_motion_of_a_rigid_body():
 def test_a_torque_of_another_condition_names_the_motions_that_have_one():
     probe = [{"name": "t", "quantity": "torque", "condition": "wall"}]
     motion = [{"name": "go", "body": "block", "hold": ["x"]}]
-    words = "`wall` is none; such motions are go"
+    words = "`wall` is not one; available: go"
     with pytest.raises((CaseError, ValueError), match=words):
         case(square(), counts=PLANE, motion=motion, probe=probe)
 

@@ -142,7 +142,7 @@ def test_steady_states_are_coloured_by_displacement_and_their_curves_go_over_the
     end = np.linalg.norm(hanging.fields("block")["position"] - hanging.fields("block", 0.0)["position"], axis=1).max()
     assert picture.axes[-1].get_ylim()[1] == pytest.approx(end, rel=0.05)
     left = curves.axes[0]
-    assert left.get_xlabel() == "time of the loads [s]"
+    assert left.get_xlabel() == "load time [s]"
     assert {line.get_label() for line in left.lines} == {"strain", "gravity work"}
     (legend,) = curves.legends
     assert "damping\u00a0heat" in legend.get_title().get_text(), "which is below a thousandth of these"
@@ -193,7 +193,7 @@ def test_a_slice_shows_what_lay_beside_a_plane_at_the_start(tmp_path):
 
 def test_a_slice_beside_everything_is_told(tmp_path):
     oocyte = synthetic_oocyte.write(tmp_path / "run", spacing=15.0, instants=2)
-    with pytest.raises(UsageError, match="no point lay in the slice"):
+    with pytest.raises(UsageError, match="slice contains no points"):
         bodies_at(oocyte, Look("bodies", slice=Slice(2, 1.0, 1e-6)))
 
 

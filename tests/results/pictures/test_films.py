@@ -68,5 +68,5 @@ def test_a_small_spot_of_orange_does_not_take_the_red_of_something_large(tmp_pat
 
 
 def test_a_film_needs_pictures(tmp_path):
-    with pytest.raises(ValueError, match="at least one instant"):
+    with pytest.raises(ValueError, match="at least one frame"):
         write_film([], tmp_path / "none.gif")

@@ -36,11 +36,11 @@ def test_the_ring_is_whole_at_an_edge_and_the_legend_hides_no_point(stopped):
 def test_the_limit_and_the_stop_are_in_the_legend(stopped, monkeypatch):
     monkeypatch.setattr(figures, "FIRST_JUDGED", 5)
     figure = figures.energies(stopped)
-    assert {"limit of the warning", "stop"} <= {text.get_text() for text in figure.legends[0].get_texts()}
+    assert {"warning limit", "stop"} <= {text.get_text() for text in figure.legends[0].get_texts()}
     assert not [text for axes in figure.axes for text in axes.texts]
     monkeypatch.setattr(figures, "FIRST_JUDGED", 200)  # not judged yet: no limit
     names = {text.get_text() for text in figures.energies(stopped).legends[0].get_texts()}
-    assert "limit of the warning" not in names
+    assert "warning limit" not in names
 
 
 def test_curves_of_a_single_row_can_be_told_apart(stopped):
@@ -57,7 +57,7 @@ def test_curves_of_a_single_row_can_be_told_apart(stopped):
 def test_the_title_names_the_step_of_the_run_or_of_settling(stopped, monkeypatch):
     assert where_it_stopped(stopped).get_suptitle().startswith("Where the run stopped: step 19, ")
     monkeypatch.setattr(Run, "stopped", stopped.stopped | {"settling_step": 42})
-    assert where_it_stopped(stopped).get_suptitle().startswith("Where the run stopped: step 42 of settling, ")
+    assert where_it_stopped(stopped).get_suptitle().startswith("Where the run stopped: settling step 42, ")
 
 
 def test_the_edge_of_the_grid_is_drawn_about_a_point_that_left_it(stopped, monkeypatch):
@@ -69,7 +69,7 @@ def test_the_edge_of_the_grid_is_drawn_about_a_point_that_left_it(stopped, monke
         (edge,) = figure.axes[1].patches
         assert edge.get_bbox().get_points().tolist() == [[0.0, 0.0], [4.0, 2.0]]
         assert figure.axes[1].get_xlim()[0] < 4.0
-        assert "edge of the grid" in {text.get_text() for text in figure.legends[0].get_texts()}
+        assert "boundary of the grid" in {text.get_text() for text in figure.legends[0].get_texts()}
 
 
 def test_of_energies_stored_before_the_start_the_change_is_shown(stopped):

@@ -16,14 +16,15 @@ def test_validate_and_the_report_state_offsets_and_the_overlap_of_the_start(tmp_
     file.write_text(dumps(case), encoding="utf-8")
     result = CliRunner().invoke(app, ["validate", str(file)])
     assert result.exit_code == 0, result.output
-    assert (
-        "contact: membrane zona touches others 4e-06 m from `surface`, on either side: half of its thickness" in result.stdout
-    )
-    assert "warning: body zona and wall plate start nearer to each other, by 3.7e-06 m" in " ".join(result.stderr.split())
+    assert "contact: faces of membrane zona are 4e-06 m from `surface` on both sides (half the thickness)" in result.stdout
+    assert "warning: body zona and wall plate start 3.7e-06 m closer to each other" in " ".join(result.stderr.split())
     with pytest.warns(UserWarning, match="body zona and wall plate"):
         run = run_case(case, tmp_path / "run", report=False)
     (overlap,) = run.summary["start_overlaps"]
     assert overlap["between"] == ["body zona", "wall plate"]
     page = write_report(run).read_text(encoding="utf-8")
-    assert "thickness 8e-06 m, touches others 4e-06 m from its mid-surface" in page
-    assert "body zona and wall plate: 3.7 × 10<sup>−6</sup> m; this overlap exerts no force until they have come apart" in page
+    assert "thickness 8e-06 m, contact offset 4e-06 m from its mid-surface" in page
+    assert (
+        "body zona and wall plate: 3.7 × 10<sup>−6</sup> m; this overlap exerts no force until the bodies have separated"
+        in page
+    )

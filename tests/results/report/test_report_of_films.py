@@ -13,7 +13,7 @@ def test_only_what_applies_is_told(tmp_path):
     page = unescape((run.out / "report.html").read_text())
     told = page.split("<details>")[0]
     assert "density 1 kg/m²" in told
-    assert "steps of the films' own within steps of the output, to 0.1 s" in told
-    assert "flows between the nodes" in told
-    for word in ("kg/m³", "MUSL", "FLIP", "Courant", "keep theirs", "momentum", "point-steps"):
+    assert "adaptive steps of the films within steps of the output, to 0.1 s" in told
+    assert "flux between the nodes" in told
+    for word in ("kg/m³", "MUSL", "FLIP", "Courant", "constant mass of each point", "momentum", "point-steps"):
         assert word not in told

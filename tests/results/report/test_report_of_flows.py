@@ -46,6 +46,6 @@ def test_what_passed_the_faces_of_the_grid_is_told(tmp_path):
     run = run_case(load(case), tmp_path / "run", threads=1)
     page = write_report(run).read_text()
     assert run.summary["inflow"]["points"] == 40
-    assert "0.08 kg in 40 points came in, 0.08 kg in 40 points went out" in page
+    assert "0.08 kg in 40 points entered, 0.08 kg in 40 points left" in page
     assert "2 × support, 1 × inflow, 1 × outflow" in page
-    assert "solved for in" in page
+    assert "iterations per step on average" in page

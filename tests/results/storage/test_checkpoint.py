@@ -81,7 +81,7 @@ def test_a_damaged_one_is_passed_over(tmp_path, at):
     data = bytearray(newest.read_bytes())
     data[at] ^= 1
     newest.write_bytes(data)
-    with pytest.warns(UserWarning, match="is damaged.*trying the one before"):
+    with pytest.warns(UserWarning, match="is damaged.*the previous one is used"):
         found, numbers = checkpoint.read_latest(tmp_path)
     assert numbers == {"step": 0}
     assert np.array_equal(found["gas/position"], arrays(0)["gas/position"])
@@ -101,7 +101,7 @@ def test_a_cut_off_one_is_passed_over(tmp_path):
 def test_when_all_are_damaged_nothing_is_made_up(tmp_path):
     checkpoint.write(tmp_path, arrays(1), NUMBERS)
     written(tmp_path)[0].write_bytes(b"")
-    with pytest.raises(OutputError, match="every checkpoint"), pytest.warns(UserWarning, match="damaged"):
+    with pytest.raises(OutputError, match="all checkpoints"), pytest.warns(UserWarning, match="damaged"):
         checkpoint.read_latest(tmp_path)
 
 

@@ -142,12 +142,15 @@ def test_a_reaction_is_the_mean_force_since_the_row_before():
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"quantity": "reaction", "body": "gas"}, "`condition` belongs to"),
-        ({"quantity": "pressure"}, "needs the name of a `body`"),
-        ({"quantity": "pressure", "body": "gas", "reduce": "point"}, "give both or neither"),
-        ({"quantity": "pressure", "body": "gas", "condition": "tip"}, "`condition` belongs to"),
-        ({"quantity": "position", "body": "gas", "component": "z", "carried": True}, "`carried` belongs to"),
-        ({"quantity": "position", "body": "gas", "reduce": "point", "at": (0, 0, 0), "carried": True}, "needs a `component`"),
+        ({"quantity": "reaction", "body": "gas"}, "`condition` is required for"),
+        ({"quantity": "pressure"}, "requires a `body`"),
+        ({"quantity": "pressure", "body": "gas", "reduce": "point"}, "add or remove it"),
+        ({"quantity": "pressure", "body": "gas", "condition": "tip"}, "`condition` is required for"),
+        ({"quantity": "position", "body": "gas", "component": "z", "carried": True}, "`carried` is allowed only for"),
+        (
+            {"quantity": "position", "body": "gas", "reduce": "point", "at": (0, 0, 0), "carried": True},
+            "requires a `component`",
+        ),
     ],
 )
 def test_probes_that_make_no_sense(table, words):
@@ -200,5 +203,8 @@ def test_users_see_points_by_their_numbers_and_the_package_as_they_are_stored():
 
 @pytest.mark.parametrize("name", ["mean", "nearest", "pressure"])
 def test_names_that_are_taken_are_refused(name):
-    with forgotten_afterwards(), pytest.raises(ValueError, match=f'"{name}" is taken by'):
+    with (
+        forgotten_afterwards(),
+        pytest.raises(ValueError, match=f'"{name}" (is already registered by|is reserved|has the name)'),
+    ):
         quantity(name, unit="m", meaning="") if name == "pressure" else reduction(name)(lambda values: 0.0)

@@ -17,7 +17,7 @@ def begin(path):
 
 def test_a_folder_below_a_file_is_a_bad_argument(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(UsageError, match=r"cannot write results to .*sub: Not a directory\n.*name a folder"):
+    with pytest.raises(UsageError, match=r"cannot write results to .*sub: Not a directory\n.*Set `--out` to a writable folder"):
         begin(tmp_path / "file/sub")
 
 
@@ -34,9 +34,14 @@ def test_a_folder_that_cannot_be_made_is_a_bad_argument(code, tmp_path, monkeypa
 
 @pytest.mark.parametrize(
     ("code", "remedy"),
-    [(errno.ENOSPC, "make room"), (errno.EDQUOT, "make room"), (errno.EFBIG, "make room"), (errno.EIO, "mend this")],
+    [
+        (errno.ENOSPC, "Free disk space"),
+        (errno.EDQUOT, "Free disk space"),
+        (errno.EFBIG, "Free disk space"),
+        (errno.EIO, "Correct the cause"),
+    ],
 )
 def test_a_full_or_failing_disk_stops_the_run(code, remedy, tmp_path):
-    with pytest.raises(OutputError, match=f"{remedy} and start again") as caught, explained(tmp_path):
+    with pytest.raises(OutputError, match=f"{remedy}, then start the run again") as caught, explained(tmp_path):
         raise OSError(code, os.strerror(code))
     assert caught.value.exit_status == 3

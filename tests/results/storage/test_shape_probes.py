@@ -65,6 +65,6 @@ def test_what_has_no_surface_is_refused():
     block = '[[body]]\nname = "block"\nshape = { box = { lower = [0, 0, 0], upper = [1, 1, 1] } }\nfield = "own"\n'
     block += 'material = { kind = "neo-hookean", density = 1, young_modulus = 1, poisson_ratio = 0.3 }\n'
     grid = "[grid]\nlower = [0, 0, 0]\nupper = [4, 4, 4]\ncell = 0.5\n"
-    with pytest.raises(CaseError, match="body block has no surface of triangles, of which enclosed_volume tells"):
+    with pytest.raises(CaseError, match="enclosed_volume requires a surface of triangles, which body block does not have"):
         probed(CELL + grid + block, ("block", 'quantity = "enclosed_volume"'))
     assert probed(CELL + grid + block, ("block", 'quantity = "extent"\ncomponent = "x"'))[0] == pytest.approx(0.75)

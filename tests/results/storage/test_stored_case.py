@@ -53,13 +53,13 @@ def test_results_are_read_without_the_extension_and_resume_names_it(folder: Path
     assert len(run.cells("block").points) == 32
     assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
     assert "neo hookean" in (finished / "report.html").read_text(encoding="utf-8")
-    with pytest.raises(CaseError, match=r"extensions.0 = .*\n.*cannot read it: No such file"):
+    with pytest.raises(CaseError, match=r"extensions.0 = .*\n.*the file cannot be read: No such file"):
         _ = run.case
     before = (finished / "history.csv").read_bytes()
     message = told(2, "resume", "out")
-    assert "the run in out cannot go on, because its case can no longer be read" in message
-    assert f"{folder / 'mine.py'} is missing: put it back" in message
-    assert "its results can be read all the same, with `pellucid report out`" in message
+    assert "The run in out cannot continue, because its case can no longer be read" in message
+    assert f"The file {folder / 'mine.py'} is missing. Restore it." in message
+    assert "Its results can still be read with `pellucid report out`" in message
     assert (finished / "history.csv").read_bytes() == before
     write(folder)
     assert resume_case("out", until=0.004, report=False).history["time"][-1] == pytest.approx(0.004)
@@ -72,7 +72,7 @@ def test_results_are_read_without_the_script_and_resume_names_it(folder: Path) -
     assert len(Run(run_a_little("plain.toml")).times("block")) == 4
     message = told(2, "resume", "out")
     for name in ("push", "shear", "glide", "middle", "speed"):
-        assert f'"{name}" was registered by {script}, which the case does not name under `extensions`' in message
-    assert 'import it in a script that calls `pellucid.resume("out")`' in message
+        assert f'"{name}" was registered by {script}, which is not listed in `extensions` of the case' in message
+    assert 'Import it in a script that calls `pellucid.resume("out")`' in message
     extensions.load_file(script)
     assert resume_case("out", until=0.004, report=False).history["time"][-1] == pytest.approx(0.004)

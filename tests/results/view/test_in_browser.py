@@ -179,6 +179,6 @@ def test_says_where_nothing_can_be_drawn(driver, page):
         assert time.monotonic() < deadline
         time.sleep(0.02)
     text = driver.find_element("css selector", ".pellucid-view").text
-    assert "has no WebGL 2" in text
+    assert "requires WebGL 2" in text
     assert "Figures follow." in text
     assert not driver.find_elements("css selector", ".stage, .row")

@@ -123,8 +123,8 @@ def test_many_points_are_thinned_and_this_is_told(run, monkeypatch):
             assert body == before, "small bodies are whole, with their cells"
         else:
             assert body["radius"] > before["radius"]
-            words = f"points of {body['name']}, drawn by lot, without the cells between them"
-            notes.append(f"Shown are {kept} of {size} {words}")
+            words = f"points of {body['name']} are shown, chosen at random, without cells"
+            notes.append(f"{kept} of {size} {words}")
     assert told["notes"] == notes
     assert sum(scene.shares(sizes)) == 200
     monkeypatch.setattr(scene, "MOST_POINTS", 380)
@@ -139,7 +139,7 @@ def test_instants_are_thinned_to_the_budget_and_this_is_told(run):
     assert len(found.packed) <= budget
     assert 2 <= len(found.told["times"]) < len(TIMES)
     assert found.told["times"][-1] == TIMES[-1]
-    assert found.told["notes"] == [f"Shown are {len(found.told['times'])} of 5 recorded instants"]
+    assert found.told["notes"] == [f"{len(found.told['times'])} of 5 recorded frames are shown"]
     assert len(scene_of(run, 1).told["times"]) == 2
 
 

@@ -97,9 +97,9 @@ def test_the_size_goes_with_the_points():
     ("each", "words"),
     [
         (None, UNKNOWN),
-        (Pace(0.01, 0.01), "time: about 2.0 s on this machine, without set-up, compilation and report"),
-        (Pace(0.01, 0.02), "time: about 2.8 s on this machine, without set-up, compilation and report"),
-        (Pace(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, without set-up, compilation and report"),
+        (Pace(0.01, 0.01), "time: about 2.0 s on this machine, excluding set-up, compilation and report"),
+        (Pace(0.01, 0.02), "time: about 2.8 s on this machine, excluding set-up, compilation and report"),
+        (Pace(0.01, 0.1), "time: between 2.0 s and 20.0 s on this machine, excluding set-up, compilation and report"),
     ],
 )
 def test_steps_and_time_are_said_in_two_lines(each, words):
@@ -110,7 +110,7 @@ def test_steps_and_time_are_said_in_two_lines(each, words):
 
 def test_of_a_relaxation_the_time_of_a_step_is_told():
     steps, time = lines(block(10), Foretold(float("nan"), float("nan"), "steady states"), Pace(4e-3, 4e-3))
-    assert (steps, time) == ("steps: steady states", "time: about 4 ms a step on this machine")
+    assert (steps, time) == ("steps: steady states", "time: about 4 ms per step on this machine")
 
 
 def test_what_was_not_known_is_told_after_a_second(monkeypatch):
@@ -130,4 +130,4 @@ def test_what_was_not_known_is_told_after_a_second(monkeypatch):
     for step in range(12):
         now[0] = 0.2 * step
         progress.update(step=step, time=0.1 * step, dt=0.1, points=1, energy_error=0.0)
-    assert notes.texts == ["time: about 19.0 s left, estimated from the first 5 steps"]
+    assert notes.texts == ["time: about 19.0 s remaining, estimated from the first 5 steps"]

@@ -54,7 +54,7 @@ def test_as_many_steps_are_taken_as_were_foretold(name):
         ("a solid", r"^limited by body `block` \(wave\): wave speed 3.669 m/s in cells of 1 m; time.courant = 0.4"),
         ("a solid that flies", r"\(motion\): speed 5 m/s through cells of 1 m"),
         ("a viscous gas", r"\(viscous\): kinematic viscosity 13.3 m2/s in cells of 1 m"),
-        ("a fixed step", r"^time.step is 0.037 of the stable step, which body `block` limits: wave"),
+        ("a fixed step", r"^time.step is 0.037 of the stable step of body `block`: wave"),
         ("under gravity", r"an object falling from rest crosses a cell in 0.0447 s"),
         ("membrane points", r"body `sheet` \(membrane\): in-plane wave speed 33.15 m/s in cells of 0.25 m"),
         ("quadrilaterals", r"\(membrane\): in-plane wave speed 33.15 m/s, smallest effective element size 0.118 m"),

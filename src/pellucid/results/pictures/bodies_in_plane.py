@@ -37,7 +37,7 @@ def profiles(run: Run, axis: int) -> Figure:
     names = [body.name for body in run.stored.bodies]
     bodies = {name: _thinned(run.fields(name)) for name in names}
     wanted = [field for field in PROFILES if all(field in fields for fields in bodies.values())]
-    component, title = "xyz"[axis], f"Every point at t = {run.times(names[0])[-1]:.4g} s"
+    component, title = "xyz"[axis], f"All points at t = {run.times(names[0])[-1]:.4g} s"
     figure, grid = new_panels(2, 2, sharex=True, height=5.6, title=title)
     for axes, field in zip(grid.flat, wanted, strict=False):
         for name, colour in zip(names, COLOURS * len(names), strict=False):
@@ -69,7 +69,7 @@ class PlaneStage:
         skins = [self._skin(name, float(time)) for name in self._skins for time in times]
         paper = np.concatenate([*(place for place, _ in states), *skins])
         if not len(paper):
-            raise UsageError("no point lay in the slice: put it elsewhere, or make it thicker")
+            raise UsageError("The slice contains no points.\n    Move it, or set a larger `thickness`.")
         low, high = paper.min(axis=0), paper.max(axis=0)
         margin = 0.04 * (high - low).max()
         corners: tuple[np.ndarray, np.ndarray] = look.window or (low - margin, high + margin)

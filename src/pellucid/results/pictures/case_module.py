@@ -33,7 +33,7 @@ def drawn(run: Run, figure: "Figure | Callable[[], Figure]") -> "Figure | None":
 
 
 def _warn(run: Run, kind: str, error: Exception) -> None:
-    warnings.warn(f"the {kind} of {run.stored.id} do not apply to this run: {error}", stacklevel=3)
+    warnings.warn(f"the {kind} of {run.stored.id} could not be drawn for this run: {error}", stacklevel=3)
 
 
 @contextmanager

@@ -71,7 +71,7 @@ class CurveStage:
                     axes.quiver(x, y, *arrows.T, angles="xy", scale_units="xy", scale=1.0, width=0.004, color="#334", zorder=3)
         axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
         axes.grid(False)
-        axes.set_title(f"t = {time:.4g} s\nfastest {fastest:.3g} m/s")
+        axes.set_title(f"t = {time:.4g} s\nlargest speed {fastest:.3g} m/s")
         around = self._planes[0] == [0, 2]
         label(axes, "r" if around else "x", "z" if around else "y", "m", "m")
         axes.label_outer()

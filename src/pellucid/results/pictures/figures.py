@@ -146,19 +146,19 @@ def energies(run: Run) -> Figure:
     label(left, _time(run), "energy", "s", "J")
     right.plot(times, 100.0 * run.history["energy_error"], _line(run), color="black", linewidth=1.0)
     right.axhline(0.0, color="#889", linewidth=0.8)
-    label(right, _time(run), "error of the balance", "s", "%")
+    label(right, _time(run), "error of the energy balance", "s", "%")
     largest = 100.0 * float(np.nanmax(np.abs(run.history["energy_error"]), initial=0.0))
     warn = 100.0 * run.stored.energy.warn
     if largest > 0.3 * warn:
         judged = times[min(int(np.searchsorted(run.history["step"], FIRST_JUDGED)), len(times) - 1) :]
         if judged[0] < times[-1]:
-            line = {"color": "#D55E00", "linestyle": "--", "linewidth": 1.0, "label": "limit of the warning"}
+            line = {"color": "#D55E00", "linestyle": "--", "linewidth": 1.0, "label": "warning limit"}
             right.hlines([-warn, warn], judged[0], times[-1], **line)
     if left.lines or right.collections:
         legend = figure.legend(loc="outside lower center", ncols=5)
         if small:
             entries = ", ".join(f"{words} {largest:.1g} J".replace(" ", "\u00a0") for words, largest in small.items())
-            legend.set_title(fill(f"too small to show, at most: {entries}", 120))
+            legend.set_title(fill(f"not shown (largest values): {entries}", 120))
     return figure
 
 
@@ -209,7 +209,7 @@ def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None
 
 def _time(run: Run) -> str:
     """Return the label of the time of a history."""
-    return "time of the loads" if run.stored.steady else "time"
+    return "load time" if run.stored.steady else "time"
 
 
 def _line(run: Run, number: int = 0) -> str:

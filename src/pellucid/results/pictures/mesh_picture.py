@@ -49,9 +49,9 @@ def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> 
             show(axes, render(drawn, camera), camera)
             scale_bar(axes, camera)
             corner_words(axes, "", word)
-        colour_bar(figure, "shape (1 regular, 0 flat)", (0.0, 1.0, "neither"), SEQUENTIAL)
-        marks = [] if is_solid else ["orange: from the inner side"]
-        figure.suptitle(" · ".join([title, *["red: sides of one element"] * bool(len(views[0].rim)), *marks]))
+        colour_bar(figure, "element quality (1 regular, 0 degenerate)", (0.0, 1.0, "neither"), SEQUENTIAL)
+        marks = [] if is_solid else ["orange: inner side"]
+        figure.suptitle(" · ".join([title, *["red: boundary edges (one element)"] * bool(len(views[0].rim)), *marks]))
     return figure
 
 

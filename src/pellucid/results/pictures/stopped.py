@@ -75,7 +75,7 @@ def _edge_of(axes: Axes, grid: GridCase, view: tuple[int, int], place: np.ndarra
     low, high = (np.array(corner)[list(view)] for corner in (grid.lower, grid.extent_upper()))
     if np.any(np.abs(np.stack((low, high)) - place[list(view)]) < reach):
         (x, y), (width, height) = low, high - low
-        edge = Rectangle((x, y), width, height, fill=False, edgecolor="black", linewidth=1.2, label="edge of the grid")
+        edge = Rectangle((x, y), width, height, fill=False, edgecolor="black", linewidth=1.2, label="boundary of the grid")
         axes.add_patch(edge)
 
 
@@ -112,9 +112,9 @@ def mark_stop(run: Run, axes: Axes, name: str = "") -> None:
 
 
 def _instant(failure: dict[str, Any]) -> str:
-    return f"step {failure['settling_step']} of settling" if "settling_step" in failure else f"step {failure['step']}"
+    return f"settling step {failure['settling_step']}" if "settling_step" in failure else f"step {failure['step']}"
 
 
 def _named(failure: dict[str, Any]) -> str:
     what = [f"{word} {failure[word]}" for word in ("point", "node") if word in failure]
-    return " of ".join([*what, *([str(failure["body"])] if "body" in failure else [])]) or "no point is known"
+    return " of ".join([*what, *([str(failure["body"])] if "body" in failure else [])]) or "place unknown"

@@ -32,7 +32,7 @@ def facts(run: Run) -> str:
         "points": ("nodes" if alone else "points", lambda value: f"{value:,}".replace(",", "\u202f")),
         "steps": ("steps of the clock" if alone else "steps", lambda value: f"{value:,}".replace(",", "\u202f")),
         "end_time": ("simulated time", lambda value: f"{number(value)} s"),
-        "wall_seconds": ("wall time of the steps", lambda value: f"{number(value, 3)} s"),
+        "wall_seconds": ("wall-clock time of the steps", lambda value: f"{number(value, 3)} s"),
         "point_steps_per_second": ("point-steps per second", lambda value: f"{number(value / 1e6, 3)} million"),
         "threads": ("threads", str),
         "version": ("pellucid", lambda value: escape(value) + (f" <small>({escape(commit)})</small>" if commit else "")),
@@ -47,7 +47,7 @@ def _badge(run: Run) -> str:
     metrics = run.metrics.values()
     passed = sum(metric.passed for metric in metrics)
     if run.stopped:
-        return '<p class="badge fail">the run stopped itself</p>'
+        return '<p class="badge fail">the run stopped with an error</p>'
     if not metrics:
         return ""
     if passed == len(metrics):
@@ -64,10 +64,10 @@ def _ending(run: Run) -> str:
     if run.stopped:
         text = escape(run.stopped["message"]).replace("\n", "<br>")
         kept = any(run.folder.checkpoint.glob("*.npz"))
-        where = "from its last checkpoint" if kept else "from its start, as it has no checkpoint"
-        why = f"{text}<br>{resume} takes it up {where}; <code>--set</code> gives it another step or limit."
+        where = "from its last checkpoint" if kept else "from its start, because it has no checkpoint"
+        why = f"{text}<br>{resume} continues the run {where}; <code>--set</code> changes its step or limits."
     elif run.folder.ended:
-        why = f"Stopped early, at {at} s of {end} s: nothing is judged yet."
+        why = f"Stopped early, at {at} s of {end} s; checks are not evaluated yet."
     else:
-        why = f"Interrupted or killed, after {at} s of {end} s: nothing is judged yet. {resume} goes on with it."
+        why = f"Interrupted or killed at {at} s of {end} s; checks are not evaluated yet. {resume} continues the run."
     return f'<p class="note">{why}</p>'

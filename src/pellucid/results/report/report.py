@@ -27,22 +27,21 @@ from pellucid.results.view.page import view_of
 from pellucid.state import FIELDS
 from pellucid.system.processes import Helper
 
-WITH_RING = "The state in which the run stopped itself; a ring marks the point, and at larger scale."
+WITH_RING = "The state at which the run stopped with an error; the ring marks the point, also in the enlarged view."
 CAPTIONS = {
-    "where_it_stopped": "The state in which the run stopped itself.",
-    "energies": "The energy balance and its error, relative to what is at stake. What contact and transfers, which can only "
-    "take energy, have given counts as an error too, so that swings of their sums about zero show on one side only.",
+    "where_it_stopped": "The state at which the run stopped with an error.",
+    "energies": "The energy balance and its relative error. Energy added by contact or transfers, which should only dissipate, "
+    "also counts as an error.",
     "momentum": "Total momentum.",
-    "probes": "The probes of the case.",
-    "conditions": "Contents of membranes and points through open faces, as far as they change and no other curve shows them.",
-    "bodies_displacement": "The bodies, coloured by how far they are from where they began.",
-    "bodies_displacement_inside": "Solids cut open through the middle of the largest, coloured by how far they have moved.",
-    "bodies_speed": "The bodies, coloured by speed.",
-    "bodies_load": "The bodies, coloured by pressure (fluids), von Mises' equivalent stress (solids) or density in the surface "
-    "(fluid films).",
-    "bodies_speed_inside": "Solids cut open through the middle of the largest, coloured by speed.",
-    "bodies_load_inside": "Solids cut open through the middle of the largest, coloured by von Mises' equivalent stress.",
-    "profiles_of_points": "Every point at the end.",
+    "probes": "Probes of the case.",
+    "conditions": "Contents of enclosed volumes and points through open faces, if they change and no other figure shows them.",
+    "bodies_displacement": "Bodies, coloured by displacement.",
+    "bodies_displacement_inside": "Solids, cut open through the centre of the largest, coloured by displacement.",
+    "bodies_speed": "Bodies, coloured by speed.",
+    "bodies_load": "Bodies, coloured by pressure (fluids), von Mises equivalent stress (solids) or areal density (films).",
+    "bodies_speed_inside": "Solids, cut open through the centre of the largest, coloured by speed.",
+    "bodies_load_inside": "Solids, cut open through the centre of the largest, coloured by von Mises equivalent stress.",
+    "profiles_of_points": "All points at the end.",
 }
 
 
@@ -76,13 +75,13 @@ def draw_report(
     with noticed(notices):
         view = view_of(run, len(pictures), "The figures below show the run.")
     for text in notices:
-        progress.message(f"left out of the report: {text}")
+        progress.message(f"not included in the report: {text}")
     sections = [
         head,
-        *(f'<p class="note">Left out: {escape(text)}.</p>' for text in notices),
+        *(f'<p class="note">Not included: {escape(text)}.</p>' for text in notices),
         facts_of_run,
         section("Checks", metrics_table(run.metrics)) if run.metrics else "",
-        section(f"Checks of the run beside, {beside.out.name}", metrics_table(beside.metrics))
+        section(f"Checks of the other run, {beside.out.name}", metrics_table(beside.metrics))
         if beside and beside.metrics
         else "",
         section("View", view) if view else "",
@@ -135,12 +134,12 @@ def _balance(run: Run) -> str:
         shown = (values[0], values[-1], values[-1] - values[0], np.nanmax(np.abs(values)))
         return [name.replace("_", " "), *(number(float(value), padded=True) for value in shown)]
 
-    head = ("entry", "start [J]", "end [J]", "change [J]", "largest size [J]")
+    head = ("entry", "start [J]", "end [J]", "change [J]", "largest absolute value [J]")
     error, limits = run.history["energy_error"], run.stored.energy
     verdict = (
         f"<p>Relative error of the energy balance: <strong>{number(float(error[-1]), 3)}</strong> at the end, at most "
-        f"{number(float(np.nanmax(np.abs(error))), 3)} on the way (warning above {number(limits.warn)}, stop above "
-        f"{number(limits.stop)}; in the first steps, when hardly any energy has moved, it says little).</p>"
+        f"{number(float(np.nanmax(np.abs(error))), 3)} during the run (warning above {number(limits.warn)}, stop above "
+        f"{number(limits.stop)}; it is not meaningful in the first steps, when the exchanged energy is small).</p>"
     )
     moving = [name for name in figures.energy_columns(run) if np.any(run.history[name] != 0.0)]
     return table_of(head, map(row, moving), "numbers") + verdict
@@ -151,11 +150,11 @@ def _conservation(run: Run) -> str:
         return "not finite" if error is None else number(error, 3)
 
     has_films = any(map(is_film, run.stored.bodies))
-    kept = "what flows between the nodes of films adds up" if has_films else "the points keep theirs"
+    kept = "flux between the nodes of films is conservative" if has_films else "constant mass of each point"
     remarks = {
         "mass": _passed(run.summary) or kept,
-        "momentum": "beyond the impulses from outside, over the largest sum of m|v|, or the sizes of these added up if larger",
-        "angular_momentum": "about the common centre of mass at the start, over the largest sum of m|r||v|",
+        "momentum": "change minus external impulse, divided by the largest sum of m|v| or the sum of external impulses",
+        "angular_momentum": "about the initial common centre of mass, divided by the largest sum of m|r||v|",
         "energy": "of the energy balance at the end",
     }
     left_out = {"momentum"} if are_films_alone(run.stored) else set()  # they have no inertia
@@ -166,7 +165,7 @@ def _conservation(run: Run) -> str:
 
 def _passed(summary: Mapping[str, Any]) -> str:
     """Summarize mass and points that crossed the faces of the grid."""
-    ways = {"inflow": "came in", "outflow": "went out"}
+    ways = {"inflow": "entered", "outflow": "left"}
     passed = [(summary[way], words) for way, words in ways.items() if way in summary]
     return ", ".join(f"{number(counts['mass'])} kg in {counts['points']} points {words}" for counts, words in passed)
 
@@ -177,7 +176,7 @@ def _case(run: Run) -> str:
         *([_grid_row(case.grid)] if case.grid else []),
         _analysis_row(case),
         *([f"body <em>{escape(body.name)}</em>", escape(_words(body))] for body in case.bodies),
-        *([["besides", escape(", ".join(f"{n} × {kind}" for kind, n in case.others.items()))]] if case.others else []),
+        *([["other entries", escape(", ".join(f"{n} × {kind}" for kind, n in case.others.items()))]] if case.others else []),
         *_start_overlap_rows(run),
         *_viscosity_rows(run),
     ]
@@ -191,11 +190,9 @@ def _start_overlap_rows(run: Run) -> list[list[str]]:
     rows = []
     for overlap in run.so_far.get("start_overlaps", ()):
         depth = f"{number(overlap['depth'])} m"
-        text = f"{depth}; this overlap exerts no force until they have come apart once: contact acts {depth} later"
+        text = f"{depth}; this overlap exerts no force until the bodies have separated once, so contact starts {depth} late"
         if len(overlap["between"]) == 1:
-            text = (
-                f"parts of it, by up to {depth}; the overlap of a point exerts no force until the point has come out of it once"
-            )
+            text = f"self-overlap of up to {depth}; it exerts no force on a point until the point has separated once"
         rows.append(["overlap at the start", f"{escape(' and '.join(overlap['between']))}: {text}"])
     return rows
 
@@ -203,8 +200,8 @@ def _start_overlap_rows(run: Run) -> list[list[str]]:
 def _viscosity_rows(run: Run) -> list[list[str]]:
     """Return table rows with the iterations of the implicit viscosity of each velocity field."""
     solved = run.summary.get("implicit_viscosity", {}) if run.folder.ended else {}
-    words = "solved for in {rounds_mean:.1f} rounds on the mean, {rounds_largest} at most"
-    return [[f"viscosity, field <em>{escape(field)}</em>", words.format(**found)] for field, found in solved.items()]
+    words = "{rounds_mean:.1f} iterations per step on average, at most {rounds_largest}"
+    return [[f"implicit viscosity, field <em>{escape(field)}</em>", words.format(**found)] for field, found in solved.items()]
 
 
 def _analysis_row(case: StoredCase) -> list[str]:
@@ -213,7 +210,7 @@ def _analysis_row(case: StoredCase) -> list[str]:
         return ["steady states", f"{steps} to {number(case.time.end)} s, tolerance {number(case.steady.tolerance)}"]
     fixed = f"fixed at {number(case.time.step)} s" if case.time.step else ""
     if are_films_alone(case):
-        step = f"steps of the films' own within steps {fixed or 'of the output'}"
+        step = f"adaptive steps of the films within steps {fixed or 'of the output'}"
     else:
         step = f"step {fixed}" if fixed else f"step Courant number {number(case.time.courant)}"
     order = f"{case.time.scheme.upper()}, {case.time.transfer.upper()} transfer, " if case.grid else ""
@@ -232,4 +229,4 @@ def _words(body: StoredBody) -> str:
     text = ", ".join(filter(None, words)).replace("-", " ")
     if body.thickness is None or body.contact_offset is None:
         return text
-    return f"{text}, thickness {body.thickness:.4g} m, touches others {body.contact_offset:.4g} m from its mid-surface"
+    return f"{text}, thickness {body.thickness:.4g} m, contact offset {body.contact_offset:.4g} m from its mid-surface"

@@ -110,15 +110,16 @@ def read_latest(folder: Path, say: Callable[[str], object] = warnings.warn) -> t
             numbers = json.loads(arrays.pop(_NUMBERS).tobytes())
         except OSError as error:
             reason = error.strerror or str(error)
-            raise OutputError(f"cannot read {path}: {reason}\n    it may be whole: mend this, then go on") from error
+            text = f"cannot read the checkpoint {path}: {reason}"
+            raise OutputError(f"{text}\n    The file itself may be intact. Correct the cause, then resume the run.") from error
         except (ValueError, KeyError) as error:
-            say(f"the checkpoint {path} is damaged ({error}); trying the one before")
+            say(f"the checkpoint {path} is damaged ({error}); the previous one is used")
             with suppress(OSError):
                 path.rename(path.with_suffix(DAMAGED))
             continue
         return arrays, numbers
     if found:
-        raise OutputError(f"every checkpoint in {folder} is damaged; the run must be started again")
+        raise OutputError(f"all checkpoints in {folder} are damaged\n    Start the run again.")
     return None
 
 
@@ -136,7 +137,7 @@ def _names_in(parts: Sequence[Path]) -> list[str]:
     for part in parts:
         found = _PART.fullmatch(part.name)
         if found is None or not part.is_file():
-            raise ValueError(f"its part {part.name} is missing")
+            raise ValueError(f"the file {part.name} is missing")
         _check(part, found[2])
     if not parts:
         return []
@@ -146,7 +147,7 @@ def _names_in(parts: Sequence[Path]) -> list[str]:
 
 def _check(path: Path, digest: str) -> None:
     if _digest(path) != digest:
-        raise ValueError("its bytes do not match its checksum")
+        raise ValueError("the checksum does not match")
 
 
 def files(folder: Path) -> list[Path]:

@@ -72,7 +72,7 @@ def usable(folder: Path) -> Iterator[None]:
         if error.errno not in UNFIT:
             raise
         reason = f"cannot write results to {folder}: {error.strerror}"
-        raise UsageError(f"{reason}\n    name a folder that you may write to, with `--out`") from error
+        raise UsageError(f"{reason}\n    Set `--out` to a writable folder.") from error
 
 
 @contextmanager
@@ -84,10 +84,10 @@ def explained(folder: Path) -> Iterator[None]:
         reason = error.strerror or str(error) or type(error).__name__
         checkpoints = folder / "checkpoint"
         kept = any(checkpoints.glob("*.npz")) if checkpoints.is_dir() else False
-        mend = "make room" if error.errno in FULL else "mend this"
+        mend = "Free disk space" if error.errno in FULL else "Correct the cause"
         remedy = (
-            f"the earlier checkpoints are intact: {mend}, then `pellucid resume {folder}` goes on from the last one"
+            f"The earlier checkpoints are intact. {mend}, then run `pellucid resume {folder}` to continue."
             if kept
-            else f"no checkpoint had been written yet: {mend} and start again"
+            else f"No checkpoint was written yet. {mend}, then start the run again."
         )
         raise OutputError(f"cannot write the results to {folder}: {reason}\n    {remedy}") from error

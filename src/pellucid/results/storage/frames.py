@@ -70,7 +70,7 @@ def first(path: Path, count: int) -> list[bytes]:
     """The digests of the first `count` frames."""
     places = _layout(path)
     if places.frames < count:
-        raise OutputError(f"{path} has fewer than the {count} frames that its checkpoint counts: it was changed")
+        raise OutputError(f"{path} was changed: it has fewer than the {count} frames of its checkpoint")
     with path.open("rb") as file:
         return [_digest(_read_part(file, *part) for part in _parts(places, index)) for index in range(count)]
 
@@ -78,7 +78,7 @@ def first(path: Path, count: int) -> list[bytes]:
 def cut(path: Path, count: int) -> None:
     """Keep the first `count` frames; the resumed run writes the others again."""
     if len(times(path)) < count:
-        raise OutputError(f"{path} has fewer than the {count} frames that its checkpoint counts: it was changed")
+        raise OutputError(f"{path} was changed: it has fewer than the {count} frames of its checkpoint")
     with counting(path, count):
         pass
     sync(path)
@@ -103,7 +103,7 @@ def read(path: Path, index: int, names: Collection[str] | None = None) -> dict[s
         root = file["VTKHDF"]
         n, count = int(root["NumberOfPoints"][0]), len(root["Steps/Values"])
         if not -count <= index < count:
-            raise NoFrame(f"{path} has {count} frames; there is no frame {index}")
+            raise NoFrame(f"{path} has {count} frames; frame {index} does not exist")
         frame = {}
         data = root["PointData"]
         for name in data if names is None else [name for name in names if name in data]:
@@ -175,5 +175,5 @@ def _whole(path: Path) -> Iterator[None]:
 
 def _existing(path: Path) -> Path:
     if not path.is_file():
-        raise OutputError(f"there are no fields at {path}")
+        raise OutputError(f"{path} does not exist")
     return path

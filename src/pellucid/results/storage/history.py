@@ -46,7 +46,7 @@ def cut(path: Path, rows: int) -> None:
 def _kept(path: Path, rows: int) -> list[bytes]:
     lines = path.read_bytes().splitlines(keepends=True)[: HEADER_ROWS + rows]
     if len(lines) < HEADER_ROWS + rows or not lines[-1].endswith(b"\n"):
-        raise OutputError(f"{path} has fewer than the {rows} rows that its checkpoint counts: it was changed")
+        raise OutputError(f"{path} was changed: it has fewer than the {rows} rows of its checkpoint")
     return lines
 
 
@@ -68,8 +68,8 @@ def read_units(path: Path) -> dict[str, str]:
 
 def _lines(path: Path) -> tuple[list[str], list[str], list[str]]:
     if not path.is_file():
-        raise OutputError(f"there is no history in {path.parent}")
+        raise OutputError(f"{path.parent} contains no history")
     *lines, _unfinished = path.read_text(encoding="utf-8", errors="replace").split("\n")
     if len(lines) < HEADER_ROWS or not lines[1].startswith("#"):
-        raise OutputError(f"{path} does not begin with a row of names and a row of units")
+        raise OutputError(f"{path} does not start with a row of names and a row of units")
     return lines[0].split(","), lines[1][1:].split(","), lines[HEADER_ROWS:]

@@ -37,10 +37,10 @@ def identity(case: "Case", bodies: Sequence[Any], start: str) -> dict[str, Any]:
 def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
     """Raise `UsageError` that says what differs, where a run began with another case or another version."""
     if not kept:
-        _refuse(folder, ["its checkpoint was written by an earlier version of pellucid"])
+        _refuse(folder, ["the checkpoint was written by an earlier version of pellucid"])
     if kept["version"] != package_release():
-        _refuse(folder, [f"it was begun by pellucid {kept['version']}, and this is {package_release()}"])
-    _refuse(folder, _differences(kept["case"], _fixed(case)), "put the old values back to go on, or start a new run")
+        _refuse(folder, [f"the run was started with pellucid {kept['version']}, but this is version {package_release()}"])
+    _refuse(folder, _differences(kept["case"], _fixed(case)), "Restore the old values to continue, or start a new run.")
 
 
 def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
@@ -49,9 +49,9 @@ def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
     new = case.with_settings(settings)
     differences = _differences(_fixed(case), _fixed(new))
     if differences:
-        text = "\n    ".join(["a run goes on with its own bodies and conditions, but", *differences[:MOST_SHOWN]])
+        text = "\n    ".join(["A run can only continue with the same bodies and conditions:", *differences[:MOST_SHOWN]])
         free = ", ".join(key for key in MAY_CHANGE if key not in TEXTS)
-        raise UsageError(f"{text}\n    what may change is {free}; start a new run for anything else")
+        raise UsageError(f"{text}\n    Only {free} may change. Start a new run for other changes.")
     return new
 
 
@@ -64,20 +64,20 @@ def with_pictures(case: "Case", other: "Case") -> "Case":
 def check_start(folder: Path, start: Start, kept: Mapping[str, Any]) -> None:
     """Raise `UsageError` where the state that a run began from is another now: regions are chosen in it."""
     if start_digest(start) != kept["start"]:
-        _refuse(folder, ["the state of the earlier run from which it began (start.path) is another now"])
+        _refuse(folder, ["the earlier run that provides the initial state (start.path) has changed"])
 
 
 def check_bodies(folder: Path, bodies: Sequence[Any], kept: Mapping[str, Any]) -> None:
     """Raise `UsageError` where bodies have other numbers of points than in a checkpoint."""
     before, now = kept["points"], {body.name: body.n_points for body in bodies}
     changed = [name for name in now if before.get(name) != now[name]]
-    _refuse(folder, [f"body {name} had {before.get(name)} points and has {now[name]}" for name in changed])
+    _refuse(folder, [f"body {name} had {before.get(name)} points and now has {now[name]}" for name in changed])
 
 
-def _refuse(folder: Path, differences: Sequence[str], remedy: str = "start a new run") -> None:
+def _refuse(folder: Path, differences: Sequence[str], remedy: str = "Start a new run.") -> None:
     if differences:
         more = len(differences) - MOST_SHOWN
-        lines = [f"the run in {folder} cannot go on, because it is not what it was", *differences[:MOST_SHOWN]]
+        lines = [f"The run in {folder} cannot continue, because its case has changed:", *differences[:MOST_SHOWN]]
         raise UsageError("\n    ".join([*lines, *([f"and {more} more differences"] if more > 0 else []), remedy]))
 
 
@@ -114,7 +114,7 @@ def _differences(before: Any, now: Any, place: str = "") -> list[str]:
     elif before == now:
         return []
     else:
-        return [f"{place} was {told(before)} and is {told(now)}"]
+        return [f"{place} was {told(before)} and is now {told(now)}"]
     return [text for name, old, new in inner for text in _differences(old, new, f"{place}.{name}".lstrip("."))]
 
 
@@ -124,4 +124,4 @@ def _name(item: Any, number: int) -> str:
 
 def told(value: Any) -> str:
     """A value of a case for a message; None for a key that is not there."""
-    return "not there" if value is None else shown(value)
+    return "not set" if value is None else shown(value)

@@ -78,9 +78,11 @@ def _take(handle: int, folder: Path) -> None:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         text = f"{_owner(handle)} is writing to {folder}"
-        raise UsageError(f"{text}\n    wait until it has ended, or name another folder") from None
+        raise UsageError(f"{text}.\n    Wait until it has finished, or choose another folder.") from None
     except OSError as error:
-        text = f"{folder} is on a disk without locks ({error.strerror}): see to it yourself that one process alone writes there"
+        text = (
+            f"the disk of {folder} has no file locks ({error.strerror}); make sure that only one process writes to this folder"
+        )
         warnings.warn(text, stacklevel=2)
 
 

@@ -167,11 +167,11 @@ class Recorder:
             if self._writes:
                 self.folder.write_failure(what, arrays)
         except OSError as trouble:
-            error.add_note(f"the forensic dump could not be written: {trouble}")
+            error.add_note(f"The forensic dump could not be written: {trouble}")
         try:
             self._write_last_row(sim)
         except (OSError, OutputError, RunStopped) as trouble:
-            error.add_note(f"the last row of the history could not be written: {trouble}")
+            error.add_note(f"The last row of the history could not be written: {trouble}")
 
     def wall_seconds(self) -> float:
         """Wall-clock time spent on the run so far but not on compilation, by every process that had a part in it [s]."""
@@ -243,8 +243,8 @@ class Recorder:
                 self._written[name].update(part)
             if self._digests().get(name) != self._known.get(name):
                 what = "rows" if is_history else "frames"
-                text = f"{path} does not hold the {len(found)} {what} that were written before the checkpoint: it was changed"
-                raise OutputError(f"{text}\n    put the old file back to go on, or start a new run")
+                text = f"{path} was changed: its first {len(found)} {what} are not those written before the checkpoint"
+                raise OutputError(f"{text}\n    Restore the old file to continue, or start a new run.")
 
     def _facts(self, sim: Any) -> dict[str, Any]:
         points, wall, told = sum(body.n_told for body in sim.bodies), self.wall_seconds(), sim.facts()

@@ -101,7 +101,7 @@ class Run:
             return self.summary
         steps = self.history["step"].tolist() if self.folder.history.is_file() else []
         if not steps:
-            raise UsageError(f"the run in {self.out} has no results yet: `pellucid resume {self.out}` goes on with it")
+            raise UsageError(f"The run in {self.out} has no results yet.\n    Run `pellucid resume {self.out}` to continue it.")
         return {"steps": int(steps[-1]), "end_time": float(self.history["time"][-1])}
 
     @cached_property
@@ -120,7 +120,7 @@ class Run:
             try:
                 found |= module.metrics(self)
             except Exception as error:  # the run is done and its results are whole, whatever the module makes of them
-                warnings.warn(f"the metrics of {self.stored.id} do not apply to this run: {error}", stacklevel=2)
+                warnings.warn(f"the metrics of {self.stored.id} could not be computed for this run: {error}", stacklevel=2)
         return Named(f"the run in {self.out} has no metric", found)
 
     def times(self, body: str) -> np.ndarray:
@@ -159,10 +159,10 @@ class Run:
         try:
             near = times[0] - slack <= time <= times[-1] + slack
         except TypeError:
-            raise UsageError(f"{time!r} is no time of a frame of {body}: give a number of seconds") from None
+            raise UsageError(f"{time!r} is not a time; set a number of seconds") from None
         if not near:
             raise UsageError(
-                f"there is no frame of {body} near t = {time:g} s: the first is at {times[0]:g} s, the last at {times[-1]:g} s"
+                f"body {body} has no frame near t = {time:g} s; its first is at {times[0]:g} s, its last at {times[-1]:g} s"
             )
         return int(np.argmin(np.abs(times - time)))
 

@@ -50,13 +50,13 @@ class RunFolder:
         """Raise `UsageError` where a new run may not be written: a file, a folder with other files, one that is in use."""
         with usable(self.path):
             if self.path.exists() and not self.path.is_dir():
-                raise UsageError(f"{self.path} is a file; give a folder for the results")
+                raise UsageError(f"{self.path} is a file.\n    Choose a folder for the results.")
             if self.path.is_dir() and not self.is_of_a_run and any(self.path.iterdir()):
-                text = f"{self.path} has other files in it than those of a run ({self._lacking()})"
-                raise UsageError(f"{text}; give a new or empty folder for the results")
+                text = f"{self.path} contains files that do not belong to a run ({self._lacking()})"
+                raise UsageError(f"{text}.\n    Choose a new or empty folder for the results.")
             if self.case.is_file() and not _is_signed(self.case.read_bytes()):
-                text = f"{self.case} was changed since its run began"
-                raise UsageError(f"{text}; move it elsewhere, or give another folder for the results")
+                text = f"{self.case} has changed since its run started"
+                raise UsageError(f"{text}.\n    Move it to another folder, or choose another folder for the results.")
         lock.refuse_held(self.path)
 
     @property
@@ -97,7 +97,7 @@ class RunFolder:
         """Keep others from writing into the folder of a run. Raises `UsageError` where there is no run, or one that goes on."""
         if not self.is_of_a_run:
             missing = self._without_case() if not self.case.is_file() else f"{self._lacking()}, the first file of a run"
-            raise UsageError(f"there is no run in {self.path}: {missing}")
+            raise UsageError(f"{self.path} contains no run: {missing}")
         with lock.held(self.path):
             yield
 
@@ -148,16 +148,16 @@ class RunFolder:
         from pellucid.case import load
 
         if not self.case.is_file():
-            raise UsageError(f"there is no run in {self.path}: {self._without_case()}")
+            raise UsageError(f"{self.path} contains no run: {self._without_case()}")
         return load(self.case, settings)
 
     def _without_case(self) -> str:
         if self.is_of_a_run and self._has_nothing_yet:
-            text = "the one that began there ended before it wrote anything"
-            return f"{text}\n    run it again: `pellucid run CASE --out {self.path}`"
+            text = "a run that was started in this folder ended before it wrote anything"
+            return f"{text}\n    Run it again: `pellucid run CASE --out {self.path}`."
         if self.path.is_dir():
             return "it has no case.toml"
-        return "it is no folder" if self.path.exists() else "there is no such folder"
+        return "it is not a folder" if self.path.exists() else "the folder does not exist"
 
     def read_stored(self) -> "StoredCase":
         """The case without the kinds that it names, which results do not need. Raises `UsageError` where there is no run."""
@@ -183,16 +183,16 @@ class RunFolder:
     def read_summary(self) -> dict[str, Any]:
         """The summary. Raises `UsageError` where the run has not ended."""
         if not self.path.is_dir():
-            raise UsageError(f"there is no folder {self.path}")
+            raise UsageError(f"The folder {self.path} does not exist.")
         if not self.ended:
-            raise UsageError(f"the run in {self.path} has not ended; `pellucid resume {self.path}` goes on with it")
+            raise UsageError(f"The run in {self.path} is not finished.\n    Run `pellucid resume {self.path}` to continue it.")
         found = None
         with suppress(ValueError):
             found = json.loads(
                 self.summary.read_text(encoding="utf-8"), object_hook=partial(Named, f"{self.summary} has no entry")
             )
         if not isinstance(found, dict):
-            text = f"{self.summary} is damaged\n    remove it: `pellucid resume {self.path}` writes it again"
+            text = f"{self.summary} is damaged\n    Remove it and run `pellucid resume {self.path}`, which writes it again."
             raise OutputError(text)
         return found
 
@@ -210,7 +210,11 @@ class RunFolder:
         try:
             return dict(json.loads(self._failure.read_text(encoding="utf-8")))
         except ValueError:
-            return {"message": f"{self._failure} is damaged: why the run stopped is not known", "step": None, "time": None}
+            return {
+                "message": f"The run stopped with an error, but {self._failure} is damaged, so the reason is unknown.",
+                "step": None,
+                "time": None,
+            }
 
     def read_state(self) -> dict[str, np.ndarray]:
         """The state in which a run stopped itself, arrays as `<body>/<name>`; empty where there is none."""

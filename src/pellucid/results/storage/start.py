@@ -36,7 +36,7 @@ def read_start(case: "Case", say: Callable[[str], object]) -> dict[str, State]:
     missing = [name for name in names if name not in before]
     if missing or not names:
         text = f"the run in {start.path} has no body {', '.join(missing or (body.name for body in case.body))}"
-        raise CaseError(Problem(f"{text}; it has {', '.join(before)}", "start.body"))
+        raise CaseError(Problem(f"{text}; available: {', '.join(before)}", "start.body"))
     problems = [text for name in names for text in _contradictions(case, name, tables[name], start.path)]
     if problems:
         raise CaseError(problems)
@@ -44,16 +44,19 @@ def read_start(case: "Case", say: Callable[[str], object]) -> dict[str, State]:
     for name in names:
         body = _of_name(case, name)
         if not body.strained_from_place and not _same(_data(body)[body.place], tables[name].get(body.place)):
-            say(f"body {name} goes on where it is in {start.path}: its `{body.place}`, another than there, places nothing")
+            say(
+                f"body {name} keeps its position in {start.path}; its `{body.place}`, which differs from this run, has no "
+                "effect"
+            )
     if start.time is not None:
         return {name: _frame(run, name, start.time) for name in names}
     try:
         found = checkpoint.read_latest(run.folder.checkpoint, say)
     except OutputError as error:
-        raise CaseError(Problem(str(error), "start.path", start.path, "give the instant of a frame by start.time")) from None
+        raise CaseError(Problem(str(error), "start.path", start.path, "Set start.time to use a frame instead.")) from None
     if found is None:
-        remedy = "give the instant of a frame by start.time, or let that run go on until it has one"
-        raise CaseError(Problem("has no checkpoint", "start.path", start.path, remedy))
+        remedy = "Set start.time to use a frame instead, or continue the earlier run until it writes a checkpoint."
+        raise CaseError(Problem("the run has no checkpoint", "start.path", start.path, remedy))
     return {name: _in_order(of_owner(name, found[0])) for name in names}
 
 
@@ -64,8 +67,8 @@ def _stored_tables(run: Run) -> dict[str, dict[str, Any]]:
         data = tomllib.loads(run.folder.case.read_text(encoding="utf-8"))
     except (PellucidError, OSError, ValueError) as error:
         lines = [line for line in str(error).splitlines() if not line.endswith(":")]  # without "3 errors in FILE:"
-        text = f"is a run whose case cannot be read: {lines[0]}"
-        raise CaseError(Problem(text, "start.path", str(run.out), f"mend {run.folder.case}, or name another run")) from None
+        text = f"the case of this run cannot be read: {lines[0]}"
+        raise CaseError(Problem(text, "start.path", str(run.out), f"Correct {run.folder.case}, or set another run.")) from None
     return {body.name: table for body, table in zip(bodies, data["body"], strict=True)}
 
 
@@ -76,14 +79,18 @@ def _contradictions(case: "Case", name: str, before: Mapping[str, Any], folder: 
     now = _data(body)
     for key in ("kind", "material.kind", "material.density"):
         if not _same(_at(now, key), _at(before, key)):
-            text = f"the body goes on from a run in which it had {key} = {_at(before, key)}"
-            yield Problem(text, f"body.{name}.{key}", _at(now, key), "let it be as there")
+            text = f"differs from the earlier run, in which the body had {key} = {_at(before, key)}"
+            yield Problem(text, f"body.{name}.{key}", _at(now, key), "Set the value of the earlier run.")
     for key in (*body.start_only, *([body.place] if body.strained_from_place else [])):
         value, then = _at(now, key), _at(before, key)
         if not _same(value, then) and not _is_default(body, key):
-            text = f"the body goes on with the state that it has in {folder}, where this was {told(then)}"
-            remedy = "let it be as there" if key == body.place else f"leave it out, or leave {name} out of start.body"
-            yield Problem(f"does not count: {text}", f"body.{name}.{key}", value, remedy)
+            text = f"the body starts with its state in {folder}, where the value was {told(then)}"
+            remedy = (
+                "Set the value of the earlier run."
+                if key == body.place
+                else f"Remove this key, or remove {name} from start.body."
+            )
+            yield Problem(f"has no effect: {text}", f"body.{name}.{key}", value, remedy)
 
 
 def _check_thickness(case: "Case", run: Run) -> None:
@@ -93,8 +100,10 @@ def _check_thickness(case: "Case", run: Run) -> None:
         return
     now, then = [(g.thin(), g.slice_thickness() if any(g.thin()) else None) for g in (grid, before)]
     if now != then:
-        text = f"the points come from a run {_slice(*then)}, and this grid is {_slice(*now)}"
-        raise CaseError(Problem(text, "grid.thickness", grid.thickness, "let the thin axes and the thickness be as there"))
+        text = f"the grid of the earlier run is {_slice(*then)}, but this grid is {_slice(*now)}"
+        raise CaseError(
+            Problem(text, "grid.thickness", grid.thickness, "Use the thin axes and the thickness of the earlier run.")
+        )
 
 
 def _slice(thin: tuple[bool, bool, bool], thickness: float | None) -> str:

@@ -34,7 +34,7 @@ PART = """<div class="pellucid-view"><p class="without">{without}</p>
 }})();
 </script>
 """
-WITHOUT = "This browser draws nothing that turns: it has no WebGL 2, or scripts are switched off."
+WITHOUT = "The interactive view requires WebGL 2 and JavaScript; enable them or use another browser."
 
 
 def view_of(run: Run, taken: int = 0, without: str = "") -> str:

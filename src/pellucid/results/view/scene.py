@@ -219,9 +219,9 @@ def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str
     for actor in actors:
         if len(actor.start) < actor.total:
             counts = f"{len(actor.start):,} of {actor.total:,}".replace(",", "\u202f")
-            notes.append(f"Shown are {counts} points of {actor.name}, drawn by lot, without the cells between them")
+            notes.append(f"{counts} points of {actor.name} are shown, chosen at random, without cells")
     if instants < recorded:
-        notes.append(f"Shown are {instants} of {recorded} recorded instants")
+        notes.append(f"{instants} of {recorded} recorded frames are shown")
     if left_out:
-        notes.append(f"Colours leave out {', '.join(map(_word, left_out))}")
+        notes.append(f"Not available as colours: {', '.join(map(_word, left_out))}")
     return notes

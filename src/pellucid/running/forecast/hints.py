@@ -28,5 +28,5 @@ def implicit_viscosity(case: "Case") -> str | None:
     if not isfinite(without.step) or without.step < WORTHWHILE * limit.step:
         return None
     keys = " and ".join(f"body.{name}.material.implicit_viscosity" for name in names)
-    longer = f"would allow steps {without.step / limit.step:.2g} times as long, at two to four times the cost per step"
+    longer = f"would allow time steps {without.step / limit.step:.2g} times as long, at two to four times the cost per step"
     return f"hint: {keys} = true {longer}"

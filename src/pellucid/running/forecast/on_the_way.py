@@ -37,7 +37,7 @@ class ToldOnTheWay(Progress):
         if self._pace.seconds() >= ENOUGH:
             self._told = True
             left = clock(self._pace.time_left(self._end))
-            self._progress.note(f"time: about {left} left, estimated from the first {step} steps")
+            self._progress.note(f"time: about {left} remaining, estimated from the first {step} steps")
 
     def count(self, done: int) -> None:
         self._progress.count(done)

@@ -75,11 +75,11 @@ def _foretold(case: "Case", limit: StepLimit, name: str, now: float, until: floa
     if time.step is not None:
         if not isfinite(limit.step):
             return _counted(left, time.step, "limited by time.step")
-        by = f", which body `{name}` limits" if name else ""
+        by = f" of body `{name}`" if name else ""
         text = f"time.step is {time.step / limit.step:.2g} of the stable step{by}: {limit.reason}"
         return _counted(left, time.step, text)
     if rows <= time.courant * limit.step:
-        text = "limited by the rows of the history; bodies with time steps of their own take them within these by `accuracy`"
+        text = "limited by output.history; bodies with their own time steps subdivide these steps according to `accuracy`"
         return _counted(left, rows, text)
     courant = "" if limit.cause == "contact" else f"; time.courant = {time.courant:g}"
     return _counted(left, time.courant * limit.step, f"limited by {because}{courant}")

@@ -42,7 +42,7 @@ def lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]:
 
 
 def _two_lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]:
-    settling = "some to settle, then " if case.settle is not None else ""
+    settling = "settling steps (number unknown), then " if case.settle is not None else ""
     if isnan(foretold.number):
         steps = f"steps: {settling}{foretold.why}"
     else:
@@ -52,7 +52,7 @@ def _two_lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]
         later = "an estimate follows after the first second of the run"
         return [steps, f"time: unknown, because no similar case has run on this machine yet; {later}"]
     if isnan(foretold.number):
-        return [steps, f"time: about {1e3 * sqrt(each.least * each.most):.2g} ms a step on this machine"]
+        return [steps, f"time: about {1e3 * sqrt(each.least * each.most):.2g} ms per step on this machine"]
     least, most = each.least * foretold.number, each.most * foretold.number
     taken = f"about {clock(sqrt(least * most))}" if most <= WIDE * least else f"between {clock(least)} and {clock(most)}"
-    return [steps, f"time: {taken} on this machine, without set-up, compilation and report"]
+    return [steps, f"time: {taken} on this machine, excluding set-up, compilation and report"]
