@@ -233,7 +233,7 @@ MISTAKES = {
         'name = "block"',
         'name = "drop"',
         "",
-        ["body.drop.name", "number 1 has this name already"],
+        ["body.drop.name", "number 1 already has this name"],
     ),
     "a name with a space": ('name = "block"', 'name = "a block"', "", ["name", "start with a letter"]),
     "a probe of no body": (
@@ -291,7 +291,7 @@ MISTAKES = {
         "points_per_cell = [2, 2, 1]",
         "points_per_cell = 8",
         "",
-        ["cannot be shared equally by 2 axes", "1, 4, 9"],
+        ["cannot be distributed equally among 2 axes", "1, 4, 9"],
     ),
     "one bracket for a body": (
         None,
@@ -471,14 +471,14 @@ MISTAKES |= {
             'point = [0, 0.05, 0]\nnormal = [0, 1, 0]\nbodies = ["block"]\n'
             '[[motion]]\nname = "hand"\nbody = "block"\nhold = ["x", "y"]',
             "bodies =",
-            ["wall.0.bodies.0", "body block follows a prescribed motion as a whole"],
+            ["wall.0.bodies.0", "body block has a fully prescribed motion: a wall cannot stop it"],
         ),
         (
             "with the name of another",
             'name = "floor"\npoint = [0, 0.05, 0]\nnormal = [0, 1, 0]\n'
             '[[wall]]\nname = "floor" # taken\npoint = [0, 0.06, 0]\nnormal = [0, 1, 0]',
             'name = "floor" # taken',
-            ["wall.floor.name", "wall number 1 has this name already", "give each its own name"],
+            ["wall.floor.name", "wall number 1 already has this name", "choose different names"],
         ),
     ]
 }

@@ -45,13 +45,13 @@ def test_a_mistake_is_named_with_file_line_key_limit_and_remedy(mistake: str, te
             '[[motion]]\nname = "hand"\nbody = "block"\nhold = ["x"]\n'
             '[[contact]]\nname = "hand" # taken\nbetween = ["drop", "block"]\n',
             'name = "hand" # taken',
-            ["contact.hand.name", "motion number 1 has this name already", "give each its own name"],
+            ["contact.hand.name", "motion number 1 already has this name", "choose different names"],
         ),
         (
             '[[support]]\nname = "wall"\nwhere = "y-lower"\nfix = "normal"\n'
             '[[contact]]\nname = "wall" # taken\nbetween = ["drop", "block"]\n',
             'name = "wall" # taken',
-            ["contact.wall.name", "support number 3 has this name already"],
+            ["contact.wall.name", "support number 3 already has this name"],
         ),
     ],
 )
@@ -85,7 +85,7 @@ def test_all_mistakes_of_a_file_are_reported_together(text: str, tmp_path: Path)
     assert f"5 errors in {file}" in message
     for marker in ("cell = -1", "densty", 'end = "3 m"', 'body = "rock"'):
         assert f"{file}:{line_of(marker, text)}: " in message
-    assert "body number 1 has this name already" in message
+    assert "body number 1 already has this name" in message
 
 
 def test_a_misspelt_key_is_not_also_reported_as_missing(text: str, tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def test_a_list_of_another_length_is_told_once_with_the_length_that_it_may_have(
         loads(wrong)
     (problem,) = caught.value.problems
     assert problem.key == "body.block.initial_stress"
-    assert problem.text.startswith("must have 6 components (stress of a solid")
+    assert problem.text.startswith("must have 6 components (initial stress of a solid")
 
 
 def test_a_list_with_a_fewest_and_a_most_is_told_both(text: str) -> None:

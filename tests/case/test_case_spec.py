@@ -65,7 +65,7 @@ def test_the_same_classes_build_a_case_in_python(text: str) -> None:
 
 def test_a_case_built_in_python_is_checked_as_a_whole(text: str) -> None:
     case = loads(text)
-    with pytest.raises(ValidationError, match="has this name already"):
+    with pytest.raises(ValidationError, match="already has this name"):
         Case(title="twice", grid=case.grid, time=case.time, body=(case.body[0], case.body[0]))
 
 

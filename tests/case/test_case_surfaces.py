@@ -62,7 +62,7 @@ MISTAKES = {
         MEMBRANE,
         with_surface(SPHERE.replace("= 3 }", "= 1 }")),
         "refinements = 1",
-        ["longer than a cell of 1 m", "4 times as fine along each edge"],
+        ["longer than a cell of 1 m", "refine its triangles 4 times along each edge"],
     ),
     "a membrane a little too sparse": (
         MEMBRANE,

@@ -123,5 +123,5 @@ def test_a_file_in_another_encoding_is_no_case(tmp_path: Path) -> None:
 def test_a_membrane_far_beyond_the_grid(radius: float) -> None:
     """The cells about it are more than whole numbers can count."""
     case = pellucid.load("gan2011/piezo-icsi")
-    with pytest.raises(CaseError, match=r"along x the body reaches from .*, outside the grid: 0 to 0\.00015 m"):
+    with pytest.raises(CaseError, match=r"along x the body extends from .*, outside the grid: 0 to 0\.00015 m"):
         case.with_settings({"body.0.surface.icosphere.radius": radius})

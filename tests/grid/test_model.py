@@ -18,7 +18,7 @@ def test_a_plane_grid_has_a_thickness_of_its_own():
 @pytest.mark.parametrize(
     ("upper", "thickness", "words"),
     [
-        ((4, 3, 2), 0.5, r"thickness = 0.5 m is for axes that are one cell thick, and this grid has none; leave it out"),
+        ((4, 3, 2), 0.5, r"thickness = 0.5 m applies to axes that are one cell thick, but this grid has none; remove it"),
         ((4, 3, 0), 0.0, "greater than 0"),
         ((4, 3, 0), "2 kg", "kg"),
     ],
@@ -53,9 +53,9 @@ material = { kind = "linear-elastic", density = 1, young_modulus = 1, poisson_ra
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"periodic": ["z"]}, "periodic names z, along which the grid is one cell thick.* leave z out of it"),
-        ({"periodic": ["x", "x"]}, "periodic names the axis x twice; name it once"),
-        ({"periodic": ["y"]}, "periodic along y and has 3 cells there; it needs 4 at least: use a smaller grid.cell"),
+        ({"periodic": ["z"]}, "periodic lists z, but the grid is one cell thick along z; remove z from it"),
+        ({"periodic": ["x", "x"]}, "periodic lists the axis x twice; remove one"),
+        ({"periodic": ["y"]}, "periodic along y with 3 cells; at least 4 are needed: use a smaller grid.cell"),
         ({"periodic": ["x"], "upper": (4.5, 3, 0)}, "4.5 cells of 1 m; it must be a whole number of cells"),
         ({"periodic": ["w"]}, "'x', 'y' or 'z'"),
     ],
@@ -106,19 +106,19 @@ def ball(centre, radius):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (ball(1.0, 0.95), r"body.ball.shape.* 1.9 m of a period of 2 m: it would meet itself across the seam; at most 1.8 m"),
-        (ball(2.3, 0.2), r"from 2.1 to 2.5 m, outside the grid: 0 to 2 m, which repeats itself there"),
-        (NET, r"body.net.surface.* it would meet itself across the seam; at most 1.8 m"),
-        (WATER.replace("[2, 1, 0]", "[2.2, 1, 0]"), "2.2 m of a period of 2 m: it would meet itself"),
+        (ball(1.0, 0.95), r"body.ball.shape.* 1.9 m of a period of 2 m: it would touch itself across the seam; at most 1.8 m"),
+        (ball(2.3, 0.2), r"from 2.1 to 2.5 m, outside the periodic grid: 0 to 2 m"),
+        (NET, r"body.net.surface.* it would touch itself across the seam; at most 1.8 m"),
+        (WATER.replace("[2, 1, 0]", "[2.2, 1, 0]"), "2.2 m of a period of 2 m: it would touch itself"),
         (
             '[[support]]\nwhere = "x-lower"',
-            "support.0.where.* the face x-lower is no wall, what crosses it comes in at x-upper",
+            "support.0.where.* the face x-lower is not a wall; points that cross it enter at x-upper",
         ),
-        ('[[support]]\nwhere = "x-upper"\nfix = "normal"', "periodic along x: the face x-upper is no wall"),
-        ('[[outflow]]\nwhere = "x-upper"', "outflow.0.where.* the face x-upper is no wall"),
-        ('[[absorbing]]\nwhere = "x-lower"\nbody = "water"', "absorbing.0.where.* the face x-lower is no wall"),
+        ('[[support]]\nwhere = "x-upper"\nfix = "normal"', "periodic along x: the face x-upper is not a wall"),
+        ('[[outflow]]\nwhere = "x-upper"', "outflow.0.where.* the face x-upper is not a wall"),
+        ('[[absorbing]]\nwhere = "x-lower"\nbody = "water"', "absorbing.0.where.* the face x-lower is not a wall"),
         ("[[wall]]\npoint = [1, 0, 0]\nnormal = [1, 1, 0]", "has the component 1 along x, along which the grid is periodic"),
-        ('[[picture]]\nname = "p"\nmirror = ["x-lower"]', "picture.p.mirror.* the face x-lower is no wall"),
+        ('[[picture]]\nname = "p"\nmirror = ["x-lower"]', "picture.p.mirror.* the face x-lower is not a wall"),
     ],
 )
 def test_what_a_periodic_axis_does_not_let_pass(more, words):

@@ -68,9 +68,9 @@ def test_depths_may_come_in_any_order():
 @pytest.mark.parametrize(
     ("eos", "energy", "top", "why"),
     [
-        (IdealGas(1.4), 1e5, -0.4 * 1e5 * 1.4 / (0.4 * G), "nothing"),
-        (Tait(1000.0, 0.0, 15.0, 7.0, 0.0), 0.0, 0.0, "least"),
-        (Tait(1000.0, 0.0, 15.0, 7.0, -inf), 0.0, -225.0 / (6.0 * G), "nothing"),
+        (IdealGas(1.4), 1e5, -0.4 * 1e5 * 1.4 / (0.4 * G), "its density falls to zero"),
+        (Tait(1000.0, 0.0, 15.0, 7.0, 0.0), 0.0, 0.0, "its pressure falls to its smallest possible value"),
+        (Tait(1000.0, 0.0, 15.0, 7.0, -inf), 0.0, -225.0 / (6.0 * G), "its density falls to zero"),
     ],
 )
 def test_a_column_ends(eos, energy, top, why):

@@ -101,7 +101,7 @@ def law_told(folder: Path, before: str = "", after: str = "", law: str = LAW, ma
             ["SoftMaterial.initial_state: `stress` is (0.0, 0.0, 0.0); it must be a tuple of 6 numbers"],
         ),
         ("@point_state()\n", "", ["is not a state of a point: decorate it with `@point_state()`"]),
-        ("Soft(self.young_modulus)", "Soft(self.kind)", [".modulus = 'soft' is no number; kernels take numbers"]),
+        ("Soft(self.young_modulus)", "Soft(self.kind)", [".modulus = 'soft' is not a number; kernels accept numbers"]),
         ("Soft(self.young_modulus)", "self.young_modulus", ["SoftMaterial gives the law 100000.0; it must be a NamedTuple"]),
         (
             "Soft(self.young_modulus)",

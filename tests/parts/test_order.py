@@ -224,7 +224,7 @@ PRESSURE = {"body": "it", "value": 3.0}
 def test_other_bodies_have_no_normals() -> None:
     points = PointsView(build("solid", False).bodies[0])
     for name in ("normal", "area", "triangles", "vector_area"):
-        with pytest.raises(ValueError, match="body it is no membrane: it has no"):
+        with pytest.raises(ValueError, match="body it is not a membrane: it has no"):
             getattr(points, name)
     with pytest.raises(AttributeError, match=r"has no `normals`; available: id, position, .*\n    did you mean `normal`\?"):
         points.normals  # noqa: B018

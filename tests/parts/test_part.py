@@ -55,7 +55,7 @@ def test_a_name_that_cannot_be_read_may_be_any():
 
 
 @pytest.mark.parametrize(
-    ("key", "words"), [("body", "body number 1 has this name already"), ("motion", "motion number 1 has this name already")]
+    ("key", "words"), [("body", "body number 1 already has this name"), ("motion", "motion number 1 already has this name")]
 )
 def test_names_that_are_there_twice(key, words):
     parts = parts_in(Case, DATA | {key: [DATA[key][0] | {"name": "one"}] * 2})

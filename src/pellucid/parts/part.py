@@ -147,5 +147,5 @@ def _repeated_names(key: str, section: Section) -> Iterator[Finding]:
     names = [name_of(item) for item in section.items]
     for index, name in enumerate(names):
         if issubclass(section.base, Part) and section.base.unique_name and name is not None and name in names[:index]:
-            text = f"{key} number {names.index(name) + 1} has this name already"
-            yield Finding((key, index, "name"), text, "give each its own name")
+            text = f"{key} number {names.index(name) + 1} already has this name"
+            yield Finding((key, index, "name"), text, "choose different names")

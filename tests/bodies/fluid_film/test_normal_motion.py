@@ -120,9 +120,9 @@ def test_a_led_film_goes_on_from_its_checkpoint_bit_for_bit(tmp_path):
     ("more", "extra", "message"),
     [
         ("", led(part="part = { box = { lower = [5, 5, 5], upper = [6, 6, 6] } }"), r"no point of body film lies in it"),
-        ("volume = {}", led(), r"leads all nodes of film film, which says what its volume is already.*leave `volume`"),
-        ('area = "kept"', led(), r"which says what its area is already"),
-        ("", led() + "hold = ['x']", r"x cannot stand beside `normal`"),
+        ("volume = {}", led(), r"prescribes all nodes of film film, whose volume is already prescribed.*remove `volume`"),
+        ('area = "kept"', led(), r"whose area is already prescribed.*remove `area`"),
+        ("", led() + "hold = ['x']", r"x cannot be combined with `normal`, .*remove it"),
         ("", led().replace("normal =", "x ="), r"do not follow its material.*displacement along the `normal`"),
         ("", led(signal='kind = "steady"'), r"velocity"),
     ],
@@ -154,7 +154,7 @@ def test_nodes_follow_one_motion():
 def test_two_motions_that_lead_all_nodes_leave_no_volume_to_keep():
     upper = led(part="part = { box = { lower = [-2, 0, -1], upper = [2, 2, 1] } }", name="upper")
     lower = led(part="part = { box = { lower = [-2, -2, -1], upper = [2, -1e-6, 1] } }", name="lower")
-    with pytest.raises(CaseError, match="leads all nodes of film film"):
+    with pytest.raises(CaseError, match="prescribes all nodes of film film, whose volume is already prescribed"):
         ran(case(more="volume = {}", loads_of=upper + lower))
 
 

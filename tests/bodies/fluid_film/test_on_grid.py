@@ -134,8 +134,8 @@ def test_a_film_in_space_resumes_too():
             {"shape": BALL},
             "more than one cell thick",
         ),
-        ({"initial": [{"kind": "polynomial"}]}, "do not have"),
-        ({"field": "own"}, "would not feel body liquid"),
+        ({"initial": [{"kind": "polynomial"}]}, "but the points of this body do not have it"),
+        ({"field": "own"}, "has its own velocity field and cannot touch body liquid"),
     ],
 )
 def test_what_does_not_go_with_a_shared_field(change, message):
@@ -146,5 +146,5 @@ def test_what_does_not_go_with_a_shared_field(change, message):
 def test_no_motion_leads_its_nodes_along_the_normal():
     path = {"kind": "ramp", "distance": 0.1, "duration": 1.0}
     motion = [{"name": "swell", "body": "film", "displacement": {"normal": path}}]
-    with pytest.raises(CaseError, match="the fluid about film film moves its nodes"):
+    with pytest.raises(CaseError, match="the fluid around film film moves its nodes"):
         in_liquid(motion=motion)

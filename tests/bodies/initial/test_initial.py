@@ -70,7 +70,7 @@ def test_a_state_of_the_material_can_be_set_and_no_other():
     body.add_initial_state(arrays)
     assert arrays["stress"].tolist() == [[-3.0, -3.0, -3.0, 0.0, 0.0, 0.0]]
     assert not body.initial_velocity(position).any()
-    with pytest.raises(ValidationError, match='kind "torn" sets `damage`, which the points of this body do not have'):
+    with pytest.raises(ValidationError, match='kind "torn" sets `damage`, but the points of this body do not have it'):
         block(RATE_SOLID, initial=[{"kind": "torn"}])
 
 
@@ -99,7 +99,8 @@ def test_a_polynomial_vanishes_at_its_zeros():
 
 
 def test_a_concentration_is_no_matter_of_bodies_that_move():
-    with pytest.raises(ValidationError, match='kind "polynomial" sets `concentration`, which the points of this body do not'):
+    text = 'kind "polynomial" sets `concentration`, but the points of this body do not have it'
+    with pytest.raises(ValidationError, match=text):
         block(initial=[{"kind": "polynomial"}])
 
 
@@ -108,7 +109,7 @@ def test_a_velocity_that_varies_linearly():
     assert np.allclose(field.at(np.array([[1.0, 0.0, 0.0], [2.0, 4.0, 5.0]])), [[0.0, 0.0, 0.0], [8.0, 0.0, -14.0]])
 
 
-FLAT, TURNS = "one cell thick along z, where", "bodies turn about z alone"
+FLAT, TURNS = "but the grid is one cell thick along z", "bodies rotate about z only"
 
 
 @pytest.mark.parametrize(
@@ -130,7 +131,7 @@ def test_motions_out_of_a_plane_are_refused(body, words):
 
 
 def test_nothing_turns_on_a_line():
-    with pytest.raises(ValidationError, match="about z: the grid is one cell thick along y, z, where nothing turns"):
+    with pytest.raises(ValidationError, match="about z, but the grid is one cell thick along y, z: nothing rotates"):
         case(box((1, 0, 0), (3, 0, 0), per_cell=(2, 1, 1), angular_velocity=(0, 0, 1)), counts=(4, 0, 0))
 
 

@@ -88,8 +88,8 @@ def test_oblique_gravity():
     [
         ({"gravity": (0, 0, 0)}, (), "no gravity"),
         ({"material": SOLID}, (), "not a fluid at rest under its pressure"),
-        ({"gravity": (0.0, -1.0, -9.0)}, ("level",), "along no axis"),
-        ({"hydrostatic": {"level": 0.2}}, (), "no such fluid above a height of 0.2 m"),
+        ({"gravity": (0.0, -1.0, -9.0)}, ("level",), "gravity is not along an axis"),
+        ({"hydrostatic": {"level": 0.2}}, (), "this fluid has no state at rest under this gravity above a height of 0.2 m"),
         ({"material": GAS, "hydrostatic": {"level": -1.0}}, (), "above a height of"),
     ],
 )
@@ -125,5 +125,5 @@ def test_a_level_some_way_above_the_grid_is_no_fault():
 
 def test_an_oblique_column_that_ends_is_told_when_it_is_filled():
     water = box((0, 0, 0), (0.4, 0.4, 0.4), WATER, hydrostatic={"level": 0.1})
-    with pytest.raises(CaseError, match=r"no such fluid above a height of 0\.1 m"):
+    with pytest.raises(CaseError, match=r"this fluid has no state at rest under this gravity above a height of 0\.1 m"):
         simulation(water, counts=(4, 4, 4), cell=CELL, gravity=(3.0, 0.0, -9.0), support=SLIP)

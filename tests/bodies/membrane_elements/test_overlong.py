@@ -36,7 +36,7 @@ def test_longer_ones_are_named_with_place_and_length():
     text = body.contact_warning(everywhere(body))
     assert "body sheet" in text
     assert "is 0.4 m long, 1.6 cells of 0.25 m" in text
-    assert "finer" in text
+    assert "refine the elements, or use a larger grid.cell" in text
 
 
 def test_only_those_that_touch_count():

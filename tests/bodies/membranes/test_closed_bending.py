@@ -236,7 +236,7 @@ def test_what_cannot_bend_is_refused():
         loads(CELL.replace('elements = "triangles"\n', "").replace(ellipsoid, BOX))
     with pytest.raises(CaseError, match=r"bending\.rigidity"):
         loads(CELL.replace("rigidity = 0.05", "rigidity = 0"))
-    with pytest.raises(CaseError, match="its 80 triangles are not the 320 of the membrane"):
+    with pytest.raises(CaseError, match="its 80 triangles do not match the 320 triangles of the membrane"):
         loads(CELL.replace("rigidity = 0.05", f"rigidity = 0.05, shape = {SPHERE.replace('REFINED', '1')}"))
     both = f"rigidity = 0.05, spontaneous_curvature = 1, shape = {SPHERE.replace('REFINED', '2')}"
     with pytest.raises(CaseError, match="remove `spontaneous_curvature`"):

@@ -165,6 +165,6 @@ def test_a_surface_that_is_no_band_is_refused(kind, surface):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_band_deeper_than_the_cell_is_refused(kind):
-    words = r"reaches from 0 to 0\.2 m along z, beyond the grid's one cell there: 0 to 0\.1 m"
+    words = r"extends from 0 to 0\.2 m along z, beyond the grid's one cell there: 0 to 0\.1 m"
     with pytest.raises(ValueError, match=words):
         plane(band(0.2, 24, kind=kind), cell=0.1)

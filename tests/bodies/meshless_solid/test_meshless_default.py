@@ -75,7 +75,7 @@ def test_a_lone_prescribed_node_is_warned_of():
     body = {"name": "block", "kind": "meshless-solid", "mesh": mesh, "material": RUBBER}
     foot, pin = {"where": {"normal": (0, 0, -1)}}, {"where": {"box": {"lower": (0.4, 0.4, 0.9), "upper": (0.6, 0.6, 1.1)}}}
     table = {"schema": 1, "title": "a test", "time": {"end": 1.0}, "body": [body], "support": [foot, pin | {"body": "block"}]}
-    with pytest.warns(UserWarning, match=r"take 1 of its nodes that make no whole face.*sebciem"):
+    with pytest.warns(UserWarning, match=r"select 1 of its nodes that do not form a whole face.*sebciem"):
         Simulation(Case.model_validate(table), threads=1)
 
 

@@ -109,7 +109,7 @@ def test_beside_others_it_needs_a_field_of_its_own(field):
         assert len({body.field for body in Case.model_validate(case).body}) == 2
         return
     with pytest.raises(
-        (CaseError, ValueError), match='in the velocity field "common" too, and a meshless solid has nodes of its'
+        (CaseError, ValueError), match='other bodies share the velocity field "common", but a meshless solid needs its own'
     ):
         Case.model_validate(case)
 

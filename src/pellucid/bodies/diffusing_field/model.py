@@ -102,7 +102,7 @@ class DiffusingFieldCase(BodyModel):
             text = f"{self.name} is fixed and has no contact: it cannot be combined with bodies on a grid"
             yield Finding((*path, "kind"), text, "remove the table [grid], and put the field in its own case")
         if self.window >= WIDEST:
-            text = f"not below {WIDEST:g}: such a window does not see some waves of the nodes, and these grow"
+            text = f"not below {WIDEST:g}: the balance of such a window does not respond to some waves of the nodes, which grow"
             yield Finding((*path, "window"), text, "use 0.5: then windows are contiguous and the amount is conserved")
         if self.window != type(self).model_fields["window"].default and self.domain.line is None:
             yield Finding((*path, "window"), "windows are for lines, not for surfaces", "remove it")

@@ -56,8 +56,8 @@ class Swings(NamedTuple):
         if self.rate <= 0.0:
             return NO_LIMIT
         what = "volume" if self.volume > self.area else "area"
-        text = f"it oscillates on its {what} penalty within {1.0 / self.rate:.3g} s; a smaller {what}_stiffness makes"
-        return StepLimit(1.0 / self.rate, "spring", f"{text} steps longer")
+        text = f"it oscillates on its {what} penalty within {1.0 / self.rate:.3g} s; a smaller {what}_stiffness allows longer"
+        return StepLimit(1.0 / self.rate, "spring", f"{text} steps")
 
 
 class Constraints(NamedTuple):

@@ -49,7 +49,7 @@ def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float,
     stretch = 1.0 + inflation if inflation else _bearing(response, tension / thickness)
     if stretch is None or response(stretch)[1] <= THINNEST:
         what = f"tension of {tension:g} N/m" if inflation == 0.0 else f"inflation of {inflation:g}"
-        raise ValueError(f"the material cannot carry this {what} at a thickness of {thickness:g} m")
+        raise ValueError(f"the material cannot carry the {what} at a thickness of {thickness:g} m")
     law = law_of(thickness / response(stretch)[1])
     stress, ratio = under(law, stretch)
     work = quad(lambda trial: power(law, trial), 1.0, stretch, epsabs=0.0, epsrel=1e-11)[0]

@@ -38,7 +38,7 @@ class HeldNodes:
             if len(both):
                 motion = self.motions[self.numbers[both[0]] - 1]
                 text = f"{support.label} constrains {len(both)} of the nodes of film {name} that follow it"
-                remedy = "choose its `part` and the `where` of the support without overlap"
+                remedy = "move or shrink its `part` or the `where` of the support, so that they do not overlap"
                 raise CaseError(Problem(text, f"motion.{motion}.part", remedy=remedy))
 
     def prescribed(self) -> tuple[np.ndarray, np.ndarray]:
