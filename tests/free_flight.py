@@ -96,6 +96,7 @@ class FakeSimulation:
     outflow: ClassVar[dict[str, float]] = {}
     condition_states: ClassVar[dict[str, float]] = {}
     place: ClassVar[dict[str, object]] = {}
+    node_contacts: ClassVar[list[str]] = []
 
     def __init__(self, case: Case, threads: int | None = None, start: object = None) -> None:
         self.case, self.threads = case, threads or 1
