@@ -51,7 +51,7 @@ def test_a_cache_that_cannot_be_written_is_an_error(tmp_path: Path, monkeypatch)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
     result = invoke("warm", WAVE)
     assert result.exit_code == 2, result.output
-    assert f"compiled kernels cannot be kept in {cache_folder()}" in result.stderr
+    assert f"Compiled kernels cannot be stored in {cache_folder()}" in result.stderr
 
 
 def test_a_run_without_report_is_drawn_later(tmp_path: Path) -> None:

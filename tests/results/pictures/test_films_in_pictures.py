@@ -65,7 +65,7 @@ def test_a_surface_moves_with_its_density_and_its_flow(squeezed, monkeypatch):
     pictures = [figure.axes[0].images[0].get_array() for figure in figures]
     assert pictures[0].shape == pictures[-1].shape
     assert not np.allclose(pictures[0], pictures[-1])
-    assert figures[-1].axes[1].get_ylabel() == "density in the surface [kg/m²]"
+    assert figures[-1].axes[1].get_ylabel() == "surface density [kg/m²]"
     assert figures[0].axes[0].collections, "it has no inertia: it flows at once"
     (arrows,) = figures[-1].axes[0].collections
     strong = np.abs(arrows.V) > 0.3 * np.abs(arrows.V).max()
