@@ -120,7 +120,7 @@ def test_a_fluid_at_rest_needs_the_whole_of_gravity_at_the_start():
     water = {"kind": "fluid", "density": 1000.0, "eos": {"kind": "tait", "sound_speed": 50.0}}
     body = box((0, 0, 0), (4, 3, 4), water) | {"hydrostatic": {"level": 3.0}}
     data = case(body, gravity=(0, -1, 0)).to_data()
-    with pytest.raises(ValueError, match="of which 0 acts at time 0"):
+    with pytest.raises(ValueError, match="under full gravity, but its amplitude at time 0 is 0"):
         type(case(box((2, 2, 2), (4, 4, 4)))).model_validate(data | {"gravity_amplitude": {"times": [0, 1], "shares": [0, 1]}})
 
 

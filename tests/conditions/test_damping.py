@@ -97,7 +97,7 @@ def test_the_drag_on_a_membrane_within_a_gas_is_booked_in_full(scheme):
     [
         ({"damping_until": 1.0}, "has no effect without `damping`"),
         ({"damping": -1.0}, "greater than or equal to 0"),
-        ({"damping": 1.0, "rigid": True}, "is rigid: a drag on its points does nothing"),
+        ({"damping": 1.0, "rigid": True}, "is rigid: a drag on its points has no effect"),
     ],
 )
 def test_what_makes_no_sense_is_refused(keys, message):

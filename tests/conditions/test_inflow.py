@@ -205,7 +205,7 @@ def test_a_run_goes_on_and_on_beyond_its_end(tmp_path):
 def test_backflow_at_an_outlet_is_named():
     tables = plug(speed=0.0, outflow={"pressure": 3.0}, end=20.0, energy={"warn": 9.0, "stop": 10.0}).to_data()
     with pytest.raises(
-        RunStopped, match=r"flows back at the outflow through x-upper .*body fluid.*reduce `outflow.0.pressure`.*body-force"
+        RunStopped, match=r"backflow at the outflow through x-upper .*body fluid.*reduce `outflow.0.pressure`.*body-force"
     ):
         to_the_end(Case.model_validate(tables))
 
@@ -214,7 +214,8 @@ def test_a_closed_grid_fills_up():
     tables = plug(material=WATER, end=20.0, energy={"warn": 9.0, "stop": 10.0}).to_data() | {"outflow": []}
     tables["support"] = [*tables["support"], {"where": "x-upper", "fix": "normal"}]
     tables["body"][0]["shape"]["box"]["upper"] = [1, 3, 1]
-    with pytest.raises(RunStopped, match=r"no more points of body `fluid` fit into the grid, where 180 are; let some leave"):
+    words = r"the grid is full: no points can be added to the 180 points of body `fluid`; add an \[\[outflow\]\]"
+    with pytest.raises(RunStopped, match=words):
         to_the_end(Case.model_validate(tables))
 
 
@@ -223,7 +224,7 @@ def test_a_fast_flow_is_told_as_what_bounds_the_step():
     limit, name = sim.step_limit()
     assert (limit.cause, name) == ("motion", "")
     assert limit.step == pytest.approx(1.0 / 50.0)
-    assert limit.reason == "what passes the face x-lower moves at 50 m/s through cells of 1 m"
+    assert limit.reason == "the flow through the face x-lower moves at 50 m/s through cells of 1 m"
 
 
 def slit(support, pressure, end, *, top="", body="", **material):
@@ -354,7 +355,7 @@ def test_a_given_flow_rate_comes_in_through_a_round_opening():
 def test_backflow_at_an_inflow_is_named():
     tables = plug(speed=0.0, inflow={"velocity": None, "pressure": 0.1}, outflow={"pressure": 1.5}).to_data()
     with pytest.raises(
-        RunStopped, match=r"flows back at the inflow through x-lower .*body fluid.*raise `inflow.0.pressure`.*body-force"
+        RunStopped, match=r"backflow at the inflow through x-lower .*body fluid.*raise `inflow.0.pressure`.*body-force"
     ):
         to_the_end(Case.model_validate(tables))
 

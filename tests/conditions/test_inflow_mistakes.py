@@ -67,7 +67,7 @@ MISTAKES = {
     "turning round": (
         "velocity = 1\n",
         "velocity = 1\namplitude = { times = [0, 1], shares = [1, -0.5] }\n",
-        ["inflow.0", "share -0.5", "cannot reverse"],
+        ["inflow.0", "fraction -0.5", "cannot reverse"],
     ),
     "too fast": (
         "end = 0.1",
@@ -77,17 +77,17 @@ MISTAKES = {
     "two through one face": (
         LAST,
         f'{LAST}[[inflow]]\nwhere = "x-lower"\n{LAST}',
-        ["inflow.1.where", "inflow number 1 comes through"],
+        ["inflow.1.where", "inflow number 1 also uses the face x-lower"],
     ),
     "in and out": (
         LAST,
         f'{LAST}[[outflow]]\nwhere = "x-lower"\n',
-        ["outflow.0.where", "inflow number 1 comes in", "nothing can leave there"],
+        ["outflow.0.where", "inflow number 1 enters through the face x-lower", "nothing can leave there"],
     ),
     "an opening elsewhere": (
         LAST,
         f"{LAST}through = {{ box = {{ lower = [1, 0, 0], upper = [2, 1, 0] }} }}\n",
-        ["inflow.0.through", "between 1 and 2 m along x", "the face x-lower at 0 m"],
+        ["inflow.0.through", "between 1 and 2 m along x", "but the face x-lower at 0 m"],
     ),
     "an opening beside the face": (
         LAST,
@@ -102,17 +102,17 @@ MISTAKES = {
     "an opening between points": (
         LAST,
         f"{LAST}through = {{ box = {{ lower = [-1, 0, 0], upper = [0.01, 1, 0] }} }}\n",
-        ["inflow.0.through", "no point of the lattice of body water lies in the opening", "one cell deep into the grid"],
+        ["inflow.0.through", "no seed point of body water lies in the opening", "one cell deep into the grid"],
     ),
     "a wall in the opening": (
         SUPPORT,
         f"{SUPPORT}[[support]]\nwhere = {{ box = {{ lower = [0, 0, 0], upper = [1, 2, 0] }} }}\n",
-        ["inflow.0", "supports hold all nodes of the opening in the face x-lower", "remove the supports"],
+        ["inflow.0", "supports constrain all nodes of the opening in the face x-lower", "remove the supports"],
     ),
     "a load on some": (
         LAST,
         LAST + PUSH,
-        ["load.0.where", "others come into body water"],
+        ["load.0.where", "points enter body water later"],
     ),
     "an earlier run": (
         "[[body]]",
@@ -123,7 +123,7 @@ MISTAKES = {
     "a probe of a column's name": (
         SUPPORT,
         f'{SUPPORT}[[probe]]\nname = "inflow_mass"\nbody = "water"\nquantity = "mass"\n',
-        ["probe.inflow_mass.name", "a column inflow_mass of its own"],
+        ["probe.inflow_mass.name", "reserved for a column of the history"],
     ),
     "pressure and flow": (
         LAST,
@@ -148,7 +148,7 @@ MISTAKES = {
     "two pressures": (
         LAST,
         f'{OUT}pressure = 1\n[[outflow]]\nwhere = "x-upper"\npressure = 2\n',
-        ["outflow.1.where", "outflow number 1 has a pressure"],
+        ["outflow.1.where", "outflow number 1 already has a pressure"],
     ),
 }
 
@@ -168,7 +168,11 @@ def test_mistakes_are_named(old, new, words):
         (
             "lower = [0, 0, 0], upper = [3, 2, 0]",
             "lower = [1, 0, 0], upper = [3, 2, 0]",
-            ["inflow.0.where", "body water lies between 1 and 3 m along x, the face x-lower at 0 m", "or define an opening"],
+            [
+                "inflow.0.where",
+                "body water lies between 1 and 3 m along x, but the face x-lower at 0 m",
+                "or define an opening with `through`",
+            ],
         ),
         (
             LAST,
@@ -183,7 +187,7 @@ def test_mistakes_are_named(old, new, words):
         (
             "velocity = 1\n",
             'velocity = 1\nprofile = "parabolic"\nthrough = { sphere = { centre = [0, 1, 0], radius = 0.8 } }\n',
-            ["inflow.0.profile", "only slits, ducts and tubes", "give a box"],
+            ["inflow.0.profile", "only slits, ducts and tubes", "define a box"],
         ),
         (SUPPORT, f'{SUPPORT}[[support]]\nwhere = "all-nodes"\n', ["inflow.0", "supports constrain all its nodes"]),
     ],

@@ -288,7 +288,7 @@ MOTION = '[[motion]]\nname = "push"\nbody = "jet"\nhold = ["x"]\npart = { box = 
 MISTAKES = {
     "unknown face": ('["x-upper"]', '["x-uper"]', ["outflow.0.where.0", "did you mean `x-upper`?"]),
     "no face": ('["x-upper"]', "[]", ["outflow.0.where", "at least 1 item"]),
-    "twice": ('["x-upper"]', '["x-upper", "x-upper"]', ["outflow.0.where.1", "named twice"]),
+    "twice": ('["x-upper"]', '["x-upper", "x-upper"]', ["outflow.0.where.1", "x-upper is listed twice", "remove one of them"]),
     "thin": ('["x-upper"]', '["x-upper", "z-lower"]', ["outflow.0.where.1", "one cell thick along z"]),
     "a wall": ('["x-upper"]', '["x-upper", "y-lower"]', ["outflow.0.where.1", "constrains the whole face y-lower"]),
     "unknown body": ('["x-upper"]', '"x-upper"\nbody = ["jett"]', ["outflow.0.body.0", "did you mean `jet`?"]),
@@ -313,7 +313,7 @@ MISTAKES = {
     "a probe of a column's name": (
         SUPPORT,
         f'{SUPPORT}[[probe]]\nname = "outflow_mass"\nbody = "jet"\nquantity = "mass"\n',
-        ["probe.outflow_mass.name", "a column outflow_mass of its own"],
+        ["probe.outflow_mass.name", "reserved for a column of the history"],
     ),
     "a membrane": (
         SUPPORT,

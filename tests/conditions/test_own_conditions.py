@@ -183,8 +183,8 @@ def test_each_is_a_table_of_the_case_with_messages_and_settings(tmp_path: Path) 
     for before, after, words in (
         ('body = "block"\nforce', 'body = "blok"\nforce', "did you mean `block`?"),
         ("rate = 8", "rate = -8", "spin_damping.0.rate = -8"),
-        ('name = "speed"', 'name = "thrust_work"', "the history has a column thrust_work of its own"),
-        ('name = "speed"', 'name = "brake_heat"', "the history has a column brake_heat of its own"),
+        ('name = "speed"', 'name = "thrust_work"', "the name is reserved for a column of the history"),
+        ('name = "speed"', 'name = "brake_heat"', "the name is reserved for a column of the history"),
     ):
         assert before in ALL
         with pytest.raises(CaseError) as caught:

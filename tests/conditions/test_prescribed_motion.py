@@ -137,7 +137,7 @@ def test_bits_do_not_depend_on_threads_and_a_checkpoint_goes_on():
     ("change", "words"),
     [
         ({"body": "blok"}, "no body has this name; available names: block"),
-        ({"hold": ["y"]}, "y stands in both"),
+        ({"hold": ["y"]}, "y is in both `hold` and `displacement`"),
         ({"hold": [], "displacement": {}}, "prescribes no direction"),
         ({"part": {"box": {"lower": (0, 0, 0), "upper": (1, 1, 1)}}}, "no point of body block lies in it at the start"),
     ],
@@ -150,7 +150,8 @@ def test_motions_that_make_no_sense(change, words):
 @pytest.mark.parametrize("rigid", [False, True])
 def test_no_body_is_led_out_of_a_plane(rigid):
     across = {"name": "across", "body": "block", "displacement": {"z": {"kind": "steady", "velocity": 1.0}}}
-    with pytest.raises(ValueError, match=r"motion.0.displacement.z: the grid is one cell thick along z, where nothing moves"):
+    words = r"motion.0.displacement.z: the grid is one cell thick along z: nothing moves along this axis"
+    with pytest.raises(ValueError, match=words):
         driven(box((3, 3, 0), (5, 5, 0), RATE_SOLID, (2, 2, 1), rigid=rigid), motion=across, counts=(8, 8, 0))
 
 

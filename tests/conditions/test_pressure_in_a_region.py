@@ -69,7 +69,7 @@ def test_a_region_that_the_membrane_leaves_is_named():
     while sim.n_steps < 99:
         sim.step()
     assert 200.0 * sim.time > 2 * 2.2 + 8.0, "the sheet is beyond the mouth"
-    with pytest.warns(UserWarning, match=r"`pressure\.0\.where` presses nothing: no face of body `skin`.*make it larger"):
+    with pytest.warns(UserWarning, match=r"`pressure\.0\.where` has no effect: no face of body `skin`.*enlarge it"):
         sim.step()
 
 

@@ -195,7 +195,7 @@ def test_a_support_on_a_part_of_a_mesh_is_that_of_the_only_body():
         one, other = (run(2, support=[support], gravity=(0, 0, -10)).bodies[0] for support in (named, plain))
         assert one.arrays["prescribed"].any()
         assert other.arrays["prescribed"].tobytes() == one.arrays["prescribed"].tobytes()
-    with pytest.raises(ValueError, match="are those of a body, and there are block, sheet"):
+    with pytest.raises(ValueError, match="belong to a body, and the case has block, sheet"):
         made(BLOCK | {"field": "block"}, SHEET, grid=GRID, support=[{"where": DOWN}])
 
 
@@ -204,7 +204,9 @@ def test_a_motion_that_overrules_a_support_is_told_with_both_and_how_many_nodes(
     """The support holds a side, the motion lifts the top; three nodes are on the edge between them."""
     side = {"name": name, "where": {"normal": (1, 0, 0)}}
     who = "support `bottom`" if name else "support number 1"
-    words = rf"{who} and motion `pull` prescribe different velocities along z at 3 nodes of body block: the motion counts there"
+    words = (
+        rf"{who} and motion `pull` prescribe different velocities along z at 3 nodes of body block: the motion is used there"
+    )
     with pytest.warns(UserWarning, match=words) as caught:
         simulation = run(3, support=[side], motion=[pull(UP)])
     assert len(caught) == 1, "once, and not along x and y, where both hold still"
@@ -234,8 +236,8 @@ def test_without_a_grid_a_support_that_meets_no_body_is_refused():
     ("more", "words"),
     [
         ({"support": [{"body": "lump", "where": "all-nodes"}]}, "body lump has no nodes of its own"),
-        ({"support": [{"where": UP}]}, "of a body with nodes of its own, and lump moves with those of the grid"),
-        ({"support": [{"where": "boundary"}]}, "of a body with nodes of its own, and lump moves with those of the grid"),
+        ({"support": [{"where": UP}]}, "body with nodes of its own, but lump moves with the nodes of the grid"),
+        ({"support": [{"where": "boundary"}]}, "body with nodes of its own, but lump moves with the nodes of the grid"),
         ({"motion": [pull(UP, body="lump")]}, "body lump has no mesh of its own, so it has no sets"),
     ],
 )

@@ -112,5 +112,5 @@ def test_walls_that_are_planes():
 def test_a_point_that_passes_a_held_face_says_so():
     sim = simulation(box((0, 0, 0), (1, 1, 0), WATER, (2, 2, 1)), counts=(8, 8, 0), cell=0.125, support=[FLOOR], end=9.0)
     sim.bodies[0].arrays["position"][0, 1] = -0.01
-    with pytest.raises(RunStopped, match="passed the face y-lower, which a support holds"):
+    with pytest.raises(RunStopped, match="crossed the face y-lower, which a support constrains along its normal"):
         sim.bodies[0].stop(3, 0, 1, 0.0)

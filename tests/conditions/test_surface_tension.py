@@ -269,7 +269,7 @@ def test_faces_without_an_angle_are_neutral_where_the_fluid_has_none():
 
 @pytest.mark.parametrize("floor", [FLOOR[0], {"where": "y-lower"}, FLOOR[0] | {"contact_angle": 60.0}])
 def test_a_face_that_may_be_a_wall_or_a_plane_of_symmetry_is_told(floor):
-    with pytest.raises(ValueError, match=r"x-lower.* may be a wall, which the fluid meets at 60 degrees, or"):
+    with pytest.raises(ValueError, match=r"x-lower.* may be a wall with the contact angle 60 degrees, or"):
         angles_of(floor, SIDE)
 
 
@@ -293,7 +293,7 @@ EITHER = "contact_angle = 60 if it is a wall, contact_angle = 90 if it is a plan
         ),
         (
             ['where = ["x-lower", "y-lower"]', 'where = "x-lower"\ncontact_angle = 60'],
-            {"support.0.where": f'out of this list, and add a [[support]] with where = "y-lower", fix = "normal" and {EITHER}'},
+            {"support.0.where": f'from this list, and add a [[support]] with where = "y-lower", fix = "normal" and {EITHER}'},
         ),
     ],
     ids=["one", "several", "one-of-a-list"],
@@ -362,12 +362,12 @@ TORN = LIQUID | {"pressure": 0.0, "eos": {"kind": "tait", "sound_speed": 20.0}}
         ({"grid": {"functions": "trilinear"}}, "needs quadratic B-splines"),
         ({"grid": {"periodic": ["x"]}}, "periodic"),
         ({"time": {"scheme": "usf"}}, "usf"),
-        ({"outflow": [{"where": "x-upper"}]}, "passes a face"),
+        ({"outflow": [{"where": "x-upper"}]}, "crosses a face"),
         (
             {"support": [{"where": "y-lower", "fix": ["x"], "contact_angle": 60.0}]},
             "constrained along its normal for all bodies",
         ),
-        ({"support": [FLOOR[0] | {"contact_angle": a} for a in (60.0, 70.0)]}, "gives the face y-lower the angle 60"),
+        ({"support": [FLOOR[0] | {"contact_angle": a} for a in (60.0, 70.0)]}, "sets the contact angle 60 on the face y-lower"),
         ({"surface_tension": [], "wall": [FLAT | {"contact_angle": 60.0}]}, "no fluid in this case has surface tension"),
         ({"wall": [FLAT | {"contact_angle": 60.0, "velocity": [0, 0.1, 0]}]}, "moves along its normal"),
         ({"surface_tension": [], "support": [FLOOR[0] | {"contact_angle": 60.0}]}, "no fluid in this case has surface tension"),

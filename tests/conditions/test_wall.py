@@ -332,7 +332,7 @@ def test_a_body_that_starts_behind_a_wall_is_refused(material):
 
 def test_friction_is_no_kind():
     body = box((0.2, 0.3, 0), (0.6, 0.6, 0), SOLID, (2, 2, 1))
-    with pytest.raises(ValueError, match='"friction" is no kind of contact; use kind = "coulomb"'):
+    with pytest.raises(ValueError, match='"friction" is not a kind of contact; use kind = "coulomb"'):
         simulation(body, counts=(10, 10, 0), cell=0.1, wall=[{"point": (0, 0.2, 0), "normal": (0, 1, 0), "kind": "friction"}])
 
 

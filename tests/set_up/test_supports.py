@@ -88,5 +88,5 @@ def test_lids_and_pistons_that_stay_or_move_in_are_not(lid):
 
 
 def test_a_point_that_follows_it_names_the_support():
-    with pytest.raises(RunStopped, match=r"passed the face y-upper, whose support moves out of the grid at 0.5 m/s; set the"):
+    with pytest.raises(RunStopped, match=r"crossed the face y-upper, whose support moves out of the grid at 0.5 m/s; set the"):
         advance(simulation(FILLED, **cavity(RISING, REST)), 400)

@@ -69,10 +69,10 @@ def test_at_registration(before: str, after: str, words: list[str], folder: Path
     ("before", "after", "words"),
     [
         (DISPLACEMENT, "            return self.speed / 0", ["ZeroDivisionError", "(`return self.speed / 0`)", "t = 0 s"]),
-        (DISPLACEMENT, "            return np.nan", ["of motion guide along x gives nan m at t = 0 s; mend its `function`"]),
+        (DISPLACEMENT, "            return np.nan", ["motion guide along x returns nan m at t = 0 s; correct its `function`"]),
         (DISPLACEMENT, '            return "far"', ["could not convert string to float: 'far'"]),
         ("        return displacement", "        return self.displaced", ["fails in `function`", "(`return self.displaced`)"]),
-        ("        return self.speed\n", "        return -1.0\n", ["has the top speed -1.0 m/s; mend its `top_speed`"]),
+        ("        return self.speed\n", "        return -1.0\n", ["has the top speed -1.0 m/s; correct its `top_speed`"]),
     ],
 )
 def test_a_signal_is_tried_at_the_start(before: str, after: str, words: list[str], folder: Path) -> None:

@@ -52,8 +52,8 @@ def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Fi
     thin = {axis for axis, counts in zip(AXES, parts.active_axes, strict=True) if not counts}
     if strange := sorted(axis for axis in axes if thin - {axis}):
         along = listed(sorted(thin))
-        turns = f"bodies rotate about {along} only" if len(thin) == 1 else "nothing rotates"
-        text = f"the grid is one cell thick along {along}: {turns}, not about {strange[0]}"
+        turns = f"bodies rotate about {along} only, not about {strange[0]}" if len(thin) == 1 else "bodies cannot rotate"
+        text = f"the grid is one cell thick along {along}: {turns}"
         yield Finding(path, text, f"remove {strange[0]}, or enlarge the grid along {listed(sorted(thin - {strange[0]}))}")
 
 

@@ -220,7 +220,7 @@ class Support(Condition):
         if len(parts.names(BodyModel)) > 1:
             yield Finding(path, f"{text}, and the case has {listed(parts.names(BodyModel))}", "name one of them as `body`")
         elif len(bodies) == 1 and not bodies[0].owns_nodes(alone=True):
-            text = f"{text} with its own nodes, but {bodies[0].name} moves with the nodes of the grid"
+            text = f"{text} with nodes of its own, but {bodies[0].name} moves with the nodes of the grid"
             yield Finding((*path, "where"), text, "use a shape, or a face of the grid")
         elif len(bodies) == 1:
             yield from self._body_problems(bodies[0].name, path, parts)
@@ -231,7 +231,7 @@ class Support(Condition):
         if body is None:
             return
         if not body.owns_nodes(is_alone(body, parts)):
-            text = f"body {name} has no own nodes: it moves with the nodes of the grid"
+            text = f"body {name} has no nodes of its own: it moves with the nodes of the grid"
             yield Finding((*path, "body"), text, "remove `body`, to constrain the nodes of the grid")
         elif region is not None and (nodes := selectable_of(body, parts)) is not None:
             yield from faults(region, nodes, (*path, "where"), name, parts.active_axes)

@@ -102,5 +102,5 @@ def test_an_inflator_in_a_file_is_the_same(tmp_path):
     table = Inflator(times=(0.1, 0.3, 0.4), mass_flows=(0.0, 2.0, 1.0), temperatures=(300.0, 500.0, 400.0))
     assert Inflator(path=str(file)).given(0.0, 0.35) == table.given(0.0, 0.35)
     file.write_text("0.1,0,300\n0.3,2\n")
-    with pytest.raises(ValueError, match=r"line 2 of .*has other cells than as many numbers"):
+    with pytest.raises(ValueError, match=r"line 2 of .*does not have three numbers like the first row"):
         Inflator(path=str(file))

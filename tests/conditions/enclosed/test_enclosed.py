@@ -251,7 +251,7 @@ def test_runs_go_on_bit_for_bit_with_their_columns(tmp_path):
 @pytest.mark.parametrize(
     ("change", "more", "words"),
     [
-        ({"gas": None, "leak": 1e-3}, {}, "has leak and neither gas nor liquid; give `gas`"),
+        ({"gas": None, "leak": 1e-3}, {}, "has leak but neither gas nor liquid; give `gas`"),
         ({"liquid": {"mass": 1.0, "bulk_modulus": 1e9, "density": 1e3}}, {}, "both a gas and a liquid"),
         ({"gas": {"temperature": 300.0}}, {}, "either `mass` or `pressure`"),
         ({"gas": AIR | {"mass": 1.0}}, {}, "either `mass` or `pressure`"),
@@ -266,11 +266,15 @@ def test_runs_go_on_bit_for_bit_with_their_columns(tmp_path):
         ({"inflator": BURST | {"times": [0, 0, 1]}}, {}, "does not come after"),
         ({"inside": ["skin"]}, {}, "body skin is named twice"),
         ({"lids": True}, {"bodies": [skin(TURNED, elements="quads")]}, "a rim of body skin is bent: its points lie 31 %"),
-        ({"name": "outflow"}, {}, "column outflow_mass of its own"),
+        ({"name": "outflow"}, {}, "history already has a column outflow_mass"),
         ({}, {"grid": {"lower": (-2, -2, 0.0), "upper": (2, 2, 0.2), "cell": 0.2}}, "plane problem|beyond the grid"),
         ({}, {"pressure": [{"body": "skin", "volume": {"times": [0, 1], "ratios": [1, 2]}}]}, "is enclosed in body skin"),
         ({}, {"steady": {}, "time": {"courant": 0.4}}, "cannot find the equilibrium of a membrane with a gas or liquid"),
-        ({}, {"probe": [{"name": "bag_mass", "body": "skin", "quantity": "mass"}]}, "a column bag_mass of its own"),
+        (
+            {},
+            {"probe": [{"name": "bag_mass", "body": "skin", "quantity": "mass"}]},
+            "the name is reserved for a column of the history",
+        ),
     ],
 )
 def test_contents_that_make_no_sense(change, more, words):
@@ -280,7 +284,7 @@ def test_contents_that_make_no_sense(change, more, words):
 
 
 def test_a_membrane_holds_one_gas():
-    with pytest.raises(ValueError, match="body skin holds `bag` already"):
+    with pytest.raises(ValueError, match="body skin already contains `bag`"):
         case({"gas": AIR}, {"gas": AIR})
 
 
@@ -296,7 +300,7 @@ def test_plots_and_checks_know_its_columns():
     assert case({"gas": AIR}, plot=plot, check=[check])
     with pytest.raises(ValueError, match="leak") as caught:
         case({"gas": AIR, "leak": -1.0}, plot=plot, check=[check])
-    assert "no column" not in str(caught.value), "what is wrong might have them"
+    assert "not a column" not in str(caught.value), "what is wrong might have them"
 
 
 def test_a_bag_settles_on_its_gas_before_the_clock_starts():

@@ -94,13 +94,16 @@ def test_loads_push_their_own_body_and_book_in_their_own_column():
 @pytest.mark.parametrize(
     ("forces", "words"),
     [
-        (np.zeros(3), r'"strange" on body block gives no forces: `forces` returns an array of shape \(3,\); .* shape \(5, 3\)'),
+        (
+            np.zeros(3),
+            r'"strange" on body block returns no forces: `forces` returns an array of shape \(3,\); .* shape \(5, 3\)',
+        ),
         (None, r"`forces` returns None; it must return an array of shape \(5, 3\), see .*test_loads.py:\d+"),
         ("much", r"`forces` returns a str; it must return an array"),
         ([[1.0], [1.0, 2.0]], r"`forces` returns a list of rows of different lengths; it must return an array"),
         (
             np.full((5, 3), np.nan),
-            r'"strange" on body block gives the force \[nan nan nan\] N at t = 0.2 s .* correct its `forces`',
+            r'"strange" on body block returns the force \[nan nan nan\] N at t = 0.2 s .* correct its `forces`',
         ),
     ],
 )

@@ -220,25 +220,25 @@ TURNING = {"kind": "steady", "angular_velocity": 1}
 @pytest.mark.parametrize(
     ("load", "words"),
     [
-        ({"kind": "rigid-force"}, "this load is nothing; give a `force`, a `torque`, or both"),
-        ({"kind": "rigid-force", "torque": (1, 0, 0)}, "bodies turn about z alone, not about x"),
-        ({"kind": "rigid-force", "force": (0, 0, 1)}, "one cell thick along z, where nothing moves"),
-        ({"kind": "rigid-force", "torque": ["1 N", 0, 0]}, "is required"),
+        ({"kind": "rigid-force"}, "this load has no effect; give a `force`, a `torque`, or both"),
+        ({"kind": "rigid-force", "torque": (1, 0, 0)}, "bodies rotate about z only, not about x"),
+        ({"kind": "rigid-force", "force": (0, 0, 1)}, "one cell thick along z: nothing moves along this axis"),
+        ({"kind": "rigid-force", "torque": ["1 N", 0, 0]}, r"\(N\*m\) is required"),
         ({"kind": "rigid-spring"}, "this spring has no effect"),
-        ({"kind": "rigid-spring", "stiffness": (-1, 0, 0)}, "stiffness has -1, and cannot be negative; use 0 or more"),
+        ({"kind": "rigid-spring", "stiffness": (-1, 0, 0)}, "stiffness has -1, but cannot be negative; use 0 or more"),
         (
             {
                 "kind": "rigid-spring",
                 "stiffness": (1, 0, 0),
                 "anchor_rotation": {"x": {"kind": "steady", "angular_velocity": 1}},
             },
-            "anchor_rotation: the grid is one cell thick along z, where bodies turn about z alone, not about x",
+            "anchor_rotation: the grid is one cell thick along z: bodies rotate about z only, not about x",
         ),
         (
             {"kind": "rigid-spring", "stiffness": (1, 0, 0), "anchor": {"z": {"kind": "steady", "velocity": 1}}},
-            "anchor: the grid is one cell thick along z, where nothing moves",
+            "anchor: the grid is one cell thick along z: nothing moves along this axis",
         ),
-        ({"kind": "rigid-spring", "turning_damping": (0, 1, 0)}, "bodies turn about z alone, not about y"),
+        ({"kind": "rigid-spring", "turning_damping": (0, 1, 0)}, "bodies rotate about z only, not about y"),
     ],
 )
 def test_loads_that_make_no_sense(load, words):
@@ -250,5 +250,5 @@ def test_loads_that_make_no_sense(load, words):
     "kind", [{"kind": "rigid-force", "force": (1, 0, 0)}, {"kind": "rigid-spring", "stiffness": (1, 0, 0)}]
 )
 def test_only_a_rigid_body_is_loaded_as_a_whole(kind):
-    with pytest.raises((CaseError, ValueError), match=r"body disc is not rigid: a rigid-\w+ acts on a body as a whole"):
+    with pytest.raises((CaseError, ValueError), match=r"body disc is not rigid: a rigid-\w+ acts on rigid bodies only"):
         loaded(disc(rigid=False), kind)

@@ -303,13 +303,13 @@ TURN = {"name": "turn", "rotation": {"z": {"kind": "ramp", "angle": 90, "duratio
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"rotation": {"x": TURN["rotation"]["z"]}}, "one cell thick along z, where bodies turn about z alone, not about x"),
-        ({"hold_rotation": ["x"]}, "one cell thick along z, where bodies turn about z alone, not about x"),
-        ({"hold_rotation": ["z"]}, "z stands in both `hold_rotation` and `rotation`"),
+        ({"rotation": {"x": TURN["rotation"]["z"]}}, "one cell thick along z: bodies rotate about z only, not about x"),
+        ({"hold_rotation": ["x"]}, "one cell thick along z: bodies rotate about z only, not about x"),
+        ({"hold_rotation": ["z"]}, "z is in both `hold_rotation` and `rotation`; remove it from one"),
         ({"rotation": {}}, "prescribes no direction"),
         ({"part": {"box": {"lower": (3, 3, 0), "upper": (4, 4, 1)}}}, "is rigid: a motion moves it as a whole"),
-        ({"displacement": {"z": {"kind": "steady", "velocity": 1.0}}}, "one cell thick along z, where nothing moves"),
-        ({"rotation": {"z": {"kind": "ramp", "angle": "3 m", "duration": 1.0}}}, "is required"),
+        ({"displacement": {"z": {"kind": "steady", "velocity": 1.0}}}, "one cell thick along z: nothing moves along this axis"),
+        ({"rotation": {"z": {"kind": "ramp", "angle": "3 m", "duration": 1.0}}}, r"\(rad\) is required"),
         ({"rotation": {"z": {"kind": "steady", "velocity": 3.0}}}, "angular_velocity"),
     ],
 )
@@ -319,7 +319,7 @@ def test_motions_of_rigid_bodies_that_make_no_sense(change, words):
 
 
 def test_a_number_is_led_once():
-    with pytest.raises((CaseError, ValueError), match="the motion turn already leads body block about z"):
+    with pytest.raises((CaseError, ValueError), match="the motion turn already prescribes body block about z"):
         led(square(), motion=[TURN, TURN | {"name": "other"}])
 
 

@@ -62,11 +62,11 @@ def test_a_table_goes_through_its_rows_without_overshoot(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("0,0\n2,1e-3\n1,2e-3\n", "line 3 of .*: time 1 s does not come after 2 s; put the rows in the order of time"),
+        ("0,0\n2,1e-3\n1,2e-3\n", "line 3 of .*: time 1 s does not come after 2 s; sort the rows by time"),
         ("0,0\n1,1e-3\n1,2e-3\n", "line 3 of .*: time 1 s does not come after 1 s"),
-        ("time,u\n0,0\n1,a\n", "line 3 of .* has other cells than two numbers; every row has"),
-        ("0,0\n1\n", "line 2 of .* has other cells than two numbers"),
-        ("0,0\n1,nan\n", "line 2 of .* has other cells than two numbers"),
+        ("time,u\n0,0\n1,a\n", "line 3 of .* does not have two numbers like the first row; every row needs time"),
+        ("0,0\n1\n", "line 2 of .* does not have two numbers"),
+        ("0,0\n1,nan\n", "line 2 of .* does not have two numbers"),
         ("time,u\n0,0\n", "has 1 rows of numbers; it needs at least two"),
     ],
 )

@@ -57,7 +57,11 @@ class MeanVelocity(ChangesInTime, LoadModel):
             if name in self.bodies()[:number]:
                 yield Finding(here, f"body {name} is named twice", "remove one of them")
             elif body is not None and body.is_rigid:
-                yield Finding(here, f"body {name} is rigid", "remove it; use a load of kind rigid-force instead")
+                yield Finding(
+                    here,
+                    f"body {name} is rigid: this load cannot drive rigid bodies",
+                    "remove it; use a load of kind rigid-force instead",
+                )
             elif number > 0 and body is not None and not body.moves:
                 yield Finding(here, f"body {name} does not move: it has no inertia", "remove it")
             for place, other in parts.placed(MeanVelocity):

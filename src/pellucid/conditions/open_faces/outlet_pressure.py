@@ -144,12 +144,13 @@ class OutletPressure(ActiveCondition):
         for number, (face, ends) in enumerate(self._ends):
             depth, inward = _nearest(ends)
             if self._filled[number] and depth > 1.0 and inward > 0.0:
-                text = f"backflow at the outflow through {face.name}: no fluid is left in the layer of cells there"
+                where = f"backflow at the outflow through {face.name} (body {_names(ends)})"
+                text = f"{where}: no fluid is left in the layer of cells there"
                 remedy = (
                     f"keep the pressure at this face below that at the inlet at all times: reduce `{self._path}.pressure` or "
                     f"the largest share of its `amplitude`, or raise `rise`; {face.when_flow_reverses}"
                 )
-                message = f"step {n_steps}, time {time:.6g} s: {text} (body {_names(ends)}); {remedy}"
+                message = f"step {n_steps}, time {time:.6g} s: {text}; {remedy}"
                 raise RunStopped(message, step=n_steps, time=time)
             self._filled[number] = depth <= 1.0
         return ()

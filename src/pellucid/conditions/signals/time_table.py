@@ -30,10 +30,12 @@ def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
             continue
         place = f"line {number} of {path}"
         if len(cells) not in (widths if not rows else (len(rows[0]),)) or not _numbers(cells):
-            many, more = (
-                (("two or three", f" and perhaps {another}") if not rows else ("as many", "")) if another else ("two", "")
-            )
-            raise ValueError(f"{place} does not have {many} numbers; every row needs time [s], {quantity}{more}")
+            if rows:
+                expected = f"{'three' if len(rows[0]) == 3 else 'two'} numbers like the first row"
+            else:
+                expected = "two or three numbers" if another else "two numbers"
+            optional = f" and optionally {another}" if another else ""
+            raise ValueError(f"{place} does not have {expected}; every row needs time [s], {quantity}{optional}")
         row = tuple(map(float, cells))
         if rows and row[0] <= rows[-1][0]:
             text = f"{place}: time {row[0]:g} s does not come after {rows[-1][0]:g} s"
@@ -48,7 +50,7 @@ def check_order(times: Sequence[float]) -> None:
     """Raise ValueError where instants [s] do not come one after the other."""
     for before, after in pairwise(times):
         if not before < after:
-            raise ValueError(f"time {after:g} s does not come after {before:g} s; sort them, each once")
+            raise ValueError(f"time {after:g} s does not come after {before:g} s; sort the times, each once")
 
 
 def between_rows(rows: np.ndarray) -> Callable[[float], float]:
