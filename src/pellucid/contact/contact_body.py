@@ -42,7 +42,7 @@ class ContactBody(Protocol):
 
     @property
     def mapped(self) -> Bundle:
-        """Its points as arguments of the kernels over points."""
+        """Points as arguments of kernels."""
 
     @property
     def n_slabs(self) -> int:

@@ -58,7 +58,7 @@ class ContactEnergy:
         return dict(vars(self))
 
     def restore(self, numbers: Mapping[str, float | None]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         vars(self).update(numbers)
 
 

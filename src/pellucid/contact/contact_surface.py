@@ -1,4 +1,4 @@
-"""The surface of a body by which others touch it: points with places, areas and velocities, on which contact gives forces."""
+"""Contact surface of a body: points with positions, areas and velocities, on which contact forces act."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -51,27 +51,27 @@ class ContactSurface(ABC):
     body = ""
     """Name of the body."""
     two_sided = False
-    """Whether others may meet it from both sides: a membrane."""
+    """True if other bodies can touch it from both sides: a membrane."""
     half_width: float | np.ndarray = 0.0
-    """How far the body reaches beyond the points, or beyond each of them [m]."""
+    """Distance by which the body extends beyond its points, or beyond each of them [m]."""
     mass_per_area: float
-    """Of what moves with the surface at once [kg/m²]."""
+    """Mass per area that moves with the surface at once [kg/m²]."""
     rate: float
-    """How fast it can swing: a step that the body allows is below the reciprocal [1/s]."""
+    """Largest oscillation rate: the inverse of the largest step of the body [1/s]."""
     is_plane = False
-    """Whether it is that of a slice, across which nothing varies."""
+    """True in a plane problem, where nothing varies across the slice."""
     follows_steps = True
-    """Whether contact may let it swing as fast as the steps of the case can follow, or only at its rate."""
+    """True if contact springs may be as stiff as the steps of the case can resolve; False if only at its rate."""
     rigid_mass = np.inf
-    """Of a body that moves as a rigid one [kg], infinite where its motion is prescribed."""
+    """Mass of a rigid body [kg]; infinite if its motion is prescribed."""
     is_hard = False
-    """Whether it does not deform: it is rigid, or its motion is prescribed."""
+    """True if it does not deform: it is rigid, or its motion is prescribed."""
     serves_deformed = False
-    """Whether it serves contact though the body deforms; else this and others meet on the nodes."""
+    """True if a deforming body uses it for contact; otherwise contact is on the nodes."""
     least_rate, swings = 0.0, 0.0
     """How fast a rigid body swings that lies or falls on others by itself [1/s]; the square of that where it is now [1/s²]."""
     stands = False
-    """Whether it is where it was as the step before began, at rest."""
+    """True if it has not moved since the start of the previous step."""
     pushed_along: list[np.ndarray]
     """Unit vectors along which the overlaps push a rigid body in which it is in this step, (3,) each."""
     n_edge_points = 0
@@ -80,14 +80,14 @@ class ContactSurface(ABC):
     edge_tangent = np.zeros((0, 3))
     """Unit vectors along the edges at these points, zero at corners, shape (n_edge_points, 3)."""
     on_flat_side: np.ndarray
-    """Whether a point lies on a flat side, shape (m,); of bodies with edge points."""
+    """Mask of points on flat sides, shape (m,); of bodies with edge points."""
     faces: np.ndarray | None = None
     """Three points of each plane that bounds the body, counterclockwise as seen from outside, in a plane two and -1; None where
     it is not convex, or not bounded by planes alone. Shape (k, 3)."""
     thin_axis: np.ndarray
     """Unit vector of the axis that is thin in a plane, (3,); for planes of `faces` there."""
     stops_at_once = False
-    """Whether all contacts of a rigid body use one damper for each point in this step, so that they are solved together."""
+    """True if all contacts of a rigid body use one damper for each point in this step, so that they are solved together."""
     pushed: np.ndarray
     """Change of the push of these contacts on the body in this step, in the terms of `mobility_rows`, (6,)."""
     drag: np.ndarray | None = None
@@ -107,7 +107,7 @@ class ContactSurface(ABC):
 
     @property
     def is_sheet(self) -> bool:
-        """Whether it is a membrane that deforms."""
+        """True for a membrane that deforms."""
         return self.two_sided and not self.is_hard
 
     def corner_shares(self) -> sparse.csr_array | None:
@@ -115,7 +115,7 @@ class ContactSurface(ABC):
         return None
 
     def begin(self) -> None:  # noqa: B027
-        """Before contact of a step is found: renew what follows from the state of the body."""
+        """Update the points from the state of the body. Called before contact of a step is found."""
 
     def end_at(self, faces: Sequence[tuple[int, float]]) -> None:  # noqa: B027
         """Have no surface on faces of the grid through which points leave, each across an axis at a place [m]: there what it
@@ -170,8 +170,8 @@ class ContactSurface(ABC):
         return float(np.linalg.norm(self.velocity, axis=1).max())
 
     def contact_rate(self) -> float:
-        """How fast a rigid body swings on what it touches, which its step has to follow [1/s]. By more than by itself where
-        others press it, or where it turns as it strikes: steps have room for half of such a stiffness."""
+        """Return the oscillation rate of a rigid body on its contacts, which limits the step [1/s]. It is larger than the
+        body's own rate if others press it or if it rotates in an impact; the step has room for half of such a stiffness."""
         return max(self.least_rate, sqrt(0.5 * self.swings))
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
@@ -199,7 +199,7 @@ class ContactSurface(ABC):
         """Forces on the points over this step [N], shape (m, 3)."""
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """What a checkpoint keeps."""
+        """Return the arrays for a checkpoint."""
         return {"surface/slip": self.slip} | {f"surface/itself/{name}": array for name, array in self.of_itself.items()}
 
     def go_on(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -209,7 +209,7 @@ class ContactSurface(ABC):
             self.restore(arrays)
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         for name, array in self.state_arrays().items():
             array[...] = arrays[name]
 

@@ -201,7 +201,7 @@ class DeadStop:
         return [self.damped, self.approach, kept]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         self.damped, self.approach, kept = numbers
         self.before = {}
         for number, (listed, *values) in kept.items():

@@ -1,8 +1,8 @@
-"""Which points of two surfaces may touch: found through boxes, and followed while the surfaces move little.
+"""Search for the points of two surfaces that may touch, through boxes; the result is reused while the surfaces move little.
 
-A search finds for each point of the one surface the points of the other within its sight and a margin. The result serves until
-the surfaces may have come nearer by the margin. Points in a list are in ascending order, so that sums over them, of which those
-out of sight are no part, do not depend on when a search was made.
+A search finds for each point of one surface the points of the other within its sight and a margin. The result is valid
+until the surfaces may have approached by the margin. Lists are in ascending order and sums exclude points out of sight, so
+that sums do not depend on when a search was made.
 """
 
 from math import sqrt

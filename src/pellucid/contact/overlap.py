@@ -97,7 +97,7 @@ class StartOverlap:
         self._by_equilibria = False
 
     def skip(self) -> None:
-        """Let everything press from the start on: the surfaces touched each other in an earlier run."""
+        """Apply all overlaps from the start: the surfaces touched in an earlier run."""
         self._begun = True
 
     def reduce(self, depth: np.ndarray) -> np.ndarray:
@@ -132,18 +132,18 @@ class StartOverlap:
         return [self._begun, self.depth, self._recent]
 
     def restore(self, numbers: Sequence[Any]) -> None:
-        """Go on from a checkpoint."""
+        """Restore a checkpoint."""
         self._begun, self.depth, recent = numbers
         self._recent = list(recent)
 
 
 class OverlapLaw:
-    """What the points in an overlap feel.
+    """Law of the forces on points in an overlap.
 
-    sides: the surfaces that touch; one alone where the other body neither deforms nor gives way, as a wall. friction:
-    coefficient μ, `STICKS` where they stick while they press. courant: of the case's `time`. swing: how fast bodies that do not
-    deform are to swing on each other [1/s], see `swing_of`; 0 where nothing moves them, and their materials tell. cell: edge
-    of the cells [m]. step: fixed step of the case [s], 0 where `courant` sets it.
+    sides: surfaces in contact; one only if the other body neither deforms nor yields, e.g. a wall. friction: coefficient μ,
+    `STICKS` for no sliding. courant: of the case's `time`. swing: target oscillation rate of bodies that do not deform
+    [1/s], see `swing_of`; 0 if nothing moves them and their materials define it. cell: edge of the cells [m]. step: fixed
+    step of the case [s], 0 if `courant` sets it.
     """
 
     def __init__(
@@ -264,7 +264,7 @@ class OverlapLaw:
         return found
 
     def reach_equilibrium(self) -> None:
-        """Let points that slide go on from where friction holds them."""
+        """Continue sliding points from the positions at which friction holds them."""
         for one, at, limits in self._limits:
             one.slip[at] = _held(one.slip[at], *limits.T)
 
@@ -332,7 +332,7 @@ class OverlapLaw:
         return found
 
     def separate(self, last: float, before: float = 0.0) -> None:
-        """Nothing overlaps any more; last: length of the step before [s]; before: see `forces`."""
+        """End the contact: there is no overlap. last: length of the previous step [s]; before: see `forces`."""
         self.given = []
         ended = self.lost - 0.5 * last * before - self.lent
         self.held = Held(taken=ended if self.stop is None else self.stop.end(last))
@@ -370,13 +370,13 @@ def _stiff(courant: float) -> float:
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:
-    """Whether points of a surface, by their indices, lie on flat sides and edges alone: a round side can roll."""
+    """Return True if all listed points of a surface lie on flat sides and edges; a round side can roll."""
     n_faces = len(one.place) - one.n_edge_points
     return bool(one.on_flat_side[listed[listed < n_faces]].all())
 
 
 def stop_apart(*sides: ContactSurface) -> bool:
-    """Whether bodies that do not deform are stopped point by point: they have edges, and planes bound one of two."""
+    """Return True if non-deforming bodies are stopped point by point: they have edges, and planes bound one of the two."""
     return all(side.n_edge_points > 0 for side in sides) and (len(sides) == 1 or any(side.faces is not None for side in sides))
 
 
@@ -403,7 +403,7 @@ def _limited(drag: np.ndarray, most: np.ndarray) -> np.ndarray:
 
 
 def _held(carried: np.ndarray, spring: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """What a spring keeps of how far it was carried where its force is limited."""
+    """Return the displacements of springs limited by friction."""
     size = np.linalg.norm(carried, axis=1)
     longest = np.where(spring > 0.0, most / np.where(spring > 0.0, spring, 1.0), 0.0)
     return np.asarray(carried * np.minimum(1.0, longest / np.maximum(size, TINY))[:, None])
@@ -415,5 +415,6 @@ def coefficient(kind: str, friction: float | None) -> float:
 
 
 def swing_of(cell: float, gravity: float, speed: float) -> float:
-    """How fast bodies that do not deform are to swing on each other [1/s], for cells [m], gravity [m/s²] and speeds [m/s]."""
+    """Return the target oscillation rate of bodies that do not deform [1/s], for cells [m], gravity [m/s²] and speeds
+    [m/s]."""
     return max(sqrt(gravity / (SINK * cell)), speed / (IMPACT * cell))

@@ -221,10 +221,10 @@ class ContactPairs:
                 pair.resolve(anew)
 
     def _iterate(self, responses: Sequence[ContactResponse]) -> None:
-        """Let bodies respond to the impulses, and find these anew, until they hardly change.
+        """Iterate the responses of bodies and the impulses until they hardly change.
 
-        Impulses that only push on bodies that part or stay minimize a convex function. A projected gradient method with
-        momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372); it restarts where it turns back (O'Donoghue &
+        Impulses that only push on bodies that separate or stay minimize a convex function. A projected gradient method with
+        momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372); it restarts if it turns back (O'Donoghue &
         Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
         """
         last, weight, ahead = self._copy_impulses(), 1.0, 0.0

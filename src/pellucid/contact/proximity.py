@@ -1,4 +1,4 @@
-"""Where points on one surface lie beside another: kernels.
+"""Kernels for the position of points of one surface relative to another surface.
 
 The other surface is known by points with vector areas. About a place x the tangent planes of those that face it are averaged,
 with weights w that reach over a few of them, in two ways: the mean of n_q·(x - x_q), and n·(x - x̄) with the mean normal n and
@@ -61,7 +61,7 @@ class Candidates(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """How two surfaces meet."""
+    """Parameters of the contact of two surfaces."""
 
     two_sided: tuple[bool, bool]  # whether others may meet the one, and the other, from both sides
     deepest: float  # how deep a place may lie behind a plane that still counts [m]

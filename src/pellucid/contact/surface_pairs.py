@@ -77,12 +77,12 @@ class SurfacePair(PointContact):
         return min(float(side.other.reach.min()) for side in self.sides)
 
     def begin_steady(self) -> None:
-        """Let one of the surfaces that deform search alone, with leads: the smaller one, or the finer one of two as large.
+        """Choose one searching surface with leads among those that deform: the smaller one, or the finer of two equally
+        large ones.
 
-        With the leads of both there would be more than one for each overlap, and where no overlap is left, points of the other
-        one would touch now and then, by the curvature of the surfaces. The forces act on both surfaces. If the larger one
-        searched, edges of the smaller one would sink in between its points. The smaller one does not search if it is far
-        coarser.
+        With leads of both there would be more than one per overlap, and without overlap points of the other surface would
+        touch intermittently because of curvature. The forces act on both surfaces. If the larger one searched, edges of the
+        smaller one would sink in between its points. The smaller one does not search if it is much coarser.
         """
         super().begin_steady()
         soft = [side for side in self.sides if not side.one.is_hard]
@@ -99,7 +99,7 @@ class SurfacePair(PointContact):
 
 
 def _deepest(surface: ContactSurface) -> float:
-    """How deep a place may lie behind a point of a surface that still counts [m]: less than half through a body."""
+    """Return the largest depth of a position behind a surface point that still counts [m]: less than half the body."""
     extent = np.ptp(surface.place, axis=0)
     thick = extent[extent > 1e-3 * extent.max()].min(initial=np.inf)
     reach = float(np.median(surface.reach))
@@ -107,7 +107,7 @@ def _deepest(surface: ContactSurface) -> float:
 
 
 class SurfacePairs:
-    """All surfaces of a simulation that touch each other or walls."""
+    """All surfaces of a simulation in contact with each other or with walls."""
 
     def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = ()) -> None:
         """planes: of symmetry; seams: of a periodic grid."""
@@ -124,9 +124,9 @@ class SurfacePairs:
         return len(self._pairs)
 
     def act(self, dt: float, last: float, time: float, passing: float) -> None:
-        """Give the bodies the forces of contact over a step dt [s]; last: length of the step before [s].
+        """Apply the contact forces of a step dt [s] to the bodies; last: length of the previous step [s].
 
-        time: at which it begins [s]; passing: by how much the time of the loads grows [s].
+        time: start of the step [s]; passing: increment of the time of the loads [s].
         """
         for pair in self._pairs:
             pair.begin(time, passing / dt if dt > 0.0 else 0.0)
@@ -263,10 +263,10 @@ class SurfacePairs:
         return [(pair, depth) for pair in starting if (depth := pair.start_depth()) > 0.0]
 
     def go_on(self, bodies: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-        """Let bodies that continue an earlier run touch each other, walls and themselves as they did there.
+        """Continue the contact of bodies from an earlier run: with each other, with walls and with themselves.
 
-        bodies: their arrays by name. What they overlap with presses from the start on. Where the arrays have the sides on which
-        parts of a surface touch each other, these are restored.
+        bodies: their arrays by name. Their overlaps exert force from the start. The sides of self-contact are restored if
+        the arrays contain them.
         """
         for pair in self._pairs:
             if all(surface.body in bodies for surface in pair.surfaces):
@@ -292,12 +292,12 @@ class SurfacePairs:
         return arrays
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from the arrays of a checkpoint."""
+        """Restore the arrays of a checkpoint."""
         for i, pair in enumerate(self._pairs):
             pair.restore_arrays(of_owner(str(i), arrays))
 
     def state_numbers(self) -> dict[str, object]:
-        """What a checkpoint keeps."""
+        """Return the numbers for a checkpoint."""
         stops = [pair.law.stop.state_numbers() for pair in self._pairs if pair.law.stop]
         starts = [start.state_numbers() for start in self._start_overlaps()]
         given = [given.state_numbers() for given in self._given_before()]
@@ -316,7 +316,7 @@ class SurfacePairs:
         return [start for pair in self._pairs for start in pair.start_overlaps()]
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Go on from a checkpoint."""
+        """Restore the numbers of a checkpoint."""
         self.energy.restore(numbers["energy"])
         stops = [pair.law.stop for pair in self._pairs if pair.law.stop]
         for stop, kept in zip(stops, numbers["stops"], strict=True):
@@ -331,7 +331,7 @@ class SurfacePairs:
             pair.law.lost = lost
 
     def external_work(self) -> float:
-        """What walls that move did over this step [J]."""
+        """Return the work of moving walls over this step [J]."""
         return sum(pair.external_work() for pair in self._pairs)
 
 

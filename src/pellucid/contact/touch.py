@@ -34,13 +34,13 @@ class ContactLaw(Protocol):
         """Return the stop of rigid bodies; None of bodies that deform."""
 
     def separate(self, last: float, before: float = 0.0) -> None:
-        """Nothing overlaps any more; last: length of the step before [s]; before: see `OverlapLaw`."""
+        """End the contact: there is no overlap. last: length of the previous step [s]; before: see `OverlapLaw`."""
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
         """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
 
     def reach_equilibrium(self) -> None:
-        """Go on from the equilibrium that was found."""
+        """Continue from the equilibrium that was found."""
 
 
 class Touch(ABC):
@@ -60,7 +60,7 @@ class Touch(ABC):
 
     @property
     def between(self) -> tuple[str, ...]:
-        """Both that touch, for messages."""
+        """Names of both bodies, for messages."""
         return tuple(f"body {surface.body}" for surface in self.surfaces)
 
     @property
@@ -69,7 +69,7 @@ class Touch(ABC):
         return sum(float(np.max(surface.half_width, initial=0.0)) for surface in self.surfaces)
 
     def begin(self, time: float, rate: float) -> None:  # noqa: B027
-        """Before the overlaps of a step that begins at a time of the loads [s]; rate: of this time in that of the steps."""
+        """Prepare a step that starts at a time of the loads [s]; rate: rate of this time relative to the time of the steps."""
 
     def follow(self, last: float) -> None:  # noqa: B027
         """Follow the motion of the surfaces over the step before, of a length `last` [s]."""
@@ -105,7 +105,7 @@ class Touch(ABC):
             start.begin_steady()
 
     def reach_equilibrium(self) -> None:
-        """Go on from the equilibrium that was found."""
+        """Continue from the equilibrium that was found."""
         self.law.reach_equilibrium()
         for start in self.start_overlaps():
             start.reach_equilibrium()
@@ -116,7 +116,7 @@ class Touch(ABC):
 
     @property
     def stops_apart(self) -> bool:
-        """Whether all points found stop each by itself."""
+        """True if each point found is stopped by itself."""
         return self.law.stop is not None and all(overlap.apart for overlap in self.overlaps())
 
     @abstractmethod
@@ -128,10 +128,10 @@ class Touch(ABC):
         return {}
 
     def restore_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from the arrays of a checkpoint."""
+        """Restore the arrays of a checkpoint."""
         for name, array in self.state_arrays().items():
             array[...] = arrays[name]
 
     def external_work(self) -> float:
-        """What is done from outside over this step, by a wall that moves [J]."""
+        """Return the work of a moving wall over this step [J]."""
         return 0.0

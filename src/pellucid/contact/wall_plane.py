@@ -21,5 +21,5 @@ class WallPlane:
         self.level = float(np.sum(self.normal * (self._point + time * self._full_velocity)))
 
     def height(self, place: np.ndarray) -> np.ndarray:
-        """Of places [m], shape (n, 3), above it [m], shape (n,)."""
+        """Return the heights of positions [m], shape (n, 3), above the plane [m], shape (n,)."""
         return np.asarray(np.sum(place * self.normal, axis=1) - self.level)

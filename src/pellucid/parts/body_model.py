@@ -145,12 +145,12 @@ class BodyModel(Part):
 
     @property
     def is_fluid(self) -> bool:
-        """Whether it flows through its volume: its contact is on the nodes of the grid."""
+        """True for a fluid: its contact is on the nodes of the grid."""
         return False
 
     @property
     def remedy_for_node_contact(self) -> str:
-        """What to do where it touches solids and membranes on the nodes of the grid."""
+        """Remedy for contact with solids and membranes on the nodes of the grid."""
         return "use a smaller grid.cell"
 
     @property

@@ -23,8 +23,8 @@ VTK_CELLS = (1, 3, 5, 9, 10)
 
 
 class Run(StoredRun):
-    """What a run left in a folder, read when it is first used: columns of its `history`, shape (rows,) each, with their
-    `units`; `fields(body, time)`, shapes (n,), (n, 3) or (n, 6) in SI units; `metrics`; `summary`."""
+    """Results of a run in a folder, read on first use: columns of its `history`, shape (rows,) each, with their `units`;
+    `fields(body, time)`, shapes (n,), (n, 3) or (n, 6) in SI units; `metrics`; `summary`."""
 
     def to_pandas(self) -> Any:
         """The history as a `pandas.DataFrame` over the time [s], with the units of the columns in `attrs["units"]`.

@@ -1,4 +1,4 @@
-"""Which solids and membranes touch on the nodes of the grid, and what a user can do about it: lines for the user."""
+"""Lines for the user about solids and membranes that touch on the nodes of the grid, with remedies."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -1,16 +1,9 @@
-"""How the volume of a region is shared among its points, where its border is no face of its lattice.
+"""Distribution of the volume of a region among its points, where its boundary cuts cells of its lattice.
 
-The lattice cells at the border are cut. Each is sampled by sub-points, which tell the part of it that is left. A lattice point
-that lies in the region has the part of its own cell that is left; the slivers of cells whose own point lies elsewhere go to the
-nearest point that is there (those as near share), so that mass is missing nowhere and doubled nowhere. Then all volumes are
-scaled to the exact measure: that of the shape less those of the parts left out, as far as these are known (those that lie
-inside a box), else as sampled; so is what a plane of symmetry leaves of a shape. A ball of ten cells' radius is sampled to 1e-4
-of its volume, a flat face to a sixteenth of a cell, so that the scale hardly differs from one. A part left out that is much
-thinner than a cell is taken off in sum, but not just where it is.
-
-Where nothing is left out, a point lies in the middle of the part that it represents, if that is in the region: the border
-is smooth, where the points of the lattice make steps. Steps are flat: a ball would touch a plane with a foot as wide as
-√(radius x spacing).
+Lattice cells at the boundary are cut. Each is sampled by sub-points, which give the fraction inside the region. A lattice
+point inside the region gets the fraction of its own cell; slivers of cells whose own point lies outside go to the nearest
+points inside (equally near points share), so that no mass is missing or counted twice. Then all volumes are scaled to the
+exact measure: that of the shape minus the excluded parts, as far as these are known (those that
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,11 +1,10 @@
-"""What happens to one constant-strain triangle in a step; inlined into the loops over elements.
+"""Update of one constant-strain triangle in a step; inlined into the loops over elements.
 
-It is strained from its rest shape, F = x_K ⊗ ∇N_K with the gradients at rest, in axes of its plane then: C = FᵀF holds all that
-the law needs, in the axes at rest, and the forces on its corners are -V₀ F S ∇N_K with the second Piola-Kirchhoff stress S
-(Belytschko, Liu & Moran 2000, Nonlinear Finite Elements for Continua and Structures, section 4.9). There are no frames to
-follow, nothing drifts, and a triangle that bears no compression may be folded flat and over to its other side.
-
-`surface` is the bundle of `pellucid.bodies.membrane_elements.strain`.
+The triangle is strained from its rest shape, F = x_K ⊗ ∇N_K with the gradients at rest, in its own axes: C = FᵀF contains
+all that the law needs, in the axes at rest, and the forces on its corners are -V₀ F S ∇N_K with the second Piola-Kirchhoff
+stress S (Belytschko, Liu & Moran 2000, Nonlinear Finite Elements for Continua and Structures, section 4.9). There are no
+frames to follow and nothing drifts, and a triangle without compressive stress may be folded flat and over to its other
+side.
 """
 
 from math import inf, sqrt

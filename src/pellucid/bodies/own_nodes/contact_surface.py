@@ -83,7 +83,7 @@ class PointsOfFaces(ContactSurface):
         return self._shares
 
     def add_forces(self, force: np.ndarray) -> None:
-        """To the corners."""
+        """Distribute the forces to the corners of the faces."""
         self._take(self._to_corners @ force)
 
     def respond_with(self, values: sparse.csr_array, motion: NodalMotion) -> None:

@@ -29,7 +29,7 @@ class Geometry(Model):
 
     @property
     def is_convex(self) -> bool:
-        """Whether it is known to be convex."""
+        """True if the shape is known to be convex."""
         return False
 
     def centre(self) -> np.ndarray:
