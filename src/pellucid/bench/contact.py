@@ -38,7 +38,8 @@ def contact_case(points: int, which: tuple[str, ...]) -> Case:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Step the three problems in turns; lower quartiles of their steps [s], and the ratio of both together to the sum."""
+    """Time the block, the sheet and both together, one step each in turn. Returns the lower quartiles of the step durations
+    [s], and the duration of both together divided by the sum of the single ones."""
     simulations = {what: Simulation(contact_case(points, which), threads=threads) for what, which in WHICH.items()}
     taken: dict[str, list[float]] = {what: [] for what in WHICH}
     for number in range(WARM_UP_STEPS + steps):

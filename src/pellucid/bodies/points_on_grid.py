@@ -167,7 +167,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     @property
     def nodal_forces(self) -> np.ndarray:
-        """The rows to which it adds internal forces, shape (4 nodes,)."""
+        """Flat array of nodal rows of four numbers to which the body adds its internal forces, shape (4 nodes,)."""
         return self._nodes.forces
 
     def share_cells(self, cells: FullCells) -> None:

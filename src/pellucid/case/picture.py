@@ -162,4 +162,6 @@ class Picture(Pictured):
 class Film(Pictured):
     """A film of the report, `figures/NAME.gif`: bodies at many instants, one after the other."""
 
-    pictures: AtLeastTwo = parameter("", "largest number of recorded frames, evenly spaced from the first to the last", 40)
+    pictures: AtLeastTwo = parameter(
+        "", "draw at most this many of the recorded frames, evenly spaced from the first to the last", 40
+    )

@@ -198,7 +198,7 @@ class Case(Model):
     plot: tuple[Plot, ...] = parameter("", "plots of columns of the history and measured curves, for the report", ())
     checks: tuple[Check, ...] = parameter("", "comparisons of results with references", (), alias="check")
     output: OutputCase = parameter("", "intervals of output", OutputCase())
-    energy: EnergyCase = parameter("", "limits of the error of the energy balance", EnergyCase())
+    energy: EnergyCase = parameter("", "relative errors of the energy balance at which a run warns and stops", EnergyCase())
     times: TimesCase | None = parameter("", "expected wall-clock times", None)
     quick: dict[str, Any] = Field({}, description="settings of the quick variant, by dotted key")
 

@@ -85,5 +85,6 @@ def _keep_count(key: str, count: int) -> None:
 
 
 def _place(key: str) -> Path:
-    """The file of a count, beside the folders of compiled kernels: these are others after each change of the sources."""
+    """Return the path of the file with the number of kernels for a key. It is next to the kernel folders, which change with
+    the sources."""
     return cache_folder().parent / "counts" / key

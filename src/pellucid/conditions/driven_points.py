@@ -76,7 +76,7 @@ class Constrain(NamedTuple):
 
 
 class Prescribe(NamedTuple):
-    """A run takes its prescribed velocity; work and impulses that this takes."""
+    """Pass that sets a run of points to their prescribed velocity and sums the work and impulses."""
 
 
 class Run(NamedTuple):

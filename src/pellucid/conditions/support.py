@@ -33,8 +33,9 @@ class Support(Condition):
     name: str | None = name_parameter("name for probes of its reaction", None)
     body: str | None = parameter(
         "",
-        "a body with its own nodes: only these are constrained; default: nodes of the grid and of all such bodies; for "
-        "a named set, a normal or the boundary, the nodes of the only body",
+        "name of a body with its own nodes, to constrain only these. Default: the nodes of the grid and of "
+        "all bodies with their own nodes; for "
+        "regions by named set, normal or boundary, the nodes of the only body",
         None,
     )
     where: Literal["all-nodes"] | Face | tuple[Face, ...] | Where = parameter(

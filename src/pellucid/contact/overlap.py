@@ -273,7 +273,8 @@ class OverlapLaw:
         return np.asarray(self._implicit * overlap.share * overlap.area)
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
+        """Compute the contact forces on flat-sided rigid bodies first, so that other contacts of these bodies can include
+        them."""
         if self.stop is not None:
             self._find_apart(self.stop, overlaps, self._springs(overlaps), dt, last)
 

@@ -337,7 +337,7 @@ class SurfacePairs:
 
 @kernel()
 def _let_go(slip, touched):
-    """Forget how far points were carried that friction does not hold, shape (m, 3) and (m,)."""
+    """Reset the tangential displacements of points without contact, shape (m, 3) and mask (m,)."""
     for p in range(len(slip)):
         if not touched[p]:
             slip[p, 0] = slip[p, 1] = slip[p, 2] = 0.0

@@ -37,7 +37,8 @@ class ContactLaw(Protocol):
         """End the contact: there is no overlap. last: length of the previous step [s]; before: see `OverlapLaw`."""
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the forces of flat sides on rigid bodies, so that their other contacts can account for them."""
+        """Compute the contact forces on flat-sided rigid bodies first, so that other contacts of these bodies can include
+        them."""
 
     def reach_equilibrium(self) -> None:
         """Continue from the equilibrium that was found."""

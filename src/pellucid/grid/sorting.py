@@ -114,7 +114,7 @@ class ShortRuns:
 
     @property
     def sorting_pays(self) -> bool:
-        """Return True if short runs have cost as much as a sorting."""
+        """Return True if the time lost by unsorted points since the last sorting exceeds the time of a sorting."""
         return bool(self.counts[0] >= self._price)
 
 

@@ -17,7 +17,8 @@ def of_first_invariant(law: Law, excess: float) -> tuple[float, float, float]:
 
 
 def incompressible(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register the width of a strip whose sides are free."""
+    """Class decorator: mark a law as incompressible, so that the width of a strip with free sides follows from constant
+    volume."""
     point_function(natural_width, law)(_natural_width)
     return law
 

@@ -69,7 +69,8 @@ def principal_tension(s11, s22, s12):
 
 @pointwise
 def fastest_wave(wave, tension, density):
-    """Fastest small wave on a membrane [m/s]: by its stiffness alone, with the principal tension [Pa] beside it."""
+    """Return the speed of the fastest small wave on a membrane [m/s]. wave: speed from the stiffness alone [m/s]; tension:
+    principal tension [Pa]."""
     return sqrt(wave * wave + tension / density)
 
 

@@ -135,7 +135,9 @@ def try_material(material: "PointMaterial") -> None:
     _check_state(calls[update].result(), state, f"`update` of the law {_named(law)}")
     growth = calls[volume_growth].number()
     if abs(growth - 1.0) > 1e-9:
-        raise ValueError(f"`volume_growth` of the law {_named(law)} is {growth:g} at rest; it is volume after over before: 1")
+        raise ValueError(
+            f"`volume_growth` of the law {_named(law)} is {growth:g} without deformation; it must be 1, the volume ratio"
+        )
     for operation in (signal_speed, diffusivity):
         calls[operation].number(least=0.0)
     for operation in (stored_energy, dissipated_energy, artificial_heating, point_pressure):

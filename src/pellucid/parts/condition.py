@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Swing(NamedTuple):
-    """Cause and description of the oscillation of bodies on a condition."""
+    """Cause and description of an oscillation of bodies against the elastic force of a condition."""
 
     cause: Cause = "spring"
     reason: str = "it oscillates under this condition"

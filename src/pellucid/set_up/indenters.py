@@ -70,7 +70,7 @@ def coarse_sheets(case: Case) -> Iterator[str]:
 
 
 def _faces_of_sheet(sheet: MembraneElementsCase, grid: GridCase) -> Faces:
-    """Return the triangles of a membrane on both sides; of a halved square the edge is its side."""
+    """Return the triangles of a membrane on both sides. For a square cut in two, the edge length is the side of the square."""
     vertices, triangles = sheet.surface.triangulate()
     corners = np.where(grid.thin(), 0.0, vertices)[triangles]
     edges = np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1)

@@ -89,5 +89,5 @@ class ShapedModel(RadialModel):
 
     @property
     def derivatives(self) -> int:
-        """2, as these functions are smooth."""
+        """Number of derivatives that are implemented: 2."""
         return 2

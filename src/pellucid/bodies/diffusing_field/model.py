@@ -47,7 +47,11 @@ class DiffusingFieldCase(BodyModel):
     material: DiffusiveMaterial = parameter("", "material in which it diffuses")
     radial: AnyRadial = parameter("", "radial functions that interpolate it", PolyharmonicModel())
     window: float = parameter(
-        "", "on a line, half-width of the balance windows divided by the spacing; 0.5 is conservative", 0.5, gt=0
+        "",
+        "on a line, half-width of the intervals over which the balance is integrated, divided by the node "
+        "spacing; with 0.5 the intervals adjoin and the amount is conserved",
+        0.5,
+        gt=0,
     )
     alpha: float = parameter("", "weight of the new state in the rate of a step: 0.5 is second order", 0.5, ge=0.5, le=1)
     concentration: float = parameter("", "uniform initial concentration", 0.0)
@@ -120,7 +124,7 @@ class DiffusingFieldCase(BodyModel):
         size, least = self.radial.stencil_size(self.domain.dimension), self.radial.n_polynomials(self.domain.dimension)
         if size < least:
             text = f"below {least}, the number of polynomials of degree {self.radial.degree} to be determined"
-            yield Finding((*path, "radial", "neighbours"), text, f"use {least} or more, or a lower `degree`")
+            yield Finding((*path, "radial", "neighbours"), text, f"use at least {least} neighbours, or a lower `degree`")
         elif size > self.n_points(None):
             text = f"a stencil has {size} nodes, but the domain only {self.n_points(None):g}"
             yield Finding((*path, self.place), text, "use more nodes, or a lower `radial.degree`")

@@ -76,7 +76,7 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     if pair := coincident(places, film.sides()):
         at = ", ".join(f"{value:g}" for value in places[pair[0]])
         text = f"has two nodes at one position, ({at}) m: a film cannot touch itself"
-        yield Finding(path, text, "move them apart, or merge them")
+        yield Finding(path, text, "move the two nodes apart, or merge them into one")
         return
     yield from _thickness_problems(film, path[:-1])
 

@@ -42,11 +42,11 @@ OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
 class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, BoundByContact):
-    """A film whose nodes are points of a velocity field.
+    """Film whose nodes move as points of a velocity field.
 
-    Its points are the nodes of its geometry: of a Loop surface those near the surface, not on it. Their numbers are those of
-    the shape, `node` those of the geometry, in whose order it keeps `v`, with which they moved last, and `part_mass`, which its
-    parts have.
+    For a Loop surface the points are the control vertices, near the surface but not on it. Points are numbered as in the
+    shape; `node` is the number of a point in the geometry. `v`, the velocities of the last step, and `part_mass`, the
+    masses of the parts, are in the order of the geometry.
     """
 
     energy_kind = "strain"

@@ -162,7 +162,7 @@ def _turned(length, n1, n2, s, t):
 
 @parallel_loop()
 def _fold(chunk, of, x):
-    """φ - φ₀, and Σ |∂φ/∂x|."""
+    """Compute the change φ - φ₀ of the angle at each hinge since the unbent state, and the sum of |∂φ/∂x| over its corners."""
     corners, fold, moves = of.corners, of.fold, of.moves
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, corners, of.mirror, e)

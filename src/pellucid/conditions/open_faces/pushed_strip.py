@@ -28,7 +28,8 @@ class PushedStrip(Strip):
     """A strip of a flow under a given pressure."""
 
     def __init__(self, flow: GivenFlow, passage: Passage, pressure: float, column: int) -> None:
-        """flow, passage: as in `Strip`; pressure [Pa]; column: of its work and of the work of the strip."""
+        """flow, passage: as in `Strip`; pressure: at the opening [Pa]; column: of the energy table, for the work of the
+        pressure and of the strip."""
         super().__init__(flow, passage)
         self._end, self._pressure, self._column = EndOfFluid(passage.member, self._face.name, column), pressure, column
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse

@@ -27,7 +27,8 @@ class FilmForces:
         return np.bincount(shares.part.ravel(), areas.ravel())
 
     def densities(self, o: Operators, mass: np.ndarray) -> np.ndarray:
-        """Return the densities of the parts [kg/m²]."""
+        """Return the surface densities of the parts of the film [kg/m²]; a part is the share of a node or element in the
+        film's mass."""
         return np.asarray(mass / self.part_areas(o))
 
     def at_points(self, parts: np.ndarray) -> np.ndarray:
