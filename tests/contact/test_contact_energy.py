@@ -98,7 +98,7 @@ def clock(n_steps):
 
 
 @pytest.mark.parametrize(
-    ("amount", "words"), [(6.0, "gave 6 J, 6 % .*: bodies rebound"), (-7.0, "took 7 J, 7 % .*: bodies are")]
+    ("amount", "words"), [(6.0, r"added 6 J \(6 %"), (-7.0, r"removed 7 J \(7 %")]
 )
 def test_more_than_five_per_cent_is_warned_of_once(amount, words):
     watch, energy = Watch(EnergyCase(), False, True, "flip"), ContactEnergy()

@@ -242,6 +242,12 @@ class SurfacePairs:
             for overlap in pair.overlaps():
                 yield overlap.one, overlap.one.place[overlap.listed]
 
+    def warnings(self) -> Iterator[tuple[str, str]]:
+        """Yield the names of bodies in contact and the warning of their contact, for contacts that have one."""
+        for pair in self._pairs:
+            if (text := pair.warning()) is not None:
+                yield " and ".join(pair.between), text
+
     def against_sheets(self) -> Iterator[tuple[ContactSurface, ContactSurface, float]]:
         """Yield each sheet, another surface that is none and that it touches, and the length of the step [s]."""
         for pair in self._pairs:

@@ -133,6 +133,10 @@ class Touch(ABC):
         for name, array in self.state_arrays().items():
             array[...] = arrays[name]
 
+    def warning(self) -> str | None:
+        """Return a warning about the contact in its present state; None if there is none."""
+        return None
+
     def external_work(self) -> float:
         """Return the work of a moving wall over this step [J]."""
         return 0.0

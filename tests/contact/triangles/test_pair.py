@@ -250,3 +250,24 @@ def test_the_overlap_of_a_fold_at_the_start_is_reported():
     assert pair.start_overlaps() == []
     assert pair.distance == 2.0 * sheet.half_width
     assert pair.start_depth() == max(float(side.slots.born.max()) for side in pair.sides)
+
+
+def test_a_fold_within_an_element_is_warned_of():
+    """A square is folded about its middle line by a given angle; edges of the shape at the start do not count."""
+    vertices, triangles = square(2)
+    x = vertices[:, 0].copy()
+
+    def fold(degrees):
+        angle, beyond = np.radians(degrees), np.maximum(x - 0.5, 0.0)
+        return np.column_stack([np.minimum(x, 0.5) + beyond * np.cos(angle), vertices[:, 1], beyond * np.sin(angle)])
+
+    sheet = FreeTriangles(vertices, triangles, 0.02)
+    pair = TrianglePair(sheet, sheet, 0.0, 0.4)
+    for degrees, warned in ((0.0, False), (120.0, False), (150.0, True)):
+        sheet.vertices[:] = fold(degrees)
+        step(pair)
+        text = pair.warning()
+        assert (text is not None) == warned
+        assert text is None or f"is folded by {degrees:.0f} degrees between two neighbouring elements" in text
+    begun = FreeTriangles(fold(150.0), triangles, 0.02)
+    assert TrianglePair(begun, begun, 0.0, 0.4).warning() is None

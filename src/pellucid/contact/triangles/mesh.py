@@ -125,6 +125,26 @@ class TriangleMesh:
             self._of_nodes = sparse.csr_array(sparse.kron(response.shares, sparse.eye_array(3), format="csr"))
         self.flips = np.array([image.flip for image in images])
         self.follow()
+        one, edge = np.nonzero(beside[:T] > np.arange(T)[:, None])
+        self._hinges = np.stack([one, beside[one, edge]], axis=1)
+        self._hinges = self._hinges[self._fold_cosines() > 0.0]  # edges of the shape itself are none
+
+    def _fold_cosines(self) -> np.ndarray:
+        one, two = (self.facets.normal[triangle] for triangle in self._hinges.T)
+        sizes = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+        return np.asarray(np.einsum("ij,ij->i", one, two) / np.maximum(sizes, TINY))
+
+    def find_sharpest_fold(self) -> tuple[float, np.ndarray]:
+        """Return the largest angle between the normals of two neighbouring triangles [degrees], and the place of one [m], (3,).
+
+        Edges at which the surface was folded by more than 90 degrees at the start do not count.
+        """
+        if not len(self._hinges):
+            return 0.0, np.zeros(3)
+        cosines = self._fold_cosines()
+        sharpest = int(np.argmin(cosines))
+        corners = self.facets.triangle[self._hinges[sharpest, 0]]
+        return float(np.degrees(np.arccos(np.clip(cosines[sharpest], -1.0, 1.0)))), self.facets.place[corners].mean(axis=0)
 
     def points_of_itself(self, thickness: float) -> Points:
         """Return the points for contact of the surface with itself. They do not touch the triangles that they are part of, nor

@@ -31,6 +31,7 @@ OUTSIDE = 1e-6  # of an edge: how far behind its faces a solid still finds a poi
 SEPARATE = 1e-6  # of the thickness: least distance of layers at the start that tells their sides
 AHEAD = 2.0  # steps within which points come to an overlap, from where on they take part
 VIBRATES = 0.02  # of the depth of the start: gaps up to which surfaces have not come apart, but vibrate
+SHARP = 135.0  # degrees between neighbouring elements, from where on points and triangles do not keep layers apart
 OF_SHEETS = 0.5  # share of the springs and dampers along the surface that are stable for one layer on each side of a sheet
 
 
@@ -204,6 +205,21 @@ class TrianglePair(Touch):
     @property
     def distance(self) -> float:
         return super().distance if len(self.surfaces) == 2 else 2.0 * super().distance
+
+    def warning(self) -> str | None:
+        if len(self.surfaces) == 2 or not self.surfaces[0].is_sheet:
+            return None
+        angle, place = self._meshes[0].find_sharpest_fold()
+        if angle < SHARP:
+            return None
+        at = ", ".join(f"{x:.4g}" for x in place)
+        return (
+            f"body {self.surfaces[0].body} is folded by {angle:.0f} degrees between two neighbouring elements "
+            f"near ({at}) m, more "
+            f"than {SHARP:g}: the elements are too coarse for this fold, and layers can pass through each other there. Use "
+            f"elements with edges well below {self._meshes[0].edge:.3g} m, a larger `bending.rigidity`, or a "
+            "larger `thickness`."
+        )
 
     def start_overlaps(self) -> list[StartOverlap]:
         return [side.start for side in self.sides if side.start is not None]

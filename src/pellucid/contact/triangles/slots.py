@@ -6,12 +6,14 @@ step the closest triangle is found by a walk over the mesh from the triangle of 
 sheet however many others are near. A search through boxes fills slots that are empty, or that hold something further away. It
 is only done when surfaces may have come nearer by the margin of the sight.
 
-Four rules keep a surface from touching what it must not touch:
+Five rules keep a surface from touching what it must not touch:
 
 - A point does not touch the triangles about it. A slot is emptied if the walk leads there, which is so where one of these
   triangles holds the closest point and is nearer.
 - A slot does not take a triangle beside the one in the other slot of the point. Otherwise a sheet that was pressed in a little
   would be found again from behind, and pushed further.
+- A gap decreases by no more than the surfaces have moved. If the walk passes a fold and comes to a part that faces the other
+  way, the side is found again; a part that is suddenly near exerts no force until the point has come out of its thickness.
 - Faces of solids only touch faces that look towards them. A point that lies deeper behind a face than it lies behind another
   one at an edge of the body is not pushed out sideways.
 - Beyond the rim of an open surface the distance is that from the rim, on no side. So the rim is round, the energy of the
@@ -269,7 +271,12 @@ def find_feet(chunk, points, facets, slots, boxes, sight, way, coming, ahead, lo
                     _empty(slots, p, k)
                     t = -1
                 else:
+                    least = slots.clear[p, k] - way + sight.thickness  # the gap cannot be smaller, as far as surfaces moved
                     gap = _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square)
+                    if gap < 0.0 and least > 0.0 and sight.two_sided:  # over a fold, to a part that faces the other way
+                        slots.side[p, k] = 0
+                        gap = _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square)
+                    fresh = least > sight.thickness and gap < sight.thickness  # the walk came to another part of the surface
             if looks and gap > sight.thickness:
                 hand = 0 if n_slots == 1 else 1 - 2 * k
                 held = slots.triangle[p, 1 - k] if n_slots == 2 else -1
