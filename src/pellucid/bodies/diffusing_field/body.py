@@ -24,11 +24,9 @@ OWN_FIELDS = ("id", "position", "velocity", "mass", "volume", "concentration")
 
 
 class DiffusingField(NodalBody):
-    """Nodes that stay where they are and carry a concentration c.
-
-    A step finds the change δ of the nodes that are not held from (M + α Δt D K) δ = -Δt D K c. The unknown is the change, so
-    that round-off is that of the change: where columns of K add up to nothing, the amount Σ_I (M c)_I is kept.
-    """
+    """A concentration c on fixed nodes. A step solves (M + α Δt D K) δ = -Δt D K c for the change δ at the nodes that are
+    not prescribed. The change is the unknown so that round-off is relative to the change: if the columns of K sum to zero,
+    the amount Σ_I (M c)_I is conserved."""
 
     energy_kind = "internal"
 
@@ -119,7 +117,7 @@ class DiffusingField(NodalBody):
 
 
 def _weak_form(case: "DiffusingFieldCase") -> WeakForm:
-    """Raises CaseError where a node has no stencil."""
+    """Return the matrices of the weak form of a case. Raises CaseError if a node has no stencil."""
     try:
         if case.domain.line is not None:
             return on_line(case.domain.line, case.radial, case.window)

@@ -47,5 +47,5 @@ class Domain(Choice):
 
     @property
     def dimension(self) -> int:
-        """1 or 2."""
+        """Return the dimension of the domain: 1 for a line, 2 for a surface."""
         return 1 if self.line is not None else 2

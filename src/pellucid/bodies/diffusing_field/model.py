@@ -27,7 +27,7 @@ from pellucid.state import Field
 
 STENCIL_BYTES = 60  # of a node, over the square of the nodes of its stencil: measured on a sphere of 10 242
 WIDEST = 1.0
-"""Half-width of a window over the spacing, from which on waves that the nodes carry grow."""
+"""Largest half-width of a window divided by the node spacing; waves on the nodes grow if it is larger."""
 
 
 class DiffusingFieldCase(BodyModel):

@@ -26,17 +26,16 @@ class WeakForm(NamedTuple):
 
 
 def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
-    """Balances of windows about the nodes, whose half-widths are `window` of the spacing (Benet 2015, eqs. 4.26 to 4.31)."""
+    """Return the matrices of the balances of windows around the nodes; their half-width is `window` times the node spacing
+    (Benet 2015, eqs. 4.26 to 4.31)."""
     content, outflow = windows_on_line(line.places(), radial, window)
     meeting = windows_on_line(line.places(), radial).content
     return WeakForm(content, outflow, np.asarray(meeting.sum(axis=0)))
 
 
 def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
-    """Galerkin's method: M = ∫ N_I N_J dA, K = ∫ ∇N_I·∇N_J dA over the surface that the functions themselves span.
-
-    Of six points a triangle; three are too few for functions of this order.
-    """
+    """Return the matrices of Galerkin's method, M = ∫ N_I N_J dA and K = ∫ ∇N_I·∇N_J dA, over the surface that the shape
+    functions interpolate. Uses six quadrature points per triangle; three are too few for functions of this order."""
     vertices, normals = mesh.vertices, vertex_normals(*mesh)
     near = on_surface(vertices, normals, radial.stencil_size(2))
     found = interpolants(near.coordinates, radial)
@@ -64,7 +63,7 @@ def _sparse(rows: BlendedRows, entries: np.ndarray, n: int) -> csr_array:
 
 
 def _weighed(matrix: csr_array, weights: np.ndarray) -> csr_array:
-    """The symmetric Bᵀ W B."""
+    """Return the symmetric matrix Bᵀ W B, where W is the diagonal matrix of the weights."""
     scaled = matrix.copy()
     scaled.data = matrix.data * np.repeat(weights, np.diff(matrix.indptr))
     return csr_array(matrix.T @ scaled)

@@ -1,12 +1,10 @@
-"""The motion of a film at an instant and over a step: loads, resistance, constraints.
-
-A step is the midpoint rule, or with another weight α the generalised trapezoidal rule of Benet 2015, eq. 6.52: a first
-velocity, at the start, gives the place x + α dt v where the velocity of the step is found. So that what is stiff may relax
-faster than a step, changes of pressure, tension and curvature over c dt resist the first velocity, and then what the second
-differs from it, which leaves the order as it is. A motion that relaxes at once is over after the step where
-1 - 2/c + α/c² = 0 (as in the Rosenbrock method of Verwer et al. 1999, SIAM J. Sci. Comput. 20, 1456); of both roots the
-smaller has the smaller error.
-"""
+"""The motion of a film at an instant and over a step: loads, resistance, constraints. A step is the midpoint rule or, with
+another weight α, the generalised trapezoidal rule of Benet 2015, eq. 6.52: a first velocity v, computed at the start, gives
+the positions x + α dt v at which the velocity of the step is computed. Stiff modes must be able to relax faster than a
+step. Therefore changes of pressure, tension and curvature over a time c dt resist the first velocity, and then the
+difference between the second velocity and the first; this does not change the order of the method. A mode that relaxes
+instantly has decayed after one step if 1 - 2/c + α/c² = 0 (as in the Rosenbrock method of Verwer et al. 1999, SIAM J. Sci.
+Comput. 20, 1456); the smaller of the two roots has the smaller error."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -29,7 +27,8 @@ ACCURACY, FIRST_ACCURACY = 1e-7, 1e-4  # of velocities, as far as solutions are 
 
 
 class Unbalanced(Exception):
-    """Loads of the film drive motions that nothing resists; its text says which, to go on from the name of the film."""
+    """Loads on the film do work on motions without resistance; the message describes the loads and continues a sentence
+    that starts with the name of the film."""
 
 
 class Driving(NamedTuple):
@@ -76,13 +75,13 @@ class StepDone(NamedTuple):
 
     @property
     def at_rest(self) -> "StepDone":
-        """The same forces without motion."""
+        """Return the same forces with zero velocity and zero power."""
         still = [(column, 0.0) for column, _ in self.loads]
         return self._replace(velocity=np.zeros_like(self.velocity), loads=still, viscous=0.0, drag=0.0, bordered=0.0)
 
 
 class FilmBalance(FilmForces):
-    """Finds the motions of a film."""
+    """Computes the velocities of a film from its loads, resistance and constraints."""
 
     def __init__(
         self, geometry: FilmGeometry, material: LipidFilm, physics: FilmPhysics, initial_density: float, solver: FilmSolver
@@ -92,7 +91,7 @@ class FilmBalance(FilmForces):
         self._resists_all = min(physics.drag) > 0.0
 
     def step(self, x: np.ndarray, start: Operators, mass: np.ndarray, dt: float, weight: float, driving: Driving) -> StepDone:
-        """Over dt [s] from nodes at x, with the operators there, and the weight α, above 0 and up to 1."""
+        """Compute a step of length dt [s] with nodes at x, the operators at x, and the weight α with 0 < α ≤ 1."""
         ahead = (1.0 - sqrt(1.0 - weight)) * dt
         zero = np.zeros_like(x)
         rates = self._rates(start, driving, dt)
@@ -185,14 +184,15 @@ class FilmBalance(FilmForces):
 
     @staticmethod
     def _rates(o: Operators, driving: Driving, dt: float) -> list[float]:
-        """The rates that bring volume and area from where they are to their goals within the step."""
+        """Return the rates of the prescribed volume [m³/s] and area [m²/s] that reach the goals at the end of the step."""
         now = (o.volume(), float(o.area.sum()))
         goals = (driving.volume, driving.area)
         return [(goal - value) / dt for goal, value in zip(goals, now, strict=True) if goal is not None]
 
 
 def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-    """The loads [N], shape (n, d), of which these are those of the tractions."""
+    """Return the loads on the nodes [N], shape (n, d), by label; `tractions` are the nodal forces of the tractions, shape
+    (n, d) each."""
     loads = {acting.label: force for acting, force in zip(driving.tractions, tractions, strict=True)}
     for column, force in driving.forces:
         label = "gravity" if column == GRAVITY else "the forces on its nodes"
@@ -201,7 +201,7 @@ def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np
 
 
 def _rows(o: Operators, driving: Driving) -> list[np.ndarray]:
-    """Rows of the rates of volume and area, of those that are prescribed, shape (e, m, d) each."""
+    """Return the rows of the rates of the prescribed volume and area, shape (e, m, d) each."""
     rows = []
     if driving.volume is not None:
         rows.append(o.volume_rate().sum(axis=1))

@@ -36,10 +36,8 @@ if TYPE_CHECKING:
 class FluidFilm(
     NodalBody, Membrane, TakesExternalForces, TakesTractions, TakesGravity, TakesSupports, TakesNormalMotions, ShowsStart
 ):
-    """A film, its nodes stored in the order of its geometry.
-
-    Its state: `x`, the nodes in the coordinates of its geometry, and `part_mass`, which its parts have.
-    """
+    """A film; its nodes are stored in the order of its geometry. State arrays: `x`, nodal positions in the coordinates of
+    the geometry [m], and `part_mass`, masses of the parts of the film [kg]."""
 
     energy_kind = "strain"
 

@@ -20,7 +20,8 @@ THINNEST = 0.05  # of the density of rest
 
 
 def own_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
-    """Findings of a film by itself: its volume, its shape and how its nodes span it."""
+    """Report problems of a film that do not depend on other bodies: its volume, its shape and the interpolation between its
+    nodes."""
     if film.volume is not None:
         yield from film.volume.problems((*path, "volume"), film.shape.span == "plane", film.area == "kept")
     interpolation, surface, rest = (*path, "interpolation"), film.shape.surface, film.material.density
@@ -37,7 +38,7 @@ def own_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
 
 
 def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
-    """A reduced volume at which the sides of a film would be closer than its nodes are apart."""
+    """Report a reduced volume at which opposite sides of a film would be closer than the node spacing."""
     if film.volume is None or film.volume.reduced is None:
         return
     reduced, plane, in_space = film.volume.reduced, film.shape.span == "plane", film.shape.span == "space"
@@ -61,7 +62,7 @@ def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
 
 
 def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
-    """Findings of where its nodes are: surfaces that are open or faulty, nodes at one place, or too few for its volume."""
+    """Report surfaces that are open or invalid, coincident nodes, and too few nodes for the volume."""
     surface = film.shape.surface
     if surface is not None:
         place = (*path, "surface")
@@ -82,7 +83,7 @@ def _place_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
 
 
 def problems_alone(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
-    """Findings of a film that has its velocity field to itself, or no grid."""
+    """Report problems of a film that has its own velocity field, or no grid."""
     if film.velocity != (0.0, 0.0, 0.0) or film.initial:
         text = "applies to films that share their velocity field: the velocity of other films follows from their loads"
         yield Finding((*path, "initial" if film.initial else "velocity"), text, "remove it")
@@ -96,7 +97,7 @@ def problems_alone(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[
 
 
 def problems_in_fluid(film: "FluidFilmCase", path: Path, parts: Parts) -> Iterator[Finding]:
-    """Findings of a film that shares its velocity field with other bodies."""
+    """Report problems of a film that shares its velocity field with other bodies."""
     grid, shape = parts.grid, (*path, "shape")
     if grid is None:
         return

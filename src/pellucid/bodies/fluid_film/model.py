@@ -88,7 +88,7 @@ class FluidFilmCase(BodyModel):
 
     @property
     def initial_density(self) -> float:
-        """Density at the start [kg/m²]."""
+        """Initial surface density [kg/m²]."""
         return self.density or self.material.density
 
     def physics(self) -> "FilmPhysics":
@@ -143,7 +143,7 @@ class FluidFilmCase(BodyModel):
         return max(self.drag.normal, self.drag.tangential) > 0.0
 
     def sides(self) -> np.ndarray:
-        """Corners of its elements at the start, shape (m, corners)."""
+        """Return the nodes of the elements at the start, shape (m, corners)."""
         if self.shape.surface is not None:
             return self.shape.surface.triangulate().triangles
         first = np.arange(len(self.positions()))
@@ -155,7 +155,7 @@ class FluidFilmCase(BodyModel):
         return self.shape.span == "around"
 
     def goals(self, o: "Operators") -> Goals:
-        """The volume and area that it keeps or reaches, by what it has at the start."""
+        """Return the prescribed volume [m³] and area [m²], from the initial geometry and the settings of the case."""
         start, area, goal = o.volume(), float(o.area.sum()), None
         if self.volume is not None:
             reduced = self.volume.reduced
@@ -190,7 +190,8 @@ class FluidFilmCase(BodyModel):
         return aware
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return None if the film is alone and takes substeps; with other bodies, the step in which signals cross one cell."""
+        """Return the step in which the fastest wave crosses one cell; no limit if the film has its own velocity field,
+        since it then takes substeps."""
         if not self._is_shared or cell is None:
             return NO_LIMIT
         from pellucid.bodies.fluid_film.wave_speeds import Signals
@@ -200,7 +201,7 @@ class FluidFilmCase(BodyModel):
 
     @property
     def deforms_in_contact(self) -> bool:
-        """Solids touch it by its surface where it shares its velocity field."""
+        """True: other bodies touch a film that shares their velocity field at its surface."""
         return True
 
     def owns_nodes(self, alone: bool) -> bool:

@@ -10,10 +10,8 @@ FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "cur
 
 
 class NodalFields:
-    """The fields of a film, of whose arrays it keeps `position`, `velocity` and `mass`.
-
-    is_around: whether it is a surface of revolution.
-    """
+    """The nodal fields of a film. Updates the arrays `position`, `velocity` and `mass`. is_around: True for a surface of
+    revolution."""
 
     def __init__(self, forces: FilmForces, arrays: dict[str, np.ndarray], is_around: bool) -> None:
         self._forces, self._arrays, self._is_around = forces, arrays, is_around
@@ -21,7 +19,7 @@ class NodalFields:
         self._corners = cells.lines if len(cells.lines) else cells.triangles
 
     def show(self, o: Operators) -> None:
-        """Positions, velocities and masses of the nodes; o: where they are now."""
+        """Update the positions [m], velocities [m/s] and masses [kg] of the nodes. o: operators at the present positions."""
         arrays, geometry = self._arrays, self._forces.geometry
         arrays["position"][:] = in_space(geometry.places(arrays["x"]), geometry.axes)
         self.show_velocities(arrays["v"])
@@ -29,12 +27,12 @@ class NodalFields:
         arrays["mass"][:] = self._shared(o.area * density)
 
     def show_velocities(self, v: np.ndarray) -> None:
-        """Velocities where nodes have these, shape (n, d) [m/s]."""
+        """Update the nodal velocities from the values v of the geometry [m/s], shape (n, d)."""
         geometry = self._forces.geometry
         self._arrays["velocity"][:] = in_space(geometry.places(v), geometry.axes)
 
     def field(self, name: str) -> np.ndarray:
-        """A field at the nodes: what varies between them as means by area of the elements about each."""
+        """Return a nodal field; element fields are averaged by area over the elements around each node."""
         arrays, forces = self._arrays, self._forces
         if name == "kinetic_energy":
             return np.zeros(len(arrays["mass"]))
@@ -55,7 +53,7 @@ class NodalFields:
         raise KeyError(name)
 
     def areas(self, o: Operators) -> np.ndarray:
-        """Shares of the nodes in the area of the film [m²], shape (n,)."""
+        """Return the area of the film that belongs to each node [m²], shape (n,)."""
         return self._shared(o.area)
 
     def _distances(self) -> np.ndarray:
@@ -74,5 +72,5 @@ class NodalFields:
         return np.bincount(corners.ravel(), share, len(self._arrays["mass"]))
 
     def _at_nodes(self, area: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Means by area of values at the quadrature points, shape (e, q), at the nodes."""
+        """Return the area-weighted averages at the nodes of values at the quadrature points, shape (e, q)."""
         return np.asarray(self._shared(area * values) / self._shared(area))

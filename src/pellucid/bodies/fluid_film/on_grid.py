@@ -1,10 +1,8 @@
-"""Fluid films in a velocity field with other bodies: the nodes of the grid move them.
-
-So a film is the skin of a drop of fluid, or a vesicle in a stream, and nothing slips along it. What it feels of the fluid about
-it is the inertia and the stress that the grid shares: it needs no drag, and the fluid inside holds its volume. Its forces are
-explicit. Those of bending act at the length of its own elements, but the grid cannot move them in waves shorter than its cells:
-so the cells bound the step, not the elements.
-"""
+"""Fluid films that share a velocity field with other bodies: the nodes of the grid move them. Such a film is the surface of
+a drop or a vesicle in a flow, without slip. The surrounding fluid acts on it through the inertia and the stress on the
+grid; the film needs no drag, and the fluid inside keeps its volume. The forces of the film are explicit. Bending forces act
+at the length of the film's elements, but the grid cannot move them in waves shorter than its cells. The cells therefore
+limit the step, not the elements."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -42,12 +40,9 @@ OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
 class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, BoundByContact):
-    """Film whose nodes move as points of a velocity field.
-
-    For a Loop surface the points are the control vertices, near the surface but not on it. Points are numbered as in the
-    shape; `node` is the number of a point in the geometry. `v`, the velocities of the last step, and `part_mass`, the
-    masses of the parts, are in the order of the geometry.
-    """
+    """Film whose nodes move as points of a velocity field. For a Loop surface the points are the control vertices, near the
+    surface but not on it. Points are numbered as in the shape; `node` is the number of a point in the geometry. `v`, the
+    velocities of the last step [m/s], and `part_mass`, the masses of the parts [kg], are in the order of the geometry."""
 
     energy_kind = "strain"
     skin: PointsOfNodes | None = None
@@ -118,7 +113,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
             self._scatter(self._internal_force(), self.grid.nodes.force)
 
     def _internal_force(self) -> np.ndarray:
-        """On its nodes in the order of its geometry [N for each metre of depth of a curve], shape (n, d)."""
+        """Return the internal force on the nodes in the order of the geometry, shape (n, d) [N; N per metre of depth for a
+        curve]."""
         return self.forces.internal_force(self._o, self._film["part_mass"], self._film["v"])
 
     def add_traction(self, traction: Traction, column: int, label: str) -> None:
@@ -126,7 +122,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self._scatter(force, self.velocity_field.load_row(column - FIRST_LOAD))
 
     def _scatter(self, force: np.ndarray, target: np.ndarray) -> None:
-        """Forces on the nodes of the film [N for each metre of depth of a curve], shape (n, d), to those of the grid."""
+        """Scatter forces on the nodes of the film, shape (n, d) [N; N per metre of depth for a curve], to the nodes of the
+        grid."""
         forces = self._slice * in_space(force, self.geometry.axes)[self.arrays["node"]]
         scatter_vectors(self.n_slabs, self.mapped, forces, target)
 
@@ -152,7 +149,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return surface
 
     def _limit_shares(self) -> sparse.csr_array | None:
-        """Return the shares of the nodes in the points of the film beside them, by number; None where nodes lie on the film."""
+        """Return the weights of the nodes in the limit positions of the surface, shape (n, n), by point number; None if the
+        surface passes through its nodes."""
         if not isinstance(self.geometry, LoopSurface):
             return None
         of_geometry = limit_matrix(self.geometry.rings).tocoo()
@@ -161,7 +159,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return sparse.csr_array(entries, shape=(n, n))
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Make no step longer than at the start where it touches others by its surface."""
+        """Limit the step to that at the start if the film touches others by its surface; otherwise drop the contact
+        surface."""
         if self.skin is not None and any(other is self.skin for other in touching):
             self._contact_rate = self.skin.rate
         else:
@@ -217,7 +216,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self._bound_rate(max(self._signals().rate(h) + fastest * h, self._contact_rate))
 
     def _spread(self, moved: np.ndarray) -> None:
-        """Move nodes along the film; what flows between them takes its mass along, and momentum in all stays what it was."""
+        """Move nodes along the film to distribute them evenly, and transfer mass with them. The total momentum is
+        conserved."""
         film, points, order = self._film, self.points, self.arrays["node"]
         x, film["part_mass"][:] = self.geometry.redistributed(film["x"], film["part_mass"], moved)
         stay = np.array_equal(x, film["x"])
@@ -233,12 +233,12 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self.slabs.left_slab[:] = 1
 
     def _show(self) -> None:
-        """The operators where the nodes are now, and the fields that others see."""
+        """Compute the operators at the present positions and update the nodal fields."""
         self._o = self.geometry.operators(self._film["x"])
         self._fields.show(self._o)
 
     def _of_grid(self) -> np.ndarray:
-        """Velocities of the grid where the nodes are [m/s], shape (n, 3)."""
+        """Return the velocities of the grid at the nodes of the film [m/s], shape (n, 3)."""
         found = np.empty_like(self.points.position)
         gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
         self.shared.fill(found)
@@ -264,7 +264,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return 0.0, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
-        """∫ N_I n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
+        """Return ∫ N_I n dA around each node [m²], shape (n, 3), in the present storage order of the nodes."""
         return self._slice * in_space(self.forces.vector_areas(self._o), self.geometry.axes)[self.arrays["node"]]
 
     def pressed_areas(self) -> np.ndarray:

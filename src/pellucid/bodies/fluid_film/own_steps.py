@@ -1,7 +1,5 @@
-"""The steps of its own that a film takes within one of the clock.
-
-They are as long as what changes between the two estimates of the velocity of a step is small beside the distance of its nodes.
-"""
+"""Substeps of a film within a step of the run. Their length is chosen so that the displacement by the difference of the two
+velocity estimates of a substep is small compared with the node spacing."""
 
 from collections.abc import Callable
 from math import ceil, inf
@@ -32,10 +30,8 @@ def is_still(done: StepDone, span: float) -> bool:
 
 
 class OwnSteps:
-    """Moves a film: its `x`, `v`, `part_mass`, `own_step` and `unspread` among these arrays.
-
-    `unspread` is what nodes have gone with the film since they were spread last [m].
-    """
+    """Moves a film by substeps. Updates the arrays `x`, `v`, `part_mass`, `own_step` and `unspread`; `unspread` is the
+    displacement of the nodes with the film since they were last redistributed [m]."""
 
     def __init__(self, balance: FilmBalance, goals: Goals, how: "FluidFilmCase", arrays: dict[str, np.ndarray]) -> None:
         self._balance, self._goals, self._how, self._arrays = balance, goals, how, arrays
@@ -43,10 +39,8 @@ class OwnSteps:
         """Why it cannot go on, where it cannot."""
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
-        """Move it over a step dt of the clock that begins `elapsed` after the start [s]; the operators where it is then.
-
-        count: is told each own step and its length [s].
-        """
+        """Move the film over a step dt of the run that begins at time `elapsed` [s], and return the operators at the end.
+        count: called with each substep and its length [s]."""
         arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
         o = geometry.operators(arrays["x"])
@@ -77,8 +71,8 @@ class OwnSteps:
         return o
 
     def velocities_now(self, dt: float, elapsed: float, driving: Driving) -> np.ndarray:
-        """Velocities of the nodes [m/s], shape (n, d), as a step of the clock begins: those of the first step of its own; zero
-        where there is no balance, which the step will tell."""
+        """Return the nodal velocities at the start of a step of the run [m/s], shape (n, d), from its first substep; zero
+        if the loads cannot be balanced (the step itself reports this)."""
         x, span = self._arrays["x"], FIRST_SHARE * dt
         volume, area = self._goals.at(elapsed + span)
         with on_one_thread():

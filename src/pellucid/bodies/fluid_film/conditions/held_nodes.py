@@ -32,7 +32,7 @@ class HeldNodes:
         self.supports, self._owner = supports, find_owners(supports, self._n, may_leave=True)
 
     def check(self, name: str) -> None:
-        """Raise CaseError where a node of the film of this name has both."""
+        """Raise CaseError if a node has both a support and a motion along the normal. name: name of the film."""
         for number, support in enumerate(self.supports):
             both = np.flatnonzero(self._constrained(number).any(axis=1) & (self.numbers > 0))
             if len(both):
@@ -51,7 +51,8 @@ class HeldNodes:
         return known, velocity
 
     def led(self, before: np.ndarray) -> Led:
-        """The nodes that follow motions; before: their velocities so far [m/s], shape (n, d)."""
+        """Return the nodes with a prescribed velocity along the normal. before: latest nodal velocities [m/s], shape (n,
+        d)."""
         return Led(self.numbers > 0, np.append(0.0, self.rates)[self.numbers], before)
 
     def no_work(self, columns: int) -> StepWork:
@@ -69,12 +70,13 @@ class HeldNodes:
             work.motions[name][:] += self._counted(forces, done, dt, MOTION, work)
 
     def _counted(self, forces: np.ndarray, done: StepDone, dt: float, column: int, work: StepWork) -> np.ndarray:
-        """The impulse of forces on the nodes [N], shape (n, d), whose work goes to a column."""
+        """Return the impulse of forces on the nodes [N], shape (n, d), over a step dt [s], and add the work of the forces
+        to a column of `work`."""
         worked = dt * float(np.sum(forces * done.velocity))
         work.works[column] += worked
         work.works[INTERNAL] -= worked
         return np.asarray(dt * in_space(forces, self._axes).sum(axis=0) * (self._across, 1.0, 1.0))
 
     def _constrained(self, number: int) -> np.ndarray:
-        """Components of the velocity that a support prescribes, shape (n, d)."""
+        """Return a mask of the velocity components that a support prescribes, shape (n, d)."""
         return np.asarray(self._owner[:, self._axes] == number + 1)

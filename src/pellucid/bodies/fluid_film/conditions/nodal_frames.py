@@ -1,8 +1,6 @@
-"""Directions of the velocity components of nodes: those of space, and at nodes that are led along the normal this and others.
-
-There the axes are reflected so that the last one lies along the normal n: by I - 2 w wᵀ/w², with w = e + sgn(n·e) n of the last
-axis e. On an axis of symmetry the first component stays across it.
-"""
+"""Directions of the nodal velocity components: the axes of space, except at nodes with a prescribed normal velocity. At
+these nodes the axes are reflected so that the last one lies along the normal n: by I - 2 w wᵀ/w², with w = e + sgn(n·e) n
+and the last axis e. On an axis of symmetry the first component remains perpendicular to it."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -21,7 +19,8 @@ class Led(NamedTuple):
 
 
 class Frames:
-    """Orthonormal directions at n nodes with normals (n, d), with the last of d along the normal at those that are led."""
+    """Orthonormal directions at n nodes with normals (n, d). At nodes with a prescribed normal velocity the last direction
+    lies along the normal."""
 
     def __init__(self, normal: np.ndarray, led: np.ndarray) -> None:
         d = normal.shape[1]
@@ -31,11 +30,12 @@ class Frames:
         self.directions = np.where(led[:, None, None], mirrored, np.eye(d))
 
     def of(self, vectors: np.ndarray) -> np.ndarray:
-        """Components along these directions of vectors at the nodes, shape (n, d); their inverse is the same."""
+        """Return the components of nodal vectors along these directions, shape (n, d). The transformation is its own
+        inverse."""
         return np.asarray(np.einsum("ncd,nd->nc", self.directions, vectors))
 
     def rows(self, forms: Sequence[ElementRows | SharedRows], nodes: np.ndarray) -> list[ElementRows]:
-        """Rows over components along these directions, of elements with these nodes (e, m)."""
+        """Return rows over the components along these directions, for elements with nodes (e, m)."""
         e, m = nodes.shape
         d, directions = self.directions.shape[2], self.directions[nodes]
         whole = [form.of_components(d) for form in forms]

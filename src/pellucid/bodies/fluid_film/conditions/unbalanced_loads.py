@@ -31,5 +31,5 @@ def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads
 
 
 def _size(forces: np.ndarray) -> float:
-    """∫|b| dA of forces on the nodes [N]."""
+    """Return ∫|b| dA, the sum of the magnitudes of nodal forces [N]."""
     return float(np.linalg.norm(forces, axis=1).sum())

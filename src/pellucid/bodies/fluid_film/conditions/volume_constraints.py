@@ -1,4 +1,4 @@
-"""Constraints of volume and area: what a film is to keep or to reach."""
+"""Constraints of the volume and area of a film: constant or changed to a prescribed value."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -10,12 +10,12 @@ from pellucid.model import Model, parameter
 from pellucid.smooth_step import risen
 
 FULLEST = 0.999
-"""Reduced volume to which a film can be brought: at 1 only the sphere is left, volume and area leave it no motion, and the
-equations for its velocity are singular. Curves and meridians of 8 nodes and surfaces of 42 reach this one."""
+"""Largest reduced volume that a film can be given. At 1 the film is a sphere: volume and area leave no motion, and the
+equations for the velocity are singular. Curves and meridians with 8 nodes and surfaces with 42 nodes reach this value."""
 
 
 class VolumeCase(Model):
-    """The volume inside a film, which it keeps, or brings to another."""
+    """The volume inside a film: kept constant or changed to a prescribed reduced volume."""
 
     reduced: float | None = parameter(
         "", "target reduced volume; 1 for a sphere of the same area; default: the volume is constant", None, gt=0
@@ -25,7 +25,8 @@ class VolumeCase(Model):
     )
 
     def problems(self, path: Path, plane: bool, keeps_area: bool) -> Iterator[Finding]:
-        """Findings: a volume above that of a sphere or circle, a change without a time, or at an area that is free."""
+        """Report a reduced volume above that of a sphere or circle, a change of volume without a duration, and a change of
+        volume at free area."""
         if self.reduced is None:
             if self.over is not None:
                 yield Finding((*path, "over"), "applies to a changing volume", "add `reduced`, or remove this")
@@ -47,7 +48,7 @@ class VolumeCase(Model):
 
 
 class Goals(NamedTuple):
-    """The volume [m³] and area [m²] that are prescribed; None where they are free."""
+    """The prescribed volume [m³] and area [m²]; None if free."""
 
     start: float
     volume: float | None
@@ -55,11 +56,12 @@ class Goals(NamedTuple):
     area: float | None
 
     def at(self, time: float) -> tuple[float | None, float | None]:
-        """Volume and area at a time [s]."""
+        """Return the prescribed volume [m³] and area [m²] at a time [s]; None if free."""
         volume = None if self.volume is None else self.start + (self.volume - self.start) * risen(time, self.over)
         return volume, self.area
 
 
 def reduced_to_volume(reduced: float, area: float, plane: bool) -> float:
-    """The volume [m³] of a reduced volume at an area [m²]; of a plane curve, 1 m deep, that of a circle of its length is 1."""
+    """Return the volume [m³] for a reduced volume and an area [m²]. A reduced volume of 1 is a sphere or, for a plane curve
+    of depth 1 m, a circle of the same length."""
     return reduced * area**2 / (4.0 * np.pi) if plane else reduced * area**1.5 / (6.0 * np.sqrt(np.pi))

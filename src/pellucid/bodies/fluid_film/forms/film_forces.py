@@ -1,4 +1,4 @@
-"""The forces of a film on its nodes: by its density, its bending, its viscosity, and what acts on its surface."""
+"""Nodal forces of a film: from its density, bending, viscosity, and surface tractions."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from pellucid.parts.surface_load import SurfacePoints, Traction
 
 
 class FilmForces:
-    """A film of a material that its nodes span, with masses of its parts."""
+    """Computes the nodal forces of a film; its mass is stored by part."""
 
     def __init__(self, geometry: FilmGeometry, material: LipidFilm, physics: FilmPhysics, initial_density: float) -> None:
         self.initial_density = initial_density
@@ -21,7 +21,7 @@ class FilmForces:
         self._sums = NodalSums(geometry.nodes, *geometry.held.shape)
 
     def part_areas(self, o: Operators) -> np.ndarray:
-        """Areas of the parts of the film [m²]."""
+        """Return the areas of the parts of the film [m²], shape (parts,)."""
         shares = self.geometry.shares
         areas = np.einsum("eq,qc->ec", o.area, shares.share)
         return np.bincount(shares.part.ravel(), areas.ravel())
@@ -58,7 +58,7 @@ class FilmForces:
         return [ElementRows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
 
     def traction_force(self, o: Operators, mass: np.ndarray, traction: Traction, after: float) -> np.ndarray:
-        """Forces of a traction on the nodes [N], shape (n, d), at a time after the start of the step of the clock [s]."""
+        """Return the nodal forces of a traction [N], shape (n, d). after: time since the start of the step of the run [s]."""
         axes = list(self.geometry.axes)
         ratio = self.at_points(self.densities(o, mass)) / self.initial_density
         points = SurfacePoints(in_space(o.position, axes), in_space(o.normal, axes), ratio)
@@ -66,12 +66,12 @@ class FilmForces:
         return self._sums.summed(np.einsum("eqd,eqmd->emd", on_area, o.value))
 
     def vector_areas(self, o: Operators) -> np.ndarray:
-        """∫ N_I n dA about each node [m²], shape (n, d)."""
+        """Return ∫ N_I n dA around each node [m²], shape (n, d)."""
         return self._sums.summed(o.volume_rate().sum(axis=1))
 
 
 def in_space(vectors: np.ndarray, axes: Sequence[int]) -> np.ndarray:
-    """Vectors with d components as those of space, shape (..., 3)."""
+    """Return vectors with d components along `axes` as vectors in space, shape (..., 3); the other components are 0."""
     result = np.zeros((*vectors.shape[:-1], 3))
     result[..., list(axes)] = vectors
     return result

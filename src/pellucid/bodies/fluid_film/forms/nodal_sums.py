@@ -1,7 +1,5 @@
-"""Sums over the elements of a film at its nodes, and rates of nodal values in its elements.
-
-Every node adds up what the elements about it give, in their order: one order, whatever the threads.
-"""
+"""Sums of element contributions at the nodes of a film, and rates of nodal values in its elements. Every node sums the
+contributions of its elements in a fixed order, so that results do not depend on the number of threads."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,7 +18,7 @@ class ElementRows(NamedTuple):
     factor: np.ndarray  # (e, r)
 
     def of_components(self, d: int) -> "ElementRows":
-        """Itself: see `SharedRows`."""
+        """Return self; `SharedRows.of_components` returns a new object."""
         return self
 
 
@@ -32,13 +30,13 @@ def rows(values: np.ndarray, factor: np.ndarray) -> ElementRows:
 
 
 class SharedRows(NamedTuple):
-    """r rows of each element over its m nodes, of which each counts for every component alike."""
+    """r rows of each element over its m nodes; each row applies to every component in the same way."""
 
     rows: np.ndarray  # (e, r, m)
     factor: np.ndarray  # (e, r)
 
     def of_components(self, d: int) -> ElementRows:
-        """The same as rows for each of d components."""
+        """Return these rows as rows for each of d components."""
         return rows(self.rows[:, :, None, :, None] * np.eye(d)[:, None, :], self.factor[..., None])
 
 
@@ -95,7 +93,7 @@ class NodalSums:
         self.n, self.d, self._uses = n, d, uses(nodes, n, d)
 
     def gathered(self, forms: Sequence[ElementRows]) -> np.ndarray:
-        """Σ factor row of all of them, shape (n, d)."""
+        """Return the sum of factor · row over all rows of all forms, at the nodes: shape (n, d)."""
         e, m = self._uses.nodes.shape
         parts = np.zeros((e, m * self.d))
         for form in forms:
@@ -109,7 +107,7 @@ class NodalSums:
         return result
 
     def rates(self, form: ElementRows, v: np.ndarray) -> np.ndarray:
-        """row · v of nodal values v, shape (n, d): shape (e, r). Factors do not count."""
+        """Return row · v for nodal values v of shape (n, d): shape (e, r). The factors are not applied."""
         result = np.empty(form.factor.shape)
         _find_rates(-(-len(self._uses.nodes) // CHUNK), self._uses, form, np.ascontiguousarray(v), result)
         return result

@@ -1,16 +1,11 @@
-"""The virtual power of a film, element by element: what resists its motion, and what drives it.
-
-Of all velocities that of the film makes, for every other one δv,
-
+"""The virtual power of a film, element by element: resistance to its motion, and driving forces. The film moves with the
+velocity v for which every virtual velocity δv satisfies
     ∫ 2μ D:D(δv) + λ tr D tr D(δv) + ζ_t v_t·δv_t + ζ_n v_n δv_n = ∫ p tr D(δv) + b·δv - δE(δv)
-
-with the bending energy E = ∫ (κ_c/2)(J - c₀)², whose change is exact: δE = ∫ κ_c (J - c₀) δJ + (κ_c/2)(J - c₀)² tr D(δv).
-Pressure, tension and bending change as the film moves. What their change over a time τ resists stands beside the viscosity,
-in the three parts of the `stiffness`: τ ρ p' of dilatation, τ times the tension of slopes, τ κ_c of changes of curvature.
-
-Source: Benet 2015, eqs. 3.40-3.48 in their weak form, with the geometry taken implicitly; for the change of J, Capovilla &
-Guven 2002, J. Phys. A 35, 6233.
-"""
+with the bending energy E = ∫ (κ_c/2)(J - c₀)², whose variation is exact: δE = ∫ κ_c (J - c₀) δJ + (κ_c/2)(J - c₀)² tr
+D(δv). Pressure, tension and bending change as the film moves. Their changes over a time τ add a resistance to the
+viscosity, in the three parts of the `stiffness`: τ ρ p' for dilatation, τ times the tension for slopes, τ κ_c for changes
+of curvature. Source: Benet 2015, eqs. 3.40-3.48 in their weak form, with the geometry taken implicitly; for the change of
+J, Capovilla & Guven 2002, J. Phys. A 35, 6233."""
 
 from typing import NamedTuple
 
@@ -53,7 +48,7 @@ class Forms(NamedTuple):
 
 
 def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) -> Forms:
-    """The forms of the film; ahead: the time τ over which changes count [s]."""
+    """Return the forms of the film. ahead: time τ over which changes of pressure, tension and bending add resistance [s]."""
     w, mu, kappa = o.area, physics.viscosity, physics.bending_rigidity
     dilatation = o.dilatation()
     parts = o.strain.shape[2]
@@ -80,12 +75,13 @@ def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) ->
 
 
 def turning(o: Operators) -> list[ElementRows]:
-    """∫ |∇v_n|², by which the film turns."""
+    """Return the rows of ∫ |∇v_n|², a measure of the rotation of the film."""
     return [rows(o.slope, o.area[..., None])]
 
 
 def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
-    """ζ_t v_t·v_t + ζ_n v_n²; with v_t·v_t = v·v - v_n², or v_n² taken apart, whichever needs no difference."""
+    """Return the rows of ζ_t v_t·v_t + ζ_n v_n². The tangential part is written as v·v - v_n² or computed separately,
+    whichever avoids a negative factor."""
     if max(drag) == 0.0:
         return []
     normal = o.normal[:, :, None, :] * o.value
@@ -98,14 +94,15 @@ def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
 
 
 def _of_each_component(o: Operators, factor: np.ndarray) -> ElementRows | SharedRows:
-    """v·v. Mirrored nodes of curves have other functions for what is across the axis than along it."""
+    """Return the rows of v·v. Mirrored nodes of curves have different functions for the components perpendicular and
+    parallel to the axis."""
     if o.strain.shape[2] == 3:
         return SharedRows(o.value[..., 0].copy(), factor)
     return rows(o.value[:, :, None] * np.eye(o.normal.shape[2])[:, None, :], factor[..., None])
 
 
 def bending_energies(o: Operators, physics: FilmPhysics) -> np.ndarray:
-    """Bending energy of each quadrature point [J], shape (e, q)."""
+    """Return the bending energy of each quadrature point [J], shape (e, q)."""
     return np.asarray(0.5 * physics.bending_rigidity * o.area * (o.curvature - physics.spontaneous_curvature) ** 2)
 
 
@@ -117,7 +114,7 @@ class Dissipation(NamedTuple):
 
 
 def dissipation(o: Operators, physics: FilmPhysics, velocity: np.ndarray) -> Dissipation:
-    """Return the dissipation of nodal velocities by element [m/s], shape (e, m, d)."""
+    """Return the power dissipated by nodal velocities, given by element [m/s], shape (e, m, d)."""
     rates = np.einsum("eqsmd,emd->eqs", o.strain, velocity)
     moved = np.einsum("eqmd,emd->eqd", o.value, velocity)
     across = np.einsum("eqd,eqd->eq", o.normal, moved)

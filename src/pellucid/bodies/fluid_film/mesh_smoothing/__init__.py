@@ -1,1 +1,2 @@
-"""Nodes of a surface moved along it, so that its triangles stay well shaped, and the masses of their cells then."""
+"""Mesh smoothing on closed surfaces: moves nodes along the surface so that triangles stay well shaped, and computes the
+masses of the new cells."""

@@ -1,9 +1,7 @@
-"""Masses of the cells about the nodes of a surface, when the nodes have moved along it.
-
-A cell reaches to the middles of the edges and triangles about its node. What its sides sweep over goes from cell to cell, so
-the mass in all is kept to rounding. Areas swept add up to what the cells gain only up to the curvature of the surface; a
-potential between the cells makes up for the rest, so a film of one density keeps it.
-"""
+"""Masses of the cells around the nodes of a surface after the nodes have moved along it. A cell extends to the midpoints of
+the edges and triangles around its node. The area that a side of a cell sweeps passes from one cell to the next, so the
+total mass is conserved to round-off. On a curved surface the swept areas differ from the area changes of the cells; a
+potential between the cells corrects this, so that a film of uniform density stays uniform."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -14,7 +12,7 @@ from pellucid.geometry.meshes.triangulation import vertex_normals
 
 
 class CellFluxes:
-    """Between the cells of the n nodes of a closed triangulation."""
+    """Computes the mass fluxes between the cells of the n nodes of a closed triangulation."""
 
     def __init__(self, mesh: Rings) -> None:
         self._mesh = mesh
@@ -28,10 +26,9 @@ class CellFluxes:
     def moved(
         self, before: np.ndarray, after: np.ndarray, areas: np.ndarray, new_areas: np.ndarray, mass: np.ndarray
     ) -> np.ndarray:
-        """Masses (n,) [kg] after the nodes moved along the surface from places to places (n, 3) [m].
-
-        areas, new_areas: those of the cells [m²], shape (n,); all that the density is by.
-        """
+        """Return the masses of the cells [kg], shape (n,), after the nodes moved along the surface from `before` to `after`
+        [m], shape (n, 3). areas, new_areas: areas of the cells before and after [m²], shape (n,); densities are computed
+        from these."""
         begin, end = self._mesh.begin[self._edge], self._mesh.begin[self._back]
         swept = self._swept(before, after)
         gain = swept[self._edge] - swept[self._back]  # of the cell where the edge begins, from that where it ends
@@ -47,7 +44,8 @@ class CellFluxes:
         return np.asarray(mass + np.bincount(begin, given, len(mass)) - np.bincount(end, given, len(mass)))
 
     def _swept(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """Area that the side between the middles of a half-edge and its triangle sweeps, away from where it begins [m²]."""
+        """Return the area [m²] that the segment from the midpoint of each half-edge to the centroid of its triangle sweeps,
+        positive away from the start of the half-edge."""
         triangles = self._mesh.triangles
 
         def ends(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -61,8 +59,8 @@ class CellFluxes:
         return np.asarray(0.5 * np.einsum("eki,ei->ek", np.cross(c1 - m0, c0 - m1), normal).ravel())
 
     def _limited_slopes(self, places: np.ndarray, density: np.ndarray) -> np.ndarray:
-        """Slopes of the density in the surface, shape (n, 3), that keep it between the values about at the middles of edges
-        (Barth & Jespersen 1989, AIAA paper 89-0366)."""
+        """Return the slopes of the density in the surface, shape (n, 3), limited so that the density at the midpoints of
+        the edges stays within the range of the neighbouring values (Barth & Jespersen 1989, AIAA paper 89-0366)."""
         mesh = self._mesh
         neighbours, real = mesh.neighbours, np.arange(mesh.ring.shape[1]) < mesh.valence[:, None]
         normal = vertex_normals(places, mesh.triangles)

@@ -1,4 +1,5 @@
-"""Mesh smoothing: nodes of a surface move along it so that they stay evenly spread; triangles that are too flat end a run."""
+"""Mesh smoothing: nodes of a surface move along it so that they stay evenly distributed; a run stops if a triangle is too
+flat."""
 
 import numpy as np
 
@@ -15,7 +16,7 @@ WELL_SPREAD = 0.7  # quality of the worst triangle with which nodes can stay for
 
 
 def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
-    """Raise RunStopped where a triangle is too flat, or turned against those about it."""
+    """Raise RunStopped if a triangle is too flat, or its normal points against the normals of the surface."""
     quality = triangle_qualities(places, triangles)
     corner = places[triangles]
     along = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -31,10 +32,9 @@ def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
 
 
 def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Ways (n, 3) [m] of nodes from places on a surface, along it, after they moved with the film by `moved`, (n, 3) [m].
-
-    Back by what the motion had along the surface beside a rigid motion, and towards the middles of the triangles about.
-    """
+    """Return displacements along a surface that smooth the mesh [m], shape (n, 3), after the film moved the nodes by
+    `moved` [m], shape (n, 3), to `places`. They revert the tangential motion, except its rigid part, and move each node
+    towards the centroids of the triangles around it."""
     triangles, n = mesh.triangles, len(places)
     corner = places[triangles]
     area = np.linalg.norm(vector_areas(places, triangles), axis=1)
@@ -50,7 +50,8 @@ def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 
 def rigid_part(places: np.ndarray, moved: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """The small rigid motion nearest to displacements of places, shape (n, 3) each, by weights (n,)."""
+    """Return the small rigid motion that fits the displacements `moved` of `places` best, shape (n, 3), by weighted least
+    squares with weights (n,)."""
     total = weight.sum()
     centre, mean = weight @ places / total, weight @ moved / total
     offset = places - centre

@@ -1,4 +1,4 @@
-"""Point location on a surface of triangles: the places at given distances along it from other places."""
+"""Point location on a surface of triangles: the positions at given displacements along the surface from its nodes."""
 
 from collections.abc import Callable
 
@@ -16,10 +16,9 @@ APPROACHES = 3  # as distances along a surface are not those of its parameters
 def places_along(
     mesh: Rings, places: np.ndarray, way: np.ndarray, at: Callable[[np.ndarray, np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """Places on the surface at ways (n, 3) [m] from those of the nodes, none longer than to a neighbour, shape (n, 3).
-
-    at: places on it in triangles (n,) at shares of their corners (n, 3).
-    """
+    """Return the points of the surface at displacements `way` [m] along it from the nodes, shape (n, 3); no displacement
+    may exceed the distance to a neighbour. at: function that returns the points of the surface in triangles (n,) at
+    barycentric coordinates (n, 3)."""
     n = len(places)
     normal, aim = vertex_normals(places, mesh.triangles), way
     triangle, share = np.zeros(n, np.int64), np.zeros((n, 3))
@@ -39,7 +38,8 @@ def _triple(a, b, c):
 
 @parallel_loop(allocates=True)
 def _locate(chunk, mesh, places, normal, aim, triangle, share):
-    """The triangle about each node that lies along its aim, seen along the normal, and the shares of its corners there."""
+    """Find the triangle around each node that contains the end of its displacement, projected along the normal, and the
+    barycentric coordinates there."""
     for i in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
         half, best, a, b = mesh.out[i], -np.inf, 0.0, 0.0
         found, n, d = half, normal[i], aim[i]

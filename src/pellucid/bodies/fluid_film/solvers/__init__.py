@@ -1,1 +1,1 @@
-"""Systems of equations for the velocities of a film, and what solves them."""
+"""Solvers of the linear systems for the nodal velocities of a film."""

@@ -1,8 +1,6 @@
-"""Symmetric sparse matrices of films, as sums of squares of the rows of their elements.
-
-Σ factor row ⊗ row never has a negative eigenvalue where no factor is negative. Every node adds up its own rows of the matrix,
-element by element: one order, whatever the threads.
-"""
+"""Symmetric sparse matrices of films, as sums of squares of the rows of their elements. Σ factor row ⊗ row has no negative
+eigenvalue if no factor is negative. Every node sums its own rows of the matrix element by element in a fixed order, so that
+results do not depend on the number of threads."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -46,7 +44,7 @@ def _find_places(chunk, uses, pattern):
 
 @kernel(inner=True)
 def _node_rows(at, a, R, M, rows, factor, first, shares, part):
-    """Fill part, 3 rows of M numbers, with what R rows give to the rows of the matrix of node a of an element."""
+    """Fill `part`, 3 rows of M numbers, with the contributions of R rows of an element to the matrix rows of its node a."""
     for r in range(R):
         for c in range(3):
             shares[3 * r + c] = factor[first + r] * rows[at + r * M + 3 * a + c]
@@ -113,7 +111,7 @@ def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
 
 
 def _merged(squares: Sequence[ElementRows]) -> list[ElementRows]:
-    """Without those that add nothing; the factors of the same rows added up."""
+    """Return the rows that contribute to the matrix; factors of identical rows are summed."""
     found: dict[tuple[int, tuple[int, ...]], ElementRows] = {}
     for square in squares:
         key = (square.rows.__array_interface__["data"][0], square.rows.shape)
@@ -125,7 +123,7 @@ def _merged(squares: Sequence[ElementRows]) -> list[ElementRows]:
 
 
 class Assembly(NodalSums):
-    """The sums at the nodes, and matrices."""
+    """Assembles nodal sums and sparse matrices."""
 
     def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
         super().__init__(nodes, n, d)
@@ -150,7 +148,7 @@ class Assembly(NodalSums):
         return (d * column[start + within][:, None] + np.arange(d)).ravel().astype(np.int32)
 
     def matrix(self, squares: Sequence[ElementRows | SharedRows]) -> csr_array:
-        """Σ factor row ⊗ row of all of them, shape (n d, n d); node by node."""
+        """Return the matrix Σ factor row ⊗ row of all rows, shape (n d, n d), ordered by node."""
         values = np.empty(len(self._indices))
         self._collect([square for square in squares if isinstance(square, ElementRows)])
         shared = _side_by_side([square for square in squares if isinstance(square, SharedRows)], *self._uses.nodes.shape)
@@ -182,8 +180,9 @@ class Assembly(NodalSums):
         return csr_array((np.ones(len(column), np.int8), column, first), shape=(self.n, self.n))
 
     def upper(self, matrix: csr_array, free: np.ndarray, diagonal: np.ndarray) -> np.ndarray:
-        """Numbers on and above the diagonal of a symmetric matrix of this pattern, where rows and columns that are not free
-        are left out, and something is added to the diagonal; free, diagonal: shape (n d,), 1 where it is free."""
+        """Return the entries on and above the diagonal of a symmetric matrix of this pattern. Rows and columns that are not
+        free are set to zero, and `diagonal` is added to the diagonal. free: 1 for a free component, shape (n d,); diagonal:
+        shape (n d,)."""
         row, column = self._row(), self._indices
         values = matrix.data * free[row] * free[column]
         values[row == column] += diagonal

@@ -1,4 +1,4 @@
-"""The interface of what finds the velocities of a film from the forms of its elements."""
+"""The interface of solvers for the velocities of a film, from the forms of its elements."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
@@ -9,10 +9,8 @@ from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows
 
 
 class IncompatibleLoad(Exception):
-    """The load does work on motions that nothing resists: there is no velocity at which it is balanced.
-
-    driven: the forces that drive them [N], shape (n, d).
-    """
+    """The load does work on motions without resistance, so no velocity balances it. driven: the forces on these motions
+    [N], shape (n, d)."""
 
     def __init__(self, driven: np.ndarray) -> None:
         super().__init__("a load drives motions without resistance")
@@ -27,7 +25,8 @@ class Border(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """Velocities of the nodes [m/s], shape (n, d), and the forces of the borders, one for each: they act along their rows."""
+    """Velocities of the nodes [m/s], shape (n, d), and the forces of the linear constraints, one each; they act along the
+    rows of the constraints."""
 
     velocity: np.ndarray
     border_forces: np.ndarray
@@ -46,26 +45,27 @@ class System(NamedTuple):
     known: np.ndarray  # (n, d) components that are prescribed
     velocity: np.ndarray  # (n, d) their values [m/s]
     turning: Sequence[ElementRows] | None
-    """What the film turns by, where some motions meet no resistance: of those with the same strain rates the one is taken that
-    turns least; on surfaces, that has no mean velocity and rotation."""
+    """Measure of rotation, used if some motions have no resistance: among the motions with the same strain rates, the
+    solver chooses the one that rotates least. On surfaces this is the motion without mean velocity and rotation."""
     accuracy: float  # error of the velocity that does not matter, of the velocity
     directions: np.ndarray | None = None
-    """Of the components of vectors and rows at each node, shape (n, d, d), where they are not those of space."""
+    """Directions of the components of vectors and rows at each node, shape (n, d, d); None for the axes of space."""
 
 
 def refuse_driven(system: System, driven: np.ndarray, most: float) -> None:
-    """Raise IncompatibleLoad where these forces on motions without resistance, in the directions of the system [N], shape
-    (n, d), are more than this share of the loads, both summed over the nodes."""
+    """Raise IncompatibleLoad if the forces on motions without resistance [N], shape (n, d), exceed the share `most` of the
+    loads, both summed over the nodes. The forces are given in the directions of the system."""
     if np.linalg.norm(driven, axis=1).sum() > most * np.linalg.norm(system.load, axis=1).sum():
         in_space = driven if system.directions is None else np.einsum("ncd,nc->nd", system.directions, driven)
         raise IncompatibleLoad(in_space)
 
 
 class FilmSolver(Protocol):
-    """Finds the velocities of a film under linear constraints."""
+    """Computes the velocities of a film under linear constraints."""
 
     def solve(self, system: System, borders: Sequence[Border]) -> Solution:
-        """Raises IncompatibleLoad where the forces drive motions that meet no resistance."""
+        """Return the nodal velocities and the constraint forces. Raises IncompatibleLoad if the loads do work on motions
+        without resistance."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays that the next solution depends on besides its system, for checkpoints."""

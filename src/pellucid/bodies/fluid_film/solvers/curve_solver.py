@@ -1,4 +1,4 @@
-"""Velocities of a film that a curve describes: few nodes, each with few neighbours."""
+"""Velocities of a film that is described by a curve: few nodes, each with few neighbours."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,13 +11,15 @@ from pellucid.bodies.fluid_film.solvers.contract import Border, Solution, System
 
 FREE = 1e-7  # of the largest resistance: less has none. Motions of a curve without strain have 1e-16, others above 1e-5
 UNBALANCED = 2e-3
-"""Of the loads, that motions without strain may feel by the error of the geometry: a uniform pressure in a circle does no work
-on them, but 1.5e-3 of it does where the distances of nodes differ by 1 % in random order, as those of nodes that are kept even
-may. At even nodes that is rounding, at distances that vary smoothly by a half 4e-3 with 8 nodes and 3e-5 with 20."""
+"""Largest share of the loads that may act on motions without strain, as an effect of geometric errors. A uniform pressure
+in a circle does no work on these motions. In the discrete geometry the share is 1.5e-3 if the node spacings vary randomly
+by 1 %, as after redistribution; it is round-off for equal spacings, and 4e-3 with 8 nodes and 3e-5 with 20 nodes for
+spacings that vary smoothly by a half."""
 
 
 class CurveSolver:
-    """Symmetric systems of elements with nodes (e, m), n in all, in d dimensions; components that are `held` are 0."""
+    """Solves symmetric systems of elements with nodes (e, m), n nodes in total, in d dimensions; components that are `held`
+    are 0."""
 
     def __init__(self, nodes: np.ndarray, held: np.ndarray) -> None:
         n, d = held.shape
@@ -54,7 +56,7 @@ class CurveSolver:
         return Solution(v.reshape(self._shape), -found[len(found) - len(borders) :])
 
     def _check(self, system: System, unresisted: np.ndarray, free: np.ndarray, sides: np.ndarray) -> None:
-        """Raise IncompatibleLoad where the load drives motions that meet no resistance, and the borders cannot balance it."""
+        """Raise IncompatibleLoad if the load does work on motions without resistance and the constraints cannot balance it."""
         load, held = unresisted.T @ system.load.ravel()[free], unresisted.T @ sides.T
         if len(sides):
             load = load - held @ np.linalg.lstsq(held, load, rcond=FREE)[0]
@@ -69,7 +71,7 @@ class CurveSolver:
         """Do nothing: the solver has no state."""
 
     def _squares(self, rows: Sequence[ElementRows | SharedRows]) -> np.ndarray:
-        """The matrices of the elements, shape (e, m d, m d)."""
+        """Return the matrices of the elements, shape (e, m d, m d)."""
         found = [row.of_components(self._shape[1]) for row in rows]
         return np.asarray(sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found))
 
@@ -95,7 +97,7 @@ class CurveSolver:
 
 
 def _factors(matrix: csc_matrix) -> SuperLU:
-    """Raises LinAlgError, as dense systems do, where the matrix is singular."""
+    """Return the LU factors of a matrix. Raises LinAlgError, as for dense matrices, if it is singular."""
     try:
         return splu(matrix)
     except RuntimeError as error:
@@ -105,14 +107,14 @@ def _factors(matrix: csc_matrix) -> SuperLU:
 
 
 def _parted(resistance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal motions that meet resistance, and those that meet none, in columns."""
+    """Return orthonormal bases, in columns, of the motions with resistance and of those without."""
     values, modes = np.linalg.eigh(resistance)
     free = values < FREE * values[-1]
     return modes[:, ~free], modes[:, free]
 
 
 def _least_turning(turning: np.ndarray, resisted: np.ndarray, unresisted: np.ndarray) -> np.ndarray:
-    """A basis of the motions that, of all with their strain rates, turn the film least."""
+    """Return a basis of the motions that rotate the film least among all motions with the same strain rates."""
     turns, ways = np.linalg.eigh(unresisted.T @ turning @ unresisted)
     turned = turns > FREE * np.abs(turning).max()  # translations turn nothing
     ways = unresisted @ ways[:, turned]

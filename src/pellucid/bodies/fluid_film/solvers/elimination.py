@@ -1,9 +1,7 @@
-"""Cholesky factors of matrices of surfaces: the nodes are divided by cuts, and dense fronts eliminated from small to large.
-
-Nested dissection: George 1973, SIAM J. Numer. Anal. 10, 345. The multifrontal method: Liu 1992, SIAM Review 34, 82. Most of the
-work is in products of dense matrices: a factor takes 0.4 of the time of SuperLU in the same order, and half the memory. As a
-preconditioner, which need not be exact, it can be in single precision.
-"""
+"""Cholesky factors of matrices of surfaces: nested dissection of the nodes, and elimination of dense fronts from small to
+large. Nested dissection: George 1973, SIAM J. Numer. Anal. 10, 345. Multifrontal method: Liu 1992, SIAM Review 34, 82. Most
+of the work is in products of dense matrices: a factorisation needs 0.4 times the time of SuperLU in the same order, and
+half the memory. Single precision is sufficient for a preconditioner."""
 
 from typing import NamedTuple
 
@@ -21,14 +19,14 @@ Precision = type[np.float32] | type[np.float64]
 
 
 class Supernode(NamedTuple):
-    """Nodes that are eliminated together, after those of the supernodes on both sides of them."""
+    """Nodes that are eliminated together, after the supernodes on both sides of them."""
 
     own: np.ndarray
     children: tuple[int, ...]
 
 
 class Front(NamedTuple):
-    """A supernode as the numbers of a matrix see it; places are those in the order of elimination."""
+    """A supernode in terms of matrix entries; positions are those in the order of elimination."""
 
     first: int
     own: int  # how many it eliminates, from `first` on
@@ -39,10 +37,8 @@ class Front(NamedTuple):
 
 
 def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
-    """Nodes in supernodes, in their order of elimination, by their links (n, n) and places (n, 3).
-
-    The surface is cut in two again and again, across its longest extent.
-    """
+    """Return the supernodes in their order of elimination, from the adjacency of the nodes (n, n) and their positions (n,
+    3). The surface is bisected recursively across its longest extent."""
     supernodes: list[Supernode] = []
     beyond = np.zeros(len(places), np.int8)
 
@@ -68,7 +64,7 @@ def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
 
 
 class Elimination:
-    """The fronts of matrices with d × d blocks where nodes are linked; found once for all of them."""
+    """The fronts of matrices with d × d blocks at linked nodes; computed once for all of these matrices."""
 
     def __init__(self, links: csr_array, places: np.ndarray, indptr: np.ndarray, indices: np.ndarray, d: int) -> None:
         supernodes = dissected(links, places)
@@ -99,9 +95,9 @@ class Elimination:
 
 
 class Factor:
-    """The Cholesky factors of a symmetric positive definite matrix, by its numbers, in single or double precision.
-
-    Raises LinAlgError where it is none. Numbers and right sides are scaled to 1, within the range of single precision."""
+    """The Cholesky factors of a symmetric positive definite matrix, given by its entries, in single or double precision.
+    Raises LinAlgError if the matrix is not positive definite. Entries and right-hand sides are scaled to 1, within the
+    range of single precision."""
 
     def __init__(self, elimination: Elimination, numbers: np.ndarray, precision: Precision) -> None:
         self._elimination, self._precision = elimination, precision

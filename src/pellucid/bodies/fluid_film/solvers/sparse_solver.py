@@ -1,12 +1,10 @@
-"""Velocities of a film of many nodes, as of a surface, by conjugate gradients with an old factor as preconditioner.
-
-The matrix changes little from step to step, so its factors serve for many: they are renewed when the rounds that they save
-are worth their cost. They are in single precision, which halves the time and the memory, until a new one takes as many rounds
-as an old one would. Constraints C v = c hold in every round: directions and residuals are projected by
-P = I - Z (C Z)⁻¹ C and its transpose, with Z any vectors for which C Z can be inverted (Gould, Hribar & Nocedal 2001, SIAM J.
-Sci. Comput. 23, 1376). Motions without resistance, R, are left out in the same way, with Z = R and C = Rᵀ times the areas of
-the nodes: on a closed surface those are the rigid ones.
-"""
+"""Velocities of a film with many nodes, such as a surface, by conjugate gradients with an earlier factor as preconditioner.
+The matrix changes little from step to step, so its factors serve for many steps; they are recomputed when the saved
+iterations exceed the cost. They are in single precision, with half the time and memory, until a new factor needs as many
+iterations as an old one. Constraints C v = c hold in every iteration: directions and residuals are projected by P = I - Z
+(C Z)⁻¹ C and its transpose, with any vectors Z for which C Z is invertible (Gould, Hribar & Nocedal 2001, SIAM J. Sci.
+Comput. 23, 1376). Motions R without resistance are removed in the same way, with Z = R and C = Rᵀ times the areas of the
+nodes; on a closed surface these are the rigid motions."""
 
 from collections.abc import Mapping, Sequence
 from math import pi
@@ -25,14 +23,16 @@ ROUGH = 8  # rounds with a new factor in single precision from which on they are
 MOST = 80  # rounds before the factor is renewed at once
 SHIFT = 1e-3  # of what smooth motions of a film feel by its viscosity, added in the factor where some feel none
 UNBALANCED = 1e-3
-"""Of the loads, that rigid motions may feel by the error of the geometry. A uniform pressure has no resultant, but on closed
-surfaces of 26, 42 and 162 nodes that were moved by a third of their distance in random directions 4e-4, 1.3e-4 and 2e-5 of
-∫|b| dA; on ellipsoids that are as smooth as meshes of films are, and on surfaces of more nodes, less."""
+"""Largest share of the loads that may act on rigid motions, as an effect of geometric errors. A uniform pressure has no
+resultant. On closed surfaces with 26, 42 and 162 nodes, displaced by a third of their spacing in random directions, the
+resultant is 4e-4, 1.3e-4 and 2e-5 of ∫|b| dA; it is smaller on ellipsoids with smooth meshes and on surfaces with more
+nodes."""
 FIXED = 1e-8  # of a motion's largest component at known ones: less is a motion that they leave free
 
 
 class SparseSolver:
-    """Systems of elements with nodes (e, m), n in all, that stand at `places` (n, 3) at first; `held` components are 0."""
+    """Solves systems of elements with nodes (e, m), n nodes in total, initially at `places` (n, 3); `held` components are
+    0."""
 
     def __init__(self, nodes: np.ndarray, held: np.ndarray, places: np.ndarray) -> None:
         n, d = held.shape
@@ -100,7 +100,7 @@ class SparseSolver:
         projection: "Projection",
         accuracy: float,
     ) -> tuple[np.ndarray, np.ndarray, int]:
-        """Improved velocities, the forces of the constraints, and how many rounds it took."""
+        """Return the improved velocities, the constraint forces, and the number of iterations."""
         u, residual = u.copy(), right - free * (A @ u)
         direction, before = np.zeros_like(u), np.inf
         for rounds in range(MOST):
@@ -118,7 +118,7 @@ class SparseSolver:
         return u, projection.forces(residual), MOST
 
     def renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
-        """Factors of this matrix, with numbers on the diagonal where components are known."""
+        """Return new factors of this matrix, with unit rows for the prescribed components."""
         diagonal = np.where(known, A.diagonal(), 0.0)
         if shifted:
             squares = [square.of_components(self.assembly.d) for square in system.resistance]
@@ -139,7 +139,7 @@ class SparseSolver:
         return factor
 
     def _made(self) -> Factor:
-        """Factors of the matrix that is kept for them, in the precision that is kept for them."""
+        """Return the factors of the stored matrix, in the stored precision."""
         precision = np.float64 if self._arrays["in_double"][0] else np.float32
         return Factor(self._elimination, self.assembly.symmetric(self._arrays["factored"]), precision)
 
@@ -152,11 +152,11 @@ class Projection:
         self._inverse = np.linalg.inv(C @ Z.T)
 
     def reached(self, goals: np.ndarray) -> np.ndarray:
-        """A vector u with C u = goals."""
+        """Return a vector u with C u = goals."""
         return np.asarray(self._Z.T @ (self._inverse @ goals))
 
     def applied(self, u: np.ndarray) -> np.ndarray:
-        """P u."""
+        """Return P u."""
         return u - self.reached(self._C @ u)
 
     def forces(self, residual: np.ndarray) -> np.ndarray:
@@ -164,12 +164,13 @@ class Projection:
         return np.asarray(self._inverse.T @ (self._Z @ residual))
 
     def transposed(self, residual: np.ndarray) -> np.ndarray:
-        """Pᵀ of a residual."""
+        """Return Pᵀ times a residual."""
         return residual - self._C.T @ self.forces(residual)
 
 
 def _free_motions(system: System, known: np.ndarray) -> np.ndarray:
-    """Rigid motions that leave known components (3 n,) at rest, orthonormal, shape (k, 3 n)."""
+    """Return the rigid motions that leave the prescribed components at rest, orthonormal, shape (k, 3 n). known: mask of
+    these components, shape (3 n,)."""
     x = system.x
     offset = x - x.mean(axis=0)
     motions = [np.tile(axis, (len(x), 1)) for axis in np.eye(3)] + [np.cross(axis, offset) for axis in np.eye(3)]

@@ -1,4 +1,4 @@
-"""The interface of the geometry of a film: how its nodes span it. One file each for curves and surfaces."""
+"""The interface of the geometry of a film: the interpolation between its nodes. Curves and surfaces have one file each."""
 
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
@@ -10,57 +10,56 @@ from pellucid.geometry.meshes.cells import Cells
 
 
 class Shares(NamedTuple):
-    """Parts of the film, each with a mass, that a quadrature point belongs to."""
+    """The parts of the film, each with a mass, to which a quadrature point belongs."""
 
     part: np.ndarray  # (e, c) numbers of the parts to which the points of an element belong
     share: np.ndarray  # (q, c) how much; of each point 1 in all
 
 
 class Redistributed(NamedTuple):
-    """Nodes moved along the film, and the masses of its parts then."""
+    """Nodes moved along the film, and the masses of its parts after that."""
 
     x: np.ndarray  # (n, d) [m]
     mass: np.ndarray  # (parts,) [kg]
 
 
 class FilmGeometry(Protocol):
-    """n nodes in d dimensions that span a film. The film runs through `places`, near its nodes if not through them."""
+    """n nodes in d dimensions that span a film. The film passes through `places`; these can differ from its nodes."""
 
     nodes: np.ndarray
-    """Shape (e, m): numbers of the nodes of each element; repeated, with functions that are zero, where it has fewer."""
+    """Numbers of the nodes of each element, shape (e, m). Elements with fewer nodes repeat one, with zero functions."""
     axes: tuple[int, ...]
-    """The d axes of space in which it lies."""
+    """The d axes of space in which the film lies."""
     held: np.ndarray
-    """Shape (n, d): components that cannot move, as those across an axis of symmetry."""
+    """Mask of the components that cannot move, such as those perpendicular to an axis of symmetry, shape (n, d)."""
     shares: Shares
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Rows of the operators for nodes at x [m], shape (n, d)."""
+        """Return the rows of the operators for nodes at x [m], shape (n, d)."""
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Values on the film at its nodes, shape (n, k), of a field with these values x of the nodes, shape (n, k)."""
+        """Return the values on the film at its nodes, shape (n, k), of a field with nodal values x, shape (n, k)."""
 
     def normals(self, x: np.ndarray) -> np.ndarray:
-        """Outward unit normals of the film at its nodes, with these at x [m], shape (n, d) each."""
+        """Return the outward unit normals of the film at its nodes, shape (n, d), with nodes at x [m], shape (n, d)."""
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
-        """Distance of each node from its nearest neighbour [m], shape (n,)."""
+        """Return the distance of each node from its nearest neighbour [m], shape (n,)."""
 
     def cells(self) -> Cells:
-        """Lines or triangles between the nodes, for results."""
+        """Return the lines or triangles between the nodes, for results."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
-        """Nodes moved along the film to where they are spread evenly, and the masses of its parts [kg], shape (parts,), then;
-        both as they are where nothing needs to move. The mass in all is kept to rounding.
-
-        moved: what nodes have gone with the film, to where they are, since they were spread last [m], shape (n, d). Raises
-        RunStopped where elements are too flat."""
+        """Redistribute nodes evenly along the film. Returns the new nodes [m], shape (n, d), and the new masses of the
+        parts [kg], shape (parts,); both are unchanged if no node needs to move. The total mass is conserved to round-off.
+        moved: displacement of the nodes with the film since the last redistribution [m], shape (n, d). Raises RunStopped if
+        elements are too flat."""
 
     def can_wait(self, x: np.ndarray) -> bool:
         """Return True if nodes at x [m], shape (n, d), need not be redistributed yet when that would add energy."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """The arrays that the functions depend on beside the nodes, for checkpoints."""
+        """Return the arrays, in addition to the nodes, on which the functions depend, for checkpoints."""
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Restore the arrays of a checkpoint."""

@@ -1,9 +1,6 @@
-"""Films that a curve describes: closed curves in the plane, and surfaces of revolution about the z axis.
-
-Between two neighbours the curve is interpolated by radial functions over a parameter that grows by 1 from node to node, blended
-from the stencils about both, so that its tangent is continuous and it passes through the nodes.
-Source: Benet 2015, §§6.3 and 7.1.
-"""
+"""Films described by a curve: closed curves in the plane, and surfaces of revolution about the z axis. Between two
+neighbours the curve is interpolated by radial functions of a parameter that grows by 1 from node to node, blended from the
+stencils around both nodes. Its tangent is continuous, and it passes through the nodes. Source: Benet 2015, §§6.3 and 7.1."""
 
 from collections.abc import Mapping
 
@@ -24,11 +21,9 @@ EVEN = 0.01  # by which segments may differ before nodes move
 
 
 def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
-    """Functions of the m nodes of a segment at its places t, shape (q,), from 0 at its first node to 1 at its second, and their
-    first and second derivatives: shape (3, q, m), the same for all segments.
-
-    The nodes: from half a stencil before the first to half a stencil behind the second.
-    """
+    """Return the functions of the m nodes of a segment at parameters t, shape (q,), from 0 at its first node to 1 at its
+    second, and their first and second derivatives: shape (3, q, m), the same for all segments. The nodes extend from half a
+    stencil before the first node to half a stencil after the second."""
     reach = radial.stencil_size(1) // 2
     ends, offset = np.arange(2), np.arange(-reach, reach + 1)
     near = Stencils(ends[:, None] + offset, np.ones((2, 1, 1)), np.tile(offset[:, None], (2, 1, 1)).astype(float))
@@ -40,11 +35,9 @@ def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
 
 
 class Curve:
-    """n nodes in their order along a curve with its interior to the left, in two coordinates.
-
-    around: whether it is the meridian of a surface of revolution, from its lower pole to its upper, in r and z; its mirror
-    image then goes on behind the poles. Otherwise it is closed, in x and y.
-    """
+    """n nodes in order along a curve with its interior to the left, in two coordinates. around: True for the meridian of a
+    surface of revolution in r and z, from the lower pole to the upper one, continued by its mirror image beyond the poles;
+    False for a closed curve in x and y."""
 
     def __init__(self, n: int, radial: RadialModel, around: bool) -> None:
         self.n, self.around = n, around
@@ -70,7 +63,7 @@ class Curve:
         self._samples = segment_functions(radial, places)
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Rows for nodes at x [m], shape (n, 2)."""
+        """Return the rows of the operators for nodes at x [m], shape (n, 2)."""
         table, corner = self._tables, self._about(x)
         place, along, bend = (np.einsum("qm,emi->eqi", functions, corner) for functions in table)
         square = np.einsum("eqi,eqi->eq", along, along)
@@ -95,11 +88,11 @@ class Curve:
         return Operators(area, place, normal, value, strain, slope[:, :, None], kappa, bending)
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """The film passes through its nodes."""
+        """Return x: the film passes through its nodes."""
         return x
 
     def normals(self, x: np.ndarray) -> np.ndarray:
-        """Outward unit normals at the nodes, shape (n, 2)."""
+        """Return the outward unit normals at the nodes, shape (n, 2)."""
         along = np.einsum("qm,emi->qei", self._ends[1], self._about(x))
         at_nodes = np.append(along[0], along[1, -1:], axis=0)[: self.n]
         normal = np.stack([at_nodes[:, 1], -at_nodes[:, 0]], axis=1)
@@ -107,7 +100,7 @@ class Curve:
         return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
-        """Distance of each node from its nearest neighbour [m], shape (n,)."""
+        """Return the distance of each node from its nearest neighbour [m], shape (n,)."""
         ends = self.cells().lines
         length = np.linalg.norm(x[ends[:, 1]] - x[ends[:, 0]], axis=1)
         nearest = np.full(self.n, np.inf)
@@ -116,22 +109,21 @@ class Curve:
         return nearest
 
     def cells(self) -> Cells:
-        """The segments of the curve."""
+        """Return the segments of the curve."""
         first = np.arange(len(self.nodes))
         return Cells(lines=np.stack([first, (first + 1) % self.n], axis=1))
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """No arrays: the functions are the same for all places of the nodes."""
+        """Return no arrays: the functions are the same for all positions of the nodes."""
         return {}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Do nothing: a curve has no arrays."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
-        """Nodes at equal distances along the curve, if they are not; the mass of each segment is that which lay there.
-
-        The mass up to a place is taken as monotone between the nodes, so that no density becomes negative.
-        """
+        """Return nodes at equal distances along the curve, unless they already are, and the mass of each segment, taken
+        from the mass distribution before. The cumulative mass is interpolated monotonically between the nodes, so that no
+        density becomes negative."""
         lengths, areas = self._samples_of(x)
         of_segments = lengths.reshape(-1, SAMPLES).sum(axis=1)
         if np.ptp(of_segments) <= EVEN * of_segments.mean():
@@ -151,15 +143,16 @@ class Curve:
         return Redistributed(moved, masses * (below[-1] / masses.sum()))
 
     def can_wait(self, x: np.ndarray) -> bool:
-        """No: equal distances add less energy to a curve than its steps take from it, down to rounding."""
+        """Return False: redistribution at equal distances adds less energy to a curve than its steps dissipate, down to
+        round-off."""
         return False
 
     def _about(self, x: np.ndarray) -> np.ndarray:
-        """Places of the nodes of each segment, shape (e, m, 2), mirror images included."""
+        """Return the positions of the nodes of each segment, shape (e, m, 2), including mirror images."""
         return np.asarray(x[self.nodes] * self.sign)
 
     def _samples_of(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lengths [m] and areas [m²] of the parts of the segments, shape (e SAMPLES,)."""
+        """Return the lengths [m] and areas [m²] of the sampled parts of the segments, shape (e SAMPLES,)."""
         corner = self._about(x)
         along = np.einsum("qm,emi->eqi", self._samples[1], corner)
         length = np.hypot(along[..., 0], along[..., 1])

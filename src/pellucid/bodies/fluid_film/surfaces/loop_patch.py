@@ -1,11 +1,8 @@
-"""Loop's subdivision surface on one triangle, from the nodes of its corners and of the rings about these.
-
-Where all corners have six neighbours it is a box spline of degree 4; else the triangle is cut in four until the place lies in
-one where they have. Source: Loop 1987 (thesis, University of Utah); Stam 1998, Evaluation of Loop subdivision surfaces; as
-finite elements: Cirak, Ortiz & Schröder 2000, Int. J. Numer. Methods Eng. 47, 2039.
-
-The ring of a corner begins with the next corner and the one before, and ends with the node across from the one before.
-"""
+"""Loop's subdivision surface on one triangle, from the nodes of its corners and of the rings around them. If all corners
+have six neighbours, it is a box spline of degree 4. Otherwise the triangle is subdivided into four until the point lies in
+a triangle whose corners all have six neighbours. Source: Loop 1987 (thesis, University of Utah); Stam 1998, Evaluation of
+Loop subdivision surfaces; as finite elements: Cirak, Ortiz & Schröder 2000, Int. J. Numer. Methods Eng. 47, 2039. The ring
+of a corner begins with the next corner and the previous one, and ends with the node opposite the previous one."""
 
 from math import cos, pi
 
@@ -71,7 +68,7 @@ def limit_share(valence):
 
 @kernel(inner=True)
 def _cut(corner, ring, count, moved, middle):
-    """Corners moved, and the middles of the edges to their rings."""
+    """Compute the corners after a subdivision step (`moved`) and the midpoints of the edges to their rings (`middle`)."""
     k = corner.shape[1]
     for c in range(3):
         n = count[c]
@@ -87,7 +84,7 @@ def _cut(corner, ring, count, moved, middle):
 
 @kernel(inner=True)
 def _child_at_corner(c, corner, ring, count, moved, middle):
-    """The triangle that keeps corner c becomes the triangle; it begins with that corner."""
+    """Replace the triangle by its child at corner c; the child begins with that corner."""
     d, p = (c + 1) % 3, (c + 2) % 3
     n = count[c]
     for i in range(corner.shape[1]):
@@ -103,7 +100,8 @@ def _child_at_corner(c, corner, ring, count, moved, middle):
 
 @kernel(inner=True)
 def _child_in_middle(corner, ring, count, moved, middle):
-    """The triangle between the middles of the edges becomes the triangle; it begins with that after corner 0."""
+    """Replace the triangle by its child between the midpoints of the edges; the child begins with the midpoint after corner
+    0."""
     for i in range(corner.shape[1]):
         for c in range(3):
             d, p = (c + 1) % 3, (c + 2) % 3
@@ -115,7 +113,7 @@ def _child_in_middle(corner, ring, count, moved, middle):
 
 @kernel(inner=True, allocates=True)
 def _spline(corner, ring, share, along, factors, powers, out):
-    """The box spline and its derivatives along two directions."""
+    """Evaluate the box spline and its derivatives along two directions."""
     k = corner.shape[1]
     weight = np.zeros((12, COUNT))
     for t in range(powers.shape[0]):
@@ -154,10 +152,9 @@ def _spline(corner, ring, share, along, factors, powers, out):
 
 @kernel(inner=True, allocates=True)
 def evaluate(corner, ring, count, share, factors, powers, out):
-    """Value and derivatives (COUNT, k) at shares (3,) of the corners; corner (3, k), ring (3, v, k), v >= 6, count (3,).
-
-    All but `out`, `factors` and `powers` are used up. At a corner without six neighbours derivatives are zero.
-    """
+    """Evaluate value and derivatives (COUNT, k) at barycentric coordinates `share` (3,). corner: (3, k); ring: (3, v, k), v
+    >= 6; count: (3,). The arguments are overwritten, except `factors` and `powers`; the result is written to `out`. At a
+    corner without six neighbours the derivatives are zero."""
     moved, middle = np.zeros_like(corner), np.zeros_like(ring)
     along = np.zeros((2, 3))
     along[0, 0], along[0, 1], along[1, 0], along[1, 2] = -1.0, 1.0, -1.0, 1.0

@@ -1,7 +1,5 @@
-"""Closed surfaces in space by Loop's subdivision: functions with square-integrable curvature, as bending needs them.
-
-The nodes are control points; the surface runs near them.
-"""
+"""Closed surfaces in space by Loop's subdivision: functions with square-integrable curvature, as required for bending. The
+nodes are control points; the surface passes near them."""
 
 from collections.abc import Mapping
 
@@ -20,7 +18,7 @@ CHUNK = 128  # places
 
 
 class LoopSurface(TriangleSurface):
-    """A closed surface by Loop's subdivision; three points a triangle are enough."""
+    """A closed surface by Loop's subdivision; three quadrature points per triangle are sufficient."""
 
     def __init__(self, triangles: np.ndarray, n: int, rule: TriangleRule = THREE) -> None:
         super().__init__(triangles, n, rule)
@@ -60,7 +58,7 @@ class LoopSurface(TriangleSurface):
 
 
 def limit_matrix(mesh: Rings) -> csr_array:
-    """The matrix that takes control points to their places on the surface, shape (n, n)."""
+    """Return the matrix that maps control points to their limit positions on the surface, shape (n, n)."""
     n = len(mesh.valence)
     share = np.array([patch.limit_share(int(valence)) if valence else 0.0 for valence in range(mesh.valence.max() + 1)])
     turn = np.arange(mesh.ring.shape[1])
@@ -72,7 +70,7 @@ def limit_matrix(mesh: Rings) -> csr_array:
 
 
 def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.ndarray:
-    """The nodes of each triangle, shape (e, m): its corners; then of their rings those across and beyond; then padding."""
+    """Return the nodes of each triangle, shape (e, m): its corners, then the ring nodes that are not corners, then padding."""
     nodes = np.repeat(mesh.triangles[:, :1], m, axis=1)
     nodes[:, :3] = mesh.triangles
     for number, valences in enumerate(kinds):
@@ -85,7 +83,7 @@ def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.
 
 
 def _slots(valences: list[int]) -> list[list[int]]:
-    """The slots of the rings of the three corners."""
+    """Return the slots of the rings of the three corners."""
     first = [3, valences[0], valences[0] + valences[1] - 3]
     rings_of: list[list[int]] = []
     for c in range(3):
@@ -97,7 +95,8 @@ def _slots(valences: list[int]) -> list[list[int]]:
 
 
 def _functions(valences: np.ndarray, shares: np.ndarray, m: int) -> np.ndarray:
-    """Values and derivatives of m functions on a triangle with these valences, shape (q, COUNT, m)."""
+    """Return the values and derivatives of m functions on a triangle whose corners have these valences, shape (q, COUNT,
+    m)."""
     slots = _slots(valences.tolist())
     ring = np.zeros((3, max(patch.REGULAR, int(valences.max())), m))
     for c, own in enumerate(slots):

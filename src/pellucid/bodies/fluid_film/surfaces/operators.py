@@ -11,7 +11,7 @@ import numpy as np
 
 
 class Operators(NamedTuple):
-    """Rows at the q quadrature points of e elements with m nodes each, in d dimensions, with the nodes at some place."""
+    """Rows at the q quadrature points of e elements with m nodes each, in d dimensions, for given positions of the nodes."""
 
     area: np.ndarray  # (e, q) of a quadrature point [m²]
     position: np.ndarray  # (e, q, d) [m]
@@ -23,15 +23,16 @@ class Operators(NamedTuple):
     bending: np.ndarray  # (e, q, m, d) its rate of change at the material point [1/m²]
 
     def dilatation(self) -> np.ndarray:
-        """Rows of the rate of areas, tr D [1/m], shape (e, q, m, d)."""
+        """Return the rows of the rate of areas, tr D [1/m], shape (e, q, m, d)."""
         first = self.strain[:, :, 0]
         return first if self.strain.shape[2] == 1 else first + self.strain[:, :, 1]
 
     def volume_rate(self) -> np.ndarray:
-        """Rows of the rate of the volume inside, area times normal velocity [m²], shape (e, q, m, d)."""
+        """Return the rows of the rate of the enclosed volume, area times normal velocity [m²], shape (e, q, m, d)."""
         return np.asarray(self.area[..., None, None] * self.normal[:, :, None, :] * self.value)
 
     def volume(self) -> float:
-        """Volume inside [m³], by the divergence theorem; a closed curve's is the area inside, 1 m deep."""
+        """Return the enclosed volume [m³] by the divergence theorem; for a closed curve, the enclosed area times a depth of
+        1 m."""
         d = self.position.shape[2] if self.strain.shape[2] != 2 else 3
         return float(np.einsum("eq,eqi,eqi->", self.area, self.normal, self.position) / d)

@@ -1,12 +1,9 @@
-"""Closed surfaces in space by radial point interpolation on the tangent planes of their nodes (Benet 2015, chapter 5).
-
-Stencils of nearest nodes change from triangle to triangle, and what they interpolate would jump. So the interpolants of the
-three corners are blended: N_I = Σ_a b_a N_I^(a), with the shares b_a of the corners, over a parameter triangle whose edges are
-bowed as the surface is: flat ones would give areas no better than the triangles'. The surface runs through its nodes.
-
-The functions stay as they are while the nodes move, as the mesh of an isoparametric element does: rigid motions are in the
-kernel of all rows. They are made anew where nodes have moved far against each other.
-"""
+"""Closed surfaces in space by radial point interpolation on the tangent planes of their nodes (Benet 2015, chapter 5). The
+stencils of nearest nodes change from triangle to triangle, and a single interpolant would jump. The interpolants of the
+three corners are therefore blended: N_I = Σ_a b_a N_I^(a), with the barycentric coordinates b_a, over a parameter triangle
+whose edges are curved like the surface; flat ones would give areas no better than those of the triangles. The surface
+passes through its nodes. The functions do not change while the nodes move, as in the mesh of an isoparametric element:
+rigid motions are in the kernel of all rows. They are recomputed when nodes have moved far relative to each other."""
 
 from collections.abc import Mapping
 
@@ -26,7 +23,7 @@ FAR = 0.05  # way of nodes against each other, of the distance to the nearest, a
 
 
 class RadialSurface(TriangleSurface):
-    """A closed surface through its nodes, which stand at x (n, 3) [m] at first; six points a triangle are needed."""
+    """A closed surface through its nodes, initially at x (n, 3) [m]; six quadrature points per triangle are required."""
 
     def __init__(self, triangles: np.ndarray, x: np.ndarray, radial: RadialModel, rule: TriangleRule = SIX) -> None:
         super().__init__(triangles, len(x), rule)
