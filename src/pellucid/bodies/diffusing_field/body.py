@@ -24,9 +24,12 @@ OWN_FIELDS = ("id", "position", "velocity", "mass", "volume", "concentration")
 
 
 class DiffusingField(NodalBody):
-    """A concentration c on fixed nodes. A step solves (M + α Δt D K) δ = -Δt D K c for the change δ at the nodes that are
-    not prescribed. The change is the unknown so that round-off is relative to the change: if the columns of K sum to zero,
-    the amount Σ_I (M c)_I is conserved."""
+    """A concentration c on fixed nodes.
+
+    A step solves (M + α Δt D K) δ = -Δt D K c for the change δ at the nodes that are not prescribed. The change is the
+    unknown so that round-off is relative to the change: if the columns of K sum to zero, the amount Σ_I (M c)_I is
+    conserved.
+    """
 
     energy_kind = "internal"
 

@@ -35,7 +35,10 @@ def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
 
 def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
     """Return the matrices of Galerkin's method, M = ∫ N_I N_J dA and K = ∫ ∇N_I·∇N_J dA, over the surface that the shape
-    functions interpolate. Uses six quadrature points per triangle; three are too few for functions of this order."""
+    functions interpolate.
+
+    Uses six quadrature points per triangle; three are too few for functions of this order.
+    """
     vertices, normals = mesh.vertices, vertex_normals(*mesh)
     near = on_surface(vertices, normals, radial.stencil_size(2))
     found = interpolants(near.coordinates, radial)

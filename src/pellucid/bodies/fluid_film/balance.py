@@ -1,10 +1,12 @@
-"""The motion of a film at an instant and over a step: loads, resistance, constraints. A step is the midpoint rule or, with
-another weight α, the generalised trapezoidal rule of Benet 2015, eq. 6.52: a first velocity v, computed at the start, gives
-the positions x + α dt v at which the velocity of the step is computed. Stiff modes must be able to relax faster than a
-step. Therefore changes of pressure, tension and curvature over a time c dt resist the first velocity, and then the
-difference between the second velocity and the first; this does not change the order of the method. A mode that relaxes
-instantly has decayed after one step if 1 - 2/c + α/c² = 0 (as in the Rosenbrock method of Verwer et al. 1999, SIAM J. Sci.
-Comput. 20, 1456); the smaller of the two roots has the smaller error."""
+"""The motion of a film at an instant and over a step: loads, resistance, constraints.
+
+A step is the midpoint rule or, with another weight α, the generalised trapezoidal rule of Benet 2015, eq. 6.52: a first
+velocity v, computed at the start, gives the positions x + α dt v at which the velocity of the step is computed. Stiff modes
+must be able to relax faster than a step. Therefore changes of pressure, tension and curvature over a time c dt resist the
+first velocity, and then the difference between the second velocity and the first; this does not change the order of the
+method. A mode that relaxes instantly has decayed after one step if 1 - 2/c + α/c² = 0 (as in the Rosenbrock method of
+Verwer et al. 1999, SIAM J. Sci. Comput. 20, 1456); the smaller of the two roots has the smaller error.
+"""
 
 from collections.abc import Sequence
 from math import sqrt

@@ -36,8 +36,11 @@ if TYPE_CHECKING:
 class FluidFilm(
     NodalBody, Membrane, TakesExternalForces, TakesTractions, TakesGravity, TakesSupports, TakesNormalMotions, ShowsStart
 ):
-    """A film; its nodes are stored in the order of its geometry. State arrays: `x`, nodal positions in the coordinates of
-    the geometry [m], and `part_mass`, masses of the parts of the film [kg]."""
+    """A film; its nodes are stored in the order of its geometry.
+
+    State arrays: `x`, nodal positions in the coordinates of the geometry [m], and `part_mass`, masses of the parts of the
+    film [kg].
+    """
 
     energy_kind = "strain"
 

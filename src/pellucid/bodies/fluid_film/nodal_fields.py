@@ -10,8 +10,10 @@ FIELDS = ("id", "position", "velocity", "mass", "areal_density", "tension", "cur
 
 
 class NodalFields:
-    """The nodal fields of a film. Updates the arrays `position`, `velocity` and `mass`. is_around: True for a surface of
-    revolution."""
+    """The nodal fields of a film.
+
+    Updates the arrays `position`, `velocity` and `mass`. is_around: True for a surface of revolution.
+    """
 
     def __init__(self, forces: FilmForces, arrays: dict[str, np.ndarray], is_around: bool) -> None:
         self._forces, self._arrays, self._is_around = forces, arrays, is_around

@@ -1,8 +1,10 @@
-"""Fluid films that share a velocity field with other bodies: the nodes of the grid move them. Such a film is the surface of
-a drop or a vesicle in a flow, without slip. The surrounding fluid acts on it through the inertia and the stress on the
-grid; the film needs no drag, and the fluid inside keeps its volume. The forces of the film are explicit. Bending forces act
-at the length of the film's elements, but the grid cannot move them in waves shorter than its cells. The cells therefore
-limit the step, not the elements."""
+"""Fluid films that share a velocity field with other bodies: the nodes of the grid move them.
+
+Such a film is the surface of a drop or a vesicle in a flow, without slip. The surrounding fluid acts on it through the
+inertia and the stress on the grid; the film needs no drag, and the fluid inside keeps its volume. The forces of the film
+are explicit. Bending forces act at the length of the film's elements, but the grid cannot move them in waves shorter than
+its cells. The cells therefore limit the step, not the elements.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -40,9 +42,12 @@ OF_POINTS = ("id", "velocity", "mass", "kinetic_energy")
 
 
 class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, BoundByContact):
-    """Film whose nodes move as points of a velocity field. For a Loop surface the points are the control vertices, near the
-    surface but not on it. Points are numbered as in the shape; `node` is the number of a point in the geometry. `v`, the
-    velocities of the last step [m/s], and `part_mass`, the masses of the parts [kg], are in the order of the geometry."""
+    """Film whose nodes move as points of a velocity field.
+
+    For a Loop surface the points are the control vertices, near the surface but not on it. Points are numbered as in the
+    shape; `node` is the number of a point in the geometry. `v`, the velocities of the last step [m/s], and `part_mass`, the
+    masses of the parts [kg], are in the order of the geometry.
+    """
 
     energy_kind = "strain"
     skin: PointsOfNodes | None = None

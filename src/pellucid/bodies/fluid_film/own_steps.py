@@ -1,5 +1,8 @@
-"""Substeps of a film within a step of the run. Their length is chosen so that the displacement by the difference of the two
-velocity estimates of a substep is small compared with the node spacing."""
+"""Substeps of a film within a step of the run.
+
+Their length is chosen so that the displacement by the difference of the two velocity estimates of a substep is small
+compared with the node spacing.
+"""
 
 from collections.abc import Callable
 from math import ceil, inf
@@ -30,8 +33,11 @@ def is_still(done: StepDone, span: float) -> bool:
 
 
 class OwnSteps:
-    """Moves a film by substeps. Updates the arrays `x`, `v`, `part_mass`, `own_step` and `unspread`; `unspread` is the
-    displacement of the nodes with the film since they were last redistributed [m]."""
+    """Moves a film by substeps.
+
+    Updates the arrays `x`, `v`, `part_mass`, `own_step` and `unspread`; `unspread` is the displacement of the nodes with
+    the film since they were last redistributed [m].
+    """
 
     def __init__(self, balance: FilmBalance, goals: Goals, how: "FluidFilmCase", arrays: dict[str, np.ndarray]) -> None:
         self._balance, self._goals, self._how, self._arrays = balance, goals, how, arrays
@@ -40,7 +46,9 @@ class OwnSteps:
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
         """Move the film over a step dt of the run that begins at time `elapsed` [s], and return the operators at the end.
-        count: called with each substep and its length [s]."""
+
+        count: called with each substep and its length [s].
+        """
         arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
         o = geometry.operators(arrays["x"])

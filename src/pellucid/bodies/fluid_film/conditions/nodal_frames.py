@@ -1,6 +1,8 @@
-"""Directions of the nodal velocity components: the axes of space, except at nodes with a prescribed normal velocity. At
-these nodes the axes are reflected so that the last one lies along the normal n: by I - 2 w wᵀ/w², with w = e + sgn(n·e) n
-and the last axis e. On an axis of symmetry the first component remains perpendicular to it."""
+"""Directions of the nodal velocity components: the axes of space, except at nodes with a prescribed normal velocity.
+
+At these nodes the axes are reflected so that the last one lies along the normal n: by I - 2 w wᵀ/w², with w = e + sgn(n·e)
+n and the last axis e. On an axis of symmetry the first component remains perpendicular to it.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple

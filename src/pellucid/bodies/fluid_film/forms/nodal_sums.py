@@ -1,5 +1,7 @@
-"""Sums of element contributions at the nodes of a film, and rates of nodal values in its elements. Every node sums the
-contributions of its elements in a fixed order, so that results do not depend on the number of threads."""
+"""Sums of element contributions at the nodes of a film, and rates of nodal values in its elements.
+
+Every node sums the contributions of its elements in a fixed order, so that results do not depend on the number of threads.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple

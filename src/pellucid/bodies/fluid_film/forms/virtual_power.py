@@ -1,11 +1,17 @@
-"""The virtual power of a film, element by element: resistance to its motion, and driving forces. The film moves with the
-velocity v for which every virtual velocity δv satisfies
+"""The virtual power of a film, element by element: resistance to its motion, and driving forces.
+
+The film moves with the velocity v for which every virtual velocity δv satisfies
+
     ∫ 2μ D:D(δv) + λ tr D tr D(δv) + ζ_t v_t·δv_t + ζ_n v_n δv_n = ∫ p tr D(δv) + b·δv - δE(δv)
+
 with the bending energy E = ∫ (κ_c/2)(J - c₀)², whose variation is exact: δE = ∫ κ_c (J - c₀) δJ + (κ_c/2)(J - c₀)² tr
 D(δv). Pressure, tension and bending change as the film moves. Their changes over a time τ add a resistance to the
 viscosity, in the three parts of the `stiffness`: τ ρ p' for dilatation, τ times the tension for slopes, τ κ_c for changes
-of curvature. Source: Benet 2015, eqs. 3.40-3.48 in their weak form, with the geometry taken implicitly; for the change of
-J, Capovilla & Guven 2002, J. Phys. A 35, 6233."""
+of curvature.
+
+Source: Benet 2015, eqs. 3.40-3.48 in their weak form, with the geometry taken implicitly; for the change of J, Capovilla &
+Guven 2002, J. Phys. A 35, 6233.
+"""
 
 from typing import NamedTuple
 

@@ -1,7 +1,9 @@
-"""Masses of the cells around the nodes of a surface after the nodes have moved along it. A cell extends to the midpoints of
-the edges and triangles around its node. The area that a side of a cell sweeps passes from one cell to the next, so the
-total mass is conserved to round-off. On a curved surface the swept areas differ from the area changes of the cells; a
-potential between the cells corrects this, so that a film of uniform density stays uniform."""
+"""Masses of the cells around the nodes of a surface after the nodes have moved along it.
+
+A cell extends to the midpoints of the edges and triangles around its node. The area that a side of a cell sweeps passes
+from one cell to the next, so the total mass is conserved to round-off. On a curved surface the swept areas differ from the
+area changes of the cells; a potential between the cells corrects this, so that a film of uniform density stays uniform.
+"""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -27,8 +29,10 @@ class CellFluxes:
         self, before: np.ndarray, after: np.ndarray, areas: np.ndarray, new_areas: np.ndarray, mass: np.ndarray
     ) -> np.ndarray:
         """Return the masses of the cells [kg], shape (n,), after the nodes moved along the surface from `before` to `after`
-        [m], shape (n, 3). areas, new_areas: areas of the cells before and after [m²], shape (n,); densities are computed
-        from these."""
+        [m], shape (n, 3).
+
+        areas, new_areas: areas of the cells before and after [m²], shape (n,); densities are computed from these.
+        """
         begin, end = self._mesh.begin[self._edge], self._mesh.begin[self._back]
         swept = self._swept(before, after)
         gain = swept[self._edge] - swept[self._back]  # of the cell where the edge begins, from that where it ends

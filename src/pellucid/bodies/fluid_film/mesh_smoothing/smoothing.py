@@ -33,8 +33,11 @@ def check_quality(triangles: np.ndarray, places: np.ndarray) -> None:
 
 def way_along(mesh: Rings, places: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """Return displacements along a surface that smooth the mesh [m], shape (n, 3), after the film moved the nodes by
-    `moved` [m], shape (n, 3), to `places`. They revert the tangential motion, except its rigid part, and move each node
-    towards the centroids of the triangles around it."""
+    `moved` [m], shape (n, 3), to `places`.
+
+    They revert the tangential motion, except its rigid part, and move each node towards the centroids of the triangles
+    around it.
+    """
     triangles, n = mesh.triangles, len(places)
     corner = places[triangles]
     area = np.linalg.norm(vector_areas(places, triangles), axis=1)

@@ -17,8 +17,10 @@ def places_along(
     mesh: Rings, places: np.ndarray, way: np.ndarray, at: Callable[[np.ndarray, np.ndarray], np.ndarray]
 ) -> np.ndarray:
     """Return the points of the surface at displacements `way` [m] along it from the nodes, shape (n, 3); no displacement
-    may exceed the distance to a neighbour. at: function that returns the points of the surface in triangles (n,) at
-    barycentric coordinates (n, 3)."""
+    may exceed the distance to a neighbour.
+
+    at: function that returns the points of the surface in triangles (n,) at barycentric coordinates (n, 3).
+    """
     n = len(places)
     normal, aim = vertex_normals(places, mesh.triangles), way
     triangle, share = np.zeros(n, np.int64), np.zeros((n, 3))

@@ -1,6 +1,9 @@
 """Symmetric sparse matrices of films, as sums of squares of the rows of their elements. Σ factor row ⊗ row has no negative
-eigenvalue if no factor is negative. Every node sums its own rows of the matrix element by element in a fixed order, so that
-results do not depend on the number of threads."""
+eigenvalue if no factor is negative.
+
+Every node sums its own rows of the matrix element by element in a fixed order, so that results do not depend on the number
+of threads.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -9,8 +9,10 @@ from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows
 
 
 class IncompatibleLoad(Exception):
-    """The load does work on motions without resistance, so no velocity balances it. driven: the forces on these motions
-    [N], shape (n, d)."""
+    """The load does work on motions without resistance, so no velocity balances it.
+
+    driven: the forces on these motions [N], shape (n, d).
+    """
 
     def __init__(self, driven: np.ndarray) -> None:
         super().__init__("a load drives motions without resistance")

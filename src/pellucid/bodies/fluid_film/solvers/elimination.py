@@ -1,7 +1,10 @@
 """Cholesky factors of matrices of surfaces: nested dissection of the nodes, and elimination of dense fronts from small to
-large. Nested dissection: George 1973, SIAM J. Numer. Anal. 10, 345. Multifrontal method: Liu 1992, SIAM Review 34, 82. Most
-of the work is in products of dense matrices: a factorisation needs 0.4 times the time of SuperLU in the same order, and
-half the memory. Single precision is sufficient for a preconditioner."""
+large.
+
+Nested dissection: George 1973, SIAM J. Numer. Anal. 10, 345. Multifrontal method: Liu 1992, SIAM Review 34, 82. Most of the
+work is in products of dense matrices: a factorisation needs 0.4 times the time of SuperLU in the same order, and half the
+memory. Single precision is sufficient for a preconditioner.
+"""
 
 from typing import NamedTuple
 
@@ -38,7 +41,10 @@ class Front(NamedTuple):
 
 def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
     """Return the supernodes in their order of elimination, from the adjacency of the nodes (n, n) and their positions (n,
-    3). The surface is bisected recursively across its longest extent."""
+    3).
+
+    The surface is bisected recursively across its longest extent.
+    """
     supernodes: list[Supernode] = []
     beyond = np.zeros(len(places), np.int8)
 
@@ -96,8 +102,10 @@ class Elimination:
 
 class Factor:
     """The Cholesky factors of a symmetric positive definite matrix, given by its entries, in single or double precision.
+
     Raises LinAlgError if the matrix is not positive definite. Entries and right-hand sides are scaled to 1, within the
-    range of single precision."""
+    range of single precision.
+    """
 
     def __init__(self, elimination: Elimination, numbers: np.ndarray, precision: Precision) -> None:
         self._elimination, self._precision = elimination, precision

@@ -1,10 +1,12 @@
 """Velocities of a film with many nodes, such as a surface, by conjugate gradients with an earlier factor as preconditioner.
+
 The matrix changes little from step to step, so its factors serve for many steps; they are recomputed when the saved
 iterations exceed the cost. They are in single precision, with half the time and memory, until a new factor needs as many
 iterations as an old one. Constraints C v = c hold in every iteration: directions and residuals are projected by P = I - Z
 (C Z)⁻¹ C and its transpose, with any vectors Z for which C Z is invertible (Gould, Hribar & Nocedal 2001, SIAM J. Sci.
 Comput. 23, 1376). Motions R without resistance are removed in the same way, with Z = R and C = Rᵀ times the areas of the
-nodes; on a closed surface these are the rigid motions."""
+nodes; on a closed surface these are the rigid motions.
+"""
 
 from collections.abc import Mapping, Sequence
 from math import pi
@@ -118,7 +120,8 @@ class SparseSolver:
         return u, projection.forces(residual), MOST
 
     def renew(self, A: csr_array, system: System, known: np.ndarray, rows: np.ndarray, shifted: bool) -> Factor:
-        """Return new factors of this matrix, with unit rows for the prescribed components."""
+        """Return new factors of this matrix without the prescribed components (only their diagonal entries remain).
+        shifted: True to add a small resistance, proportional to the areas of the nodes, to the diagonal."""
         diagonal = np.where(known, A.diagonal(), 0.0)
         if shifted:
             squares = [square.of_components(self.assembly.d) for square in system.resistance]

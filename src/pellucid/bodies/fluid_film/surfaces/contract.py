@@ -50,10 +50,12 @@ class FilmGeometry(Protocol):
         """Return the lines or triangles between the nodes, for results."""
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
-        """Redistribute nodes evenly along the film. Returns the new nodes [m], shape (n, d), and the new masses of the
-        parts [kg], shape (parts,); both are unchanged if no node needs to move. The total mass is conserved to round-off.
-        moved: displacement of the nodes with the film since the last redistribution [m], shape (n, d). Raises RunStopped if
-        elements are too flat."""
+        """Redistribute nodes evenly along the film.
+
+        Returns the new nodes [m], shape (n, d), and the new masses of the parts [kg], shape (parts,); both are unchanged if
+        no node needs to move. The total mass is conserved to round-off. moved: displacement of the nodes with the film
+        since the last redistribution [m], shape (n, d). Raises RunStopped if elements are too flat.
+        """
 
     def can_wait(self, x: np.ndarray) -> bool:
         """Return True if nodes at x [m], shape (n, d), need not be redistributed yet when that would add energy."""

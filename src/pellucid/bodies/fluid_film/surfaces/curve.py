@@ -1,6 +1,9 @@
-"""Films described by a curve: closed curves in the plane, and surfaces of revolution about the z axis. Between two
-neighbours the curve is interpolated by radial functions of a parameter that grows by 1 from node to node, blended from the
-stencils around both nodes. Its tangent is continuous, and it passes through the nodes. Source: Benet 2015, §§6.3 and 7.1."""
+"""Films described by a curve: closed curves in the plane, and surfaces of revolution about the z axis.
+
+Between two neighbours the curve is interpolated by radial functions of a parameter that grows by 1 from node to node,
+blended from the stencils around both nodes. Its tangent is continuous, and it passes through the nodes. Source: Benet 2015,
+§§6.3 and 7.1.
+"""
 
 from collections.abc import Mapping
 
@@ -22,8 +25,10 @@ EVEN = 0.01  # by which segments may differ before nodes move
 
 def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
     """Return the functions of the m nodes of a segment at parameters t, shape (q,), from 0 at its first node to 1 at its
-    second, and their first and second derivatives: shape (3, q, m), the same for all segments. The nodes extend from half a
-    stencil before the first node to half a stencil after the second."""
+    second, and their first and second derivatives: shape (3, q, m), the same for all segments.
+
+    The nodes extend from half a stencil before the first node to half a stencil after the second.
+    """
     reach = radial.stencil_size(1) // 2
     ends, offset = np.arange(2), np.arange(-reach, reach + 1)
     near = Stencils(ends[:, None] + offset, np.ones((2, 1, 1)), np.tile(offset[:, None], (2, 1, 1)).astype(float))
@@ -35,9 +40,11 @@ def segment_functions(radial: RadialModel, places: np.ndarray) -> np.ndarray:
 
 
 class Curve:
-    """n nodes in order along a curve with its interior to the left, in two coordinates. around: True for the meridian of a
-    surface of revolution in r and z, from the lower pole to the upper one, continued by its mirror image beyond the poles;
-    False for a closed curve in x and y."""
+    """n nodes in order along a curve with its interior to the left, in two coordinates.
+
+    around: True for the meridian of a surface of revolution in r and z, from the lower pole to the upper one, continued by
+    its mirror image beyond the poles; False for a closed curve in x and y.
+    """
 
     def __init__(self, n: int, radial: RadialModel, around: bool) -> None:
         self.n, self.around = n, around
@@ -122,8 +129,10 @@ class Curve:
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
         """Return nodes at equal distances along the curve, unless they already are, and the mass of each segment, taken
-        from the mass distribution before. The cumulative mass is interpolated monotonically between the nodes, so that no
-        density becomes negative."""
+        from the mass distribution before.
+
+        The cumulative mass is interpolated monotonically between the nodes, so that no density becomes negative.
+        """
         lengths, areas = self._samples_of(x)
         of_segments = lengths.reshape(-1, SAMPLES).sum(axis=1)
         if np.ptp(of_segments) <= EVEN * of_segments.mean():

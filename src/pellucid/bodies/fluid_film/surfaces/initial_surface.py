@@ -14,9 +14,12 @@ from pellucid.geometry.meshes.triangulation import Triangulation
 
 def film_surface(mesh: Triangulation, interpolation: RadialModel | Literal["loop"]) -> tuple[TriangleSurface, np.ndarray]:
     """Return the geometry of a film through the vertices of a closed mesh with outward normals, and its nodes [m], shape
-    (n, 3). Nodes are in spatial order (`spatial_order`). Nodes of Loop surfaces are distributed evenly along the surface,
-    as required for the curvature. Raises ValueError if the mesh is not closed, or has too few nodes for the stencils of
-    radial functions."""
+    (n, 3).
+
+    Nodes are in spatial order (`spatial_order`). Nodes of Loop surfaces are distributed evenly along the surface, as
+    required for the curvature. Raises ValueError if the mesh is not closed, or has too few nodes for the stencils of radial
+    functions.
+    """
     ordered = side_by_side(mesh)
     if interpolation != "loop":
         return RadialSurface(ordered.triangles, ordered.vertices, interpolation), ordered.vertices

@@ -1,8 +1,11 @@
-"""Loop's subdivision surface on one triangle, from the nodes of its corners and of the rings around them. If all corners
-have six neighbours, it is a box spline of degree 4. Otherwise the triangle is subdivided into four until the point lies in
-a triangle whose corners all have six neighbours. Source: Loop 1987 (thesis, University of Utah); Stam 1998, Evaluation of
-Loop subdivision surfaces; as finite elements: Cirak, Ortiz & Schröder 2000, Int. J. Numer. Methods Eng. 47, 2039. The ring
-of a corner begins with the next corner and the previous one, and ends with the node opposite the previous one."""
+"""Loop's subdivision surface on one triangle, from the nodes of its corners and of the rings around them.
+
+If all corners have six neighbours, it is a box spline of degree 4. Otherwise the triangle is subdivided into four until the
+point lies in a triangle whose corners all have six neighbours. Source: Loop 1987 (thesis, University of Utah); Stam 1998,
+Evaluation of Loop subdivision surfaces; as finite elements: Cirak, Ortiz & Schröder 2000, Int. J. Numer. Methods Eng. 47,
+2039. The ring of a corner begins with the next corner and the previous one, and ends with the node opposite the previous
+one.
+"""
 
 from math import cos, pi
 
@@ -152,9 +155,11 @@ def _spline(corner, ring, share, along, factors, powers, out):
 
 @kernel(inner=True, allocates=True)
 def evaluate(corner, ring, count, share, factors, powers, out):
-    """Evaluate value and derivatives (COUNT, k) at barycentric coordinates `share` (3,). corner: (3, k); ring: (3, v, k), v
-    >= 6; count: (3,). The arguments are overwritten, except `factors` and `powers`; the result is written to `out`. At a
-    corner without six neighbours the derivatives are zero."""
+    """Evaluate value and derivatives (COUNT, k) at barycentric coordinates `share` (3,).
+
+    corner: (3, k); ring: (3, v, k), v >= 6; count: (3,). The arguments are overwritten, except `factors` and `powers`; the
+    result is written to `out`. At a corner without six neighbours the derivatives are zero.
+    """
     moved, middle = np.zeros_like(corner), np.zeros_like(ring)
     along = np.zeros((2, 3))
     along[0, 0], along[0, 1], along[1, 0], along[1, 2] = -1.0, 1.0, -1.0, 1.0

@@ -1,5 +1,7 @@
-"""Closed surfaces in space by Loop's subdivision: functions with square-integrable curvature, as required for bending. The
-nodes are control points; the surface passes near them."""
+"""Closed surfaces in space by Loop's subdivision: functions with square-integrable curvature, as required for bending.
+
+The nodes are control points; the surface passes near them.
+"""
 
 from collections.abc import Mapping
 
