@@ -10,9 +10,9 @@ from pellucid.parts.step_limit import StepLimit, bending_in_cells, spread_in_cel
 
 
 class Signals:
-    """Waves [m/s], the spreading of momentum [m²/s] and bending waves [m⁴/s²] in a film by its own inertia.
+    """Wave speed [m/s], momentum diffusivity [m²/s] and bending coefficient [m⁴/s²] of a film with its own inertia.
 
-    density: at its nodes or elements [kg/m²].
+    density: surface density at its nodes or elements [kg/m²].
     """
 
     def __init__(self, physics: FilmPhysics, material: LipidFilm, density: np.ndarray) -> None:
@@ -26,7 +26,7 @@ class Signals:
         return max(h * self.wave, 2.0 * h * h * self.spread, 2.0 * h * h * sqrt(self.bending))
 
     def limit(self, cell: float, speed: float) -> StepLimit:
-        """The bound of the step in cells [m] by these waves, in a film that moves at a speed [m/s]."""
+        """Return the step limit from these signals in cells of size `cell` [m], for a film that moves at a speed [m/s]."""
         waves, spread = waves_in_cells(cell, self.wave, cause="membrane"), spread_in_cells(cell, self.spread)
         tight = tightest([waves, spread, bending_in_cells(cell, self.bending)])
         return tight._replace(step=1.0 / (1.0 / tight.step + speed / cell))

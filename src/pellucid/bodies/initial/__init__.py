@@ -1,4 +1,4 @@
-"""Initial fields: what a body starts with beside its uniform state, one file each.
+"""Initial fields: additions to the uniform initial state of a body, one file each.
 
 The kinds that a case can name are listed here: one line each.
 """

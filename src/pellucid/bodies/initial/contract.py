@@ -1,4 +1,4 @@
-"""The interface of an initial field: what a body starts with beside its uniform state."""
+"""The interface of an initial field: an addition to the uniform initial state of a body."""
 
 from abc import abstractmethod
 from typing import ClassVar
@@ -12,7 +12,7 @@ class InitialField(Model):
     """Field added to a quantity of a body at the start. A new kind is a subclass with its own `kind`."""
 
     quantity: ClassVar[str] = "velocity"
-    """The array of the points to which it adds: the velocity, or a state of the material, such as the stress."""
+    """The array of the points to which the field is added: the velocity, or a state of the material such as the stress."""
 
     kind: str
 

@@ -1,4 +1,4 @@
-"""A polynomial by its zeros."""
+"""A polynomial, given by its zeros."""
 
 from typing import ClassVar, Literal
 

@@ -12,7 +12,8 @@ from pellucid.model import Vector, parameter
 
 
 class SphericalHarmonic(InitialField):
-    """A concentration a Y_lm of the direction from a centre: the real harmonic whose square has the integral 1."""
+    """A concentration a Y_lm that depends on the direction from a centre. Y_lm is the real spherical harmonic whose square
+    has the integral 1 over the unit sphere."""
 
     quantity: ClassVar[str] = "concentration"
 

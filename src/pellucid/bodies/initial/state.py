@@ -18,7 +18,8 @@ Stress = tuple[float, float, float, float, float, float]
 
 
 def initial_velocity(uniform: Vector, body: str, fields: Sequence[InitialField], position: np.ndarray) -> np.ndarray:
-    """A uniform velocity and the fields of a body that add to it [m/s], shape (n, 3), at positions [m], shape (n, 3)."""
+    """Return the sum of a uniform velocity and the initial fields of a body [m/s], shape (n, 3), at positions [m], shape
+    (n, 3)."""
     velocity = np.tile(np.array(uniform), (len(position), 1))
     for added in added_velocities(body, fields, position):
         velocity += added
@@ -35,8 +36,8 @@ def added_velocities(body: str, fields: Sequence[InitialField], position: np.nda
 def initial_stress(
     uniform: Stress | None, body: str, fields: Sequence[InitialField], position: np.ndarray
 ) -> np.ndarray | None:
-    """A uniform stress and the fields of a body that add to it [Pa], shape (n, 6), at positions [m], shape (n, 3); None where
-    there is neither. Raises CaseError."""
+    """Return the sum of a uniform stress and the initial fields of a body [Pa], shape (n, 6), at positions [m], shape (n,
+    3); None if there is neither. Raises CaseError if a field fails."""
     adding = [(number, field) for number, field in enumerate(fields) if field.quantity == "stress"]
     if uniform is None and not adding:
         return None
@@ -47,7 +48,8 @@ def initial_stress(
 
 
 def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping[str, np.ndarray]) -> None:
-    """Add the fields of other quantities than the velocity to the arrays of a body's points, in place. Raises CaseError."""
+    """Add the fields of quantities other than the velocity to the arrays of a body's points, in place. Raises CaseError if
+    a field fails."""
     for number, field in enumerate(fields):
         if field.quantity != "velocity":
             state = arrays[field.quantity]
@@ -55,7 +57,8 @@ def add_initial_state(body: str, fields: Sequence[InitialField], arrays: Mapping
 
 
 def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], key: str) -> np.ndarray:
-    """Return the values that a field adds. Raises CaseError at its key for an array of another shape or without numbers."""
+    """Return the values that a field adds. Raises CaseError at its key if the array has another shape or contains values
+    that are not numbers."""
     what = f'the initial field of kind "{field.kind}"'
     with failing_as(lambda why: CaseError(Problem(f"{what} fails in `at`: {why}", key)), field.at):
         found = field.at(read_only(position))
@@ -72,7 +75,7 @@ def _added(field: InitialField, position: np.ndarray, shape: tuple[int, ...], ke
 
 
 def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], path: Path) -> Iterator[Finding]:
-    """Initial fields of a state that the points of a body at `path` do not have."""
+    """Report initial fields of a quantity that the points of the body at `path` do not have."""
     for index, field in enumerate(fields):
         if field.quantity not in quantities:
             text = f'kind "{field.kind}" sets `{field.quantity}`, but the points of this body do not have it'
@@ -80,7 +83,7 @@ def initial_problems(fields: Sequence[InitialField], quantities: Sequence[str], 
 
 
 def plane_velocity_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report initial velocities of a body along and about axes along and about which nothing moves on the grid of the case."""
+    """Report initial velocities of a body along or about axes on which the grid of the case allows no motion."""
     thin = [axis for axis, counts in enumerate(parts.active_axes) if not counts]
     along = listed([AXES[axis] for axis in thin])
     why = f"the grid is one cell thick along {along}"
@@ -101,7 +104,8 @@ def plane_velocity_problems(body: BodyModel, path: Path, parts: Parts) -> Iterat
 
 
 def _moving_along(body: BodyModel, axis: int) -> Iterator[Path]:
-    """Return the keys of velocity fields of a body that have a component along an axis; those of users are not evaluated."""
+    """Return the keys of the initial velocity fields of a body with a component along an axis. Fields defined by users are
+    not evaluated."""
     wave, fields = getattr(body, "velocity_wave", None), getattr(body, "initial", ())
     keys: list[tuple[Path, InitialField]] = [] if wave is None else [(("velocity_wave",), wave)]
     keys += [(("initial", number), field) for number, field in enumerate(fields) if field.quantity == "velocity"]

@@ -1,9 +1,10 @@
-"""Points of a fluid beside a plane, by which walls touch it: it has no surface.
+"""Contact of a fluid with a plane wall through the material points next to it; the fluid has no surface.
 
-Each point stands for a cube, of which the wall touches the side: at the density of the start it has the edge e, reaches e/2
-beyond the point, and has the area e². The forces act at the points, where the nodes have mass. So in the outermost cell the
-pressure of the fluid is low, by half of that of its outermost points; at the sides of the cubes it would be right at rest, but
-such forces work on the change of shape of cubes that do not change theirs, and give moving water energy.
+Each point represents a cube whose side touches the wall. At the initial density the cube has the edge e, extends e/2 beyond
+the point, and has the side area e². The forces act at the points, where the nodes have mass. In the outermost cell the
+pressure of the fluid is therefore too low, by half the pressure of its outermost points. Forces at the sides of the cubes
+would give the right pressure at rest, but they would do work on a change of shape that the cubes do not have, and add
+energy to moving water.
 """
 
 from collections.abc import Callable
@@ -17,8 +18,9 @@ from pellucid.grid.vectors import scatter_listed
 from pellucid.jit import kernel
 
 LAYER = 2.0
-"""Edges of points, whose mass the wall swings at most, of that of a layer of cells: those at the wall may move alone.
-It swings at the rate of the fluid: where it does as fast as steps can follow, points that rattle there keep waves going."""
+"""Largest mass that the contact spring of a wall acts on, in edges of points (layers), if less than a layer of cells:
+points at the wall may move alone. The rate of the spring is that of the fluid: at the highest rate that the step can
+resolve, points that oscillate at the wall would sustain waves."""
 
 
 @kernel()
@@ -34,10 +36,10 @@ def _list_beside(position, n, normal, level, most, listed):
 
 
 class PointsAtWall(ContactSurface):
-    """The points of a fluid beside a plane, as they are in each step.
+    """The points of a fluid next to a plane, updated in each step.
 
-    density [kg/m³] and speed of sound [m/s]: of the fluid at the start; load: forces on the nodes, shape (nodes, 3), to which
-    those on the points are added.
+    density, speed_of_sound: initial values of the fluid [kg/m³], [m/s]; load: function that returns the nodal forces, shape
+    (nodes, 3), to which the forces on the points are added.
     """
 
     follows_steps = False
@@ -54,7 +56,7 @@ class PointsAtWall(ContactSurface):
         self.begin()
 
     def _edges(self, mass: np.ndarray) -> np.ndarray:
-        """Edges of the cubes of points with masses [kg] at the density of the start [m]."""
+        """Return the edge lengths of the cubes of points with masses [kg], at the initial density [m]."""
         thin = sum(self._body.grid.thin)
         return np.asarray((mass / (self._density * self._body.grid.slice_thickness**thin)) ** (1.0 / (3 - thin)))
 

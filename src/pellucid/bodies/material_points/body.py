@@ -48,7 +48,7 @@ NOBODY = np.zeros(0, dtype=bool)
 class MaterialPoints(
     PointsOnGrid, HasContactSurface, BoundByContact, HasPointsAtWalls, LosesPoints, GainsPoints, KeepsHeat, WarnsOfApproach
 ):
-    """Points that fill a volume, each with the state of its law."""
+    """Points that fill a volume, each with the state variables of its material law."""
 
     _surface_parts: SurfaceParts | None = None
 
@@ -137,7 +137,7 @@ class MaterialPoints(
         return PointsAtWall(self, plane, self.material.density, self.material.wave_speeds()[0], self._load_of(column))
 
     def _load_of(self, column: int) -> Callable[[], np.ndarray]:
-        """The forces on the nodes whose work goes to a column."""
+        """Return a function that returns the nodal forces whose work is added to a column."""
         return lambda: self.velocity_field.load_row(column - FIRST_LOAD)
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
@@ -166,7 +166,7 @@ class MaterialPoints(
 
     @property
     def viscosities(self) -> tuple[float, float]:
-        """μ and λ of implicit viscosity [Pa s]."""
+        """Shear viscosity μ and second viscosity λ of the implicit viscosity [Pa s]."""
         return self.material.implicit_viscosities() or (0.0, 0.0)
 
     @property
@@ -232,7 +232,7 @@ class MaterialPoints(
         return {**super().passes(), "straining": straining}
 
     def _strain_alone(self) -> Bundle:
-        """The pass that moves nothing: of USF, and before the first step."""
+        """Build the pass that strains the points without moving them, for USF and before the first step."""
         if self._strain_at_rest is None:
             self._strain_at_rest = straining(self.law, self.mapped.content, self._state, self._cells, moving=False)
         return self._strain_at_rest
@@ -397,7 +397,7 @@ class MaterialPoints(
         return super().stored_field(name)
 
     def _field_there(self, name: str) -> np.ndarray:
-        """Like the base; pressure and stored energy are those of the law."""
+        """Return a field of the points present; pressure and stored energy are computed from the material law."""
         if name == "stress" and VISCOUS_STRESS in self.arrays:
             return self._there("stress") + self._there(VISCOUS_STRESS)
         if name == "pressure":
@@ -431,7 +431,8 @@ def _arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravi
 
 
 def _with_room(values: np.ndarray, n: int) -> np.ndarray:
-    """Values of points in front in an array for n, whose memory is taken when it is used."""
+    """Return an array of n rows that starts with the given values of points; the memory of the other rows is allocated on
+    first use."""
     if len(values) == n:
         return values
     array = np.zeros((n, *values.shape[1:]), values.dtype)

@@ -23,7 +23,7 @@ NEAR_END = 1e-4  # of the extent of a body: its points lie at least so far from 
 
 
 def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Finding]:
-    """Points and shapes that cannot be had on the grid."""
+    """Report numbers of points per cell and shapes that are impossible on the grid."""
     try:
         points_along_axes(body.points_per_cell, grid.thin())
     except ValueError as error:
@@ -94,7 +94,7 @@ def rigid_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
 
 
 def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Rest under gravity of what does not flow, without gravity, or where there is no such state."""
+    """Report a hydrostatic start of a material that does not flow, without gravity, or for a state that does not exist."""
     rest, gravity = body.hydrostatic, parts.gravity
     if rest is None or gravity is None:
         return
@@ -126,7 +126,7 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
 
 
 def _far_level(body: SeededBody, path: Path, grid: GridCase, gravity: Vector) -> Finding | None:
-    """A level so far from the grid that the fluid there is another."""
+    """Report a level so far from the grid that the fluid there has a clearly different density."""
     rest = body.hydrostatic
     if rest is None or rest.level is None:
         return None
@@ -144,7 +144,7 @@ def _far_level(body: SeededBody, path: Path, grid: GridCase, gravity: Vector) ->
 
 
 def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Pressures integrated over cells, of what bears shear or does not follow its pressure."""
+    """Report `cell_pressure` for a material with shear stress, a second viscosity, or a prescribed motion."""
     if not body.cell_pressure:
         return
     here, remedy = (*path, "cell_pressure"), "remove cell_pressure; it is for fluids that move freely"
@@ -159,7 +159,7 @@ def cell_pressure_problems(body: SeededBody, path: Path, parts: Parts) -> Iterat
 
 
 def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
-    """An initial stress of what bears none."""
+    """Report an initial stress given for a rigid body or for a material that cannot carry one."""
     here = (*path, "initial_stress")
     if body.initial_stress is None:
         return
@@ -174,7 +174,7 @@ def stress_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
 
 
 def outside_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """The names under `outside`."""
+    """Report unsuitable names under `outside`."""
     names, bodies = parts.names(BodyModel), parts.of(BodyModel)
     for item, name in enumerate(body.outside):
         here = (*path, "outside", item)

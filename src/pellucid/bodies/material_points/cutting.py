@@ -25,7 +25,7 @@ LARGEST_SCALE = 0.02  # by which volumes may be corrected
 
 
 class FilledRegion:
-    """A shape less what is left out of it, in the cells of a lattice."""
+    """A shape minus excluded regions, in the cells of a lattice."""
 
     def __init__(self, shape: Geometry, left_out: Sequence[Geometry], cells: SeedLattice, active: ActiveAxes) -> None:
         self._shape, self._left_out, self._cells, self._active = shape, left_out, cells, active
@@ -39,9 +39,11 @@ class FilledRegion:
         self._offsets = np.stack(offsets, axis=-1).reshape(-1, 3) * cells.spacing
 
     def points(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """The points inside, shape (k, 3) [m], and of how many cells each has the measure, shape (k,), some layers at a time.
+        """Yield the points inside, shape (k, 3) [m], and the measure of each in numbers of cells, shape (k,), for some
+        layers at a time.
 
-        Points take slivers of layers beside theirs, which may be nearer to points of others yet: these are looked at too.
+        Points also receive slivers from neighbouring layers; these slivers may be closer to points of further layers, so
+        those are included in the search.
         """
         cells, reach = self._cells, int(np.ceil(self._far / self._cells.spacing[0] + 0.5))
         for first, end in cells.chunks():
@@ -131,7 +133,8 @@ class FilledRegion:
     def _with_slivers(
         self, centres: np.ndarray, kept: np.ndarray, share: np.ndarray, middle: np.ndarray, beside: slice
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Shares, and these times the middles, when slivers of the cells `beside` went to the points that take them."""
+        """Return the shares of the cells, and the shares times their centroids, after the slivers of the cells `beside`
+        were added to the points that receive them."""
         moments, slivers = middle * share[:, None], np.flatnonzero(~kept[beside] & (share[beside] > 0.0)) + beside.start
         if len(slivers) and kept.any():
             given, taken_by, parts = _slivers(centres, middle, np.flatnonzero(kept), slivers)

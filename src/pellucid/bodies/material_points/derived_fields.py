@@ -1,4 +1,4 @@
-"""Fields that are worked out from the state of the points."""
+"""Fields computed from the state of the points."""
 
 import numpy as np
 
@@ -14,7 +14,8 @@ def _fill_pressures(law, state, density, result):
 
 
 def point_pressures(law, state, density: np.ndarray) -> np.ndarray:
-    """Pressures of a law [Pa], shape (n,), without artificial viscosity; `state` as from `point_state.in_arrays`."""
+    """Return the pressures from a law [Pa], shape (n,), without artificial viscosity; `state` as from
+    `point_state.in_arrays`."""
     result = np.empty_like(density)
     _fill_pressures(law, state, density, result)
     return result
@@ -27,7 +28,7 @@ def _fill_energies(law, state, density, result):
 
 
 def point_energies(law, state, density: np.ndarray) -> np.ndarray:
-    """Internal or strain energies of unit mass [J/kg], shape (n,); `state` as from `point_state.in_arrays`."""
+    """Return the internal or strain energies per unit mass [J/kg], shape (n,); `state` as from `point_state.in_arrays`."""
     result = np.empty_like(density)
     _fill_energies(law, state, density, result)
     return result

@@ -1,8 +1,9 @@
-"""Points on the sharp edges and corners of a body that does not deform, by which it bears on others there.
+"""Contact points on the sharp edges and corners of a body that does not deform.
 
-The points of a face lie half a spacing within its edges. Alone, they would let a block tip about a line within it. So the edges
-have points of their own: one at each corner, and a row along each edge from end to end. All of them together are half as large
-again as a box that lies on one of its sides needs to bear on its rim as much as on the rest of that side.
+The points of a face lie half a spacing inside its edges. Alone, they would let a block tip about a line inside the face.
+The edges therefore have their own points: one at each corner, and a row along each edge from end to end. Their total area
+is one and a half times what a box that rests on one of its sides needs to carry as much load on its rim as on the rest of
+that side.
 """
 
 from typing import NamedTuple
@@ -14,23 +15,23 @@ from pellucid.geometry.shapes.sharp_edges import SharpEdges
 from pellucid.grid.model import GridCase
 
 CORNER, EDGE = 0.125, 0.125
-"""Area of a corner over that of a side of the body; area of an edge over its length times the root of the area of a side. The
-corners and edges of a square together bear as much as the square."""
+"""CORNER: area of a corner divided by the area of a side of the body. EDGE: area of an edge divided by its length times the
+square root of the area of a side. The corners and edges of a square together carry as much load as the square."""
 IN_PLANE = 0.5  # area of a corner in a plane over that of a side
 ON_A_FACE = 1e-6  # of a cell, by which a point may lie off a face of the grid
 
 
 class EdgePoints(NamedTuple):
-    """n points on the edges of a body, the c corners of its `SharpEdges` first.
+    """n points on the edges of a body; the c corners of its `SharpEdges` are the first.
 
     Attributes
     ----------
     place, normal : ndarray, shape (n, 3)
-        Places at the start [m] and unit means of the outward normals about them.
+        Initial positions [m], and normalised means of the outward normals around them.
     tangent : ndarray, shape (n, 3)
         Unit vectors along the edges; zero at corners.
     weight : ndarray, shape (n,)
-        Areas by which they count in forces [m²]; zero for corners that bear nothing, which tell places of planes alone.
+        Areas for contact forces [m²]; zero for corners that carry no load and only define the positions of planes.
     face : ndarray, shape (k, 3)
         See `SharpEdges.face`.
     thin : tuple of bool
@@ -53,10 +54,10 @@ def edge_points(
     side: float,
     left_out: Contains | None,
 ) -> EdgePoints:
-    """Return points at most a spacing [m] apart on the edges of a body within the grid.
+    """Return points on the edges of a body within the grid, at most a spacing [m] apart.
 
-    bounds: of the body [m]; side: area of its largest side [m²]; left_out: which places, shape (n, 3), other bodies take out of
-    its shape.
+    bounds: corners of the bounding box of the body [m]; side: area of its largest side [m²]; left_out: function that
+    returns a mask of the positions, shape (n, 3), that other bodies exclude from its shape.
     """
     thin, periodic = np.array(grid.thin()), np.array(grid.is_periodic())
     low, high = np.array(grid.lower, float), np.array(grid.extent_upper(), float)
@@ -70,7 +71,7 @@ def edge_points(
         return out if left_out is None else out | left_out(places)
 
     def on_faces(places: np.ndarray) -> np.ndarray:
-        """Return on which faces of the grid places lie, shape (n, 2, 3)."""
+        """Return a mask of the grid faces on which each position lies, shape (n, 2, 3)."""
         return (np.abs(places[:, None] - ends) < slack) & counts
 
     bears = ~is_out(found.corner) & ~on_faces(found.corner).any(axis=(1, 2)) & np.any(found.corner_normal, axis=1)

@@ -1,11 +1,12 @@
-"""The surface of a solid of material points, by which others touch it.
+"""The contact surface of a solid of material points.
 
-Each point of the surface belongs to a material point and moves with the velocity field about it, as far as that is linear:
-v + L o at the place x + o, for the velocity v and its gradient L at x. A force f on it acts on the nodes by the same weights,
-N_I + o·∇N_I, so that what it takes and gives is the same, and all nodes that it reaches have mass. v and L are of the velocity
-that strains the points: this is what forces on nodes give energy to. Material points themselves move by another one, from which
-the former differs by what transfers smooth; moved with these, surfaces that press win energy at each step. The vector area a
-changes by tr(L) a - Lᵀ a, as areas of the material do.
+Each surface point belongs to a material point (its host) at x and lies at x + o. It moves with the linear part of the
+velocity field around the host: v + L o, with the velocity v and its gradient L at x. A force f on it acts on the nodes with
+the same weights, N_I + o·∇N_I. Momentum and energy are therefore transferred consistently, and all nodes that receive
+forces have mass. v and L are computed from the velocity that strains the points, since forces on nodes do work on this
+velocity. The material points move with another velocity, which differs by the smoothing of the transfers; surfaces under
+pressure that moved with it would gain energy in each step. The vector area a changes by tr(L) a - Lᵀ a, like a material
+area.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -32,7 +33,7 @@ WIDTHS = 2.5  # distances between its points over which the weights of one reach
 
 
 class MovedSurface(NamedTuple):
-    """Points of a surface and the nodes that move them."""
+    """Surface points, and the nodal data that move them."""
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
@@ -45,7 +46,8 @@ class MovedSurface(NamedTuple):
 
 @parallel_loop()
 def _follow(chunk, surface, step, dt):
-    """Velocities and areas after a step dt [s], and offsets as their ends move for `step` [s] from where the hosts stay."""
+    """Update velocities and vector areas over a step dt [s], and offsets over `step` [s], with the hosts at fixed
+    positions."""
     functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
         about = stencil(functions, lattice, surface.host, uintp(p))
@@ -64,9 +66,9 @@ def _follow(chunk, surface, step, dt):
 
 @kernel()
 def _put_on_hosts(surface, position, stored, stays, depth, place):
-    """Find the places of the points [m], shape (m, 3), from those of their hosts as these are stored.
+    """Compute the positions of the surface points [m], shape (m, 3), from the stored positions of their hosts.
 
-    stays: whether the ends of the offsets stay where they are as the hosts move. depth: from these ends to the surface [m],
+    stays: True if the ends of the offsets do not move with the hosts; depth: distance from these ends to the surface [m],
     shape (m, 1).
     """
     host, offset, area = surface.host, surface.offset, surface.area
@@ -83,7 +85,7 @@ def _put_on_hosts(surface, position, stored, stays, depth, place):
 
 @kernel()
 def _add_forces(surface, listed, force, target):
-    """Add forces on listed points [N], shape (n, 3), to those on the nodes, shape (nodes, 3)."""
+    """Add forces on the listed points [N], shape (n, 3), to the nodal forces, shape (nodes, 3)."""
     for e in range(len(listed)):
         p = uintp(listed[e])
         about = stencil(surface.functions, surface.lattice, surface.host, p)
@@ -93,7 +95,7 @@ def _add_forces(surface, listed, force, target):
 
 @kernel()
 def _list_pushed(force, listed):
-    """List the points on which forces act [N], shape (m, 3); how many."""
+    """List the points with non-zero forces [N], shape (m, 3), into `listed`, and return their number."""
     n = 0
     for p in range(len(force)):
         if force[p, 0] != 0.0 or force[p, 1] != 0.0 or force[p, 2] != 0.0:
@@ -103,11 +105,12 @@ def _list_pushed(force, listed):
 
 
 class GridSurface(ContactSurface):
-    """Points at places [m] with vector areas [m²], shape (m, 3), of a body on the grid.
+    """Surface points of a body on the grid, with positions [m] and vector areas [m²], shape (m, 3).
 
-    arrays: of the material points of the body; mapped: of it; hosts: the number (`id`) of the material point to which each
-    belongs, shape (m,); spacing: of the surface's points [m]; load: forces on the nodes, shape (nodes, 3), to which those on
-    the surface are added. edges: points on the edges of a body that does not deform, the last ones, without area.
+    arrays, mapped: arrays and kernel bundle of the material points of the body; hosts: number (`id`) of the material point
+    of each surface point, shape (m,); spacing: distance of the surface points [m]; load: function that returns the nodal
+    forces, shape (nodes, 3), to which the surface forces are added; edges: points on the edges of a body that does not
+    deform, stored last and without area.
     """
 
     serves_deformed = True
@@ -158,7 +161,7 @@ class GridSurface(ContactSurface):
         return self._depth * self.area / np.where(size > 0.0, size, 1.0)
 
     def find_hosts(self) -> None:
-        """Find where the material points are stored; those that left the grid take their surface with them."""
+        """Update the storage rows of the host material points; the surface of points that left the grid moves with them."""
         numbers = self._points["id"]
         stored = np.empty(len(numbers), np.int64)
         stored[numbers] = np.arange(len(numbers))
@@ -166,7 +169,7 @@ class GridSurface(ContactSurface):
         self.area[self._points["mass"][self._stored] == 0.0] = 0.0
 
     def end_at(self, faces: Sequence[tuple[int, float]]) -> None:
-        """Set the areas of points on these faces that look across them to zero."""
+        """Set the areas of surface points to zero if they lie on these faces and are normal to them."""
         near = ON_A_FACE / self._moved.content.lattice.inverse_cell
         for axis, place in faces:
             on = np.abs(self.place[:, axis] - place) < near
@@ -188,7 +191,8 @@ class GridSurface(ContactSurface):
         _put_on_hosts(self._moved, self._points["position"], self._stored, not self.is_hard, self._depth, self.place)
 
     def follow(self, dt: float) -> None:
-        """Move with the nodes over a step dt [s]; what a motion leads as a whole, with its material points."""
+        """Move with the nodes over a step dt [s]; the surface of a body with prescribed motion moves with its material
+        points."""
         self._rests = False
         _follow(len(self._host) // CHUNK + 1, self._moved, 0.0 if self.is_hard else dt, dt)
         if domain.is_cut:  # nodes are whole about points in the slabs of this process
@@ -198,13 +202,14 @@ class GridSurface(ContactSurface):
                 values[numbers] = domain.group.joined(values[here])
 
     def rest(self) -> None:
-        """Stay where it is over a step."""
+        """Set the velocities to zero: the surface does not move in this step."""
         if not self._rests:
             self.velocity[...] = 0.0
             self._rests = True
 
     def turn(self, centre: np.ndarray, rotation: np.ndarray, new_centre: np.ndarray, dt: float) -> None:
-        """Move as a rigid body whose centre goes to a new place [m], (3,), and which turns by a rotation, (3, 3), in dt [s]."""
+        """Move as a rigid body over dt [s]: the centre moves to a new position [m], (3,), and the body turns by a rotation
+        matrix (3, 3)."""
         self._rests = False
         arm = self._host + self._offset + self._above() - centre
         self._offset[...] = self._offset @ rotation.T
@@ -234,9 +239,10 @@ class GridSurface(ContactSurface):
 
 
 def find_flat_sides(place: np.ndarray, normal: np.ndarray, about: float) -> np.ndarray:
-    """Return which points of a surface lie on a flat side: all neighbours but those beyond a sharp edge have the same normal.
+    """Return a mask of the surface points on a flat side, i.e.
 
-    place [m], normal: shape (m, 3), zero normals count as flat; about: distance of neighbours [m].
+    all neighbours have the same normal, except those beyond a sharp edge. place [m], normal: shape (m, 3), zero normals
+    count as flat; about: search distance for neighbours [m].
     """
     pairs = cKDTree(place).query_pairs(about, output_type="ndarray")
     cosine = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]])

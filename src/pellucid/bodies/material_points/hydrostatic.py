@@ -1,4 +1,4 @@
-"""Fluids at rest under gravity at the start: each point has the state of its depth."""
+"""Fluids at rest under gravity at the start: each point has the hydrostatic state at its depth."""
 
 from collections.abc import Callable, Mapping
 from math import inf
@@ -10,7 +10,8 @@ from pellucid.materials.eos.column import ColumnEnds
 from pellucid.model import Model, Vector, parameter
 
 FAR = 1.5
-"""Where the fluid has so many times the density at its level, or so small a part of it, it is not the fluid described."""
+"""Largest ratio of densities, in either direction, between the fluid at its level and the fluid in the body; beyond it the
+level does not belong to this fluid."""
 Bounds = tuple[np.ndarray, np.ndarray]
 REMEDY = (
     "lower the top of the body or the level, or increase the pressure at the level; for a liquid, `carries_tension` is possible"
@@ -18,7 +19,7 @@ REMEDY = (
 
 
 class Hydrostatic(Model):
-    """A fluid at rest under gravity: below a level the pressure holds the weight above, without exchange of heat."""
+    """A fluid at rest under gravity: the pressure below a level balances the weight above; adiabatic compression."""
 
     level: float | None = parameter(
         "m",
@@ -40,9 +41,11 @@ def states_by_height(
     position: np.ndarray,
     largest: Callable[[float], float] = float,
 ) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
-    """Densities [kg/m³], shape (n,), and arrays of the state at positions [m], shape (n, 3), of a body with these bounds [m].
+    """Return the densities [kg/m³], shape (n,), and the state arrays at positions [m], shape (n, 3), of a body with these
+    bounds [m].
 
-    gravity: not zero [m/s²]; largest: the largest value of all who have points of the body. Raises NoRest.
+    gravity: non-zero [m/s²]; largest: function that returns the largest value over all processes with points of the body.
+    Raises NoRest if no state at rest exists.
     """
     strength = float(np.linalg.norm(gravity))
     up = -np.array(gravity) / strength
@@ -80,7 +83,7 @@ def far_level(
 
 
 def heights_of_ends(bounds: Bounds, gravity: Vector) -> tuple[float, float]:
-    """Lowest and highest height of a box against gravity [m]."""
+    """Return the lowest and the highest height of a box, measured against gravity [m]."""
     up = -np.array(gravity) / np.linalg.norm(gravity)
     lower, upper = bounds
     return float(np.where(up > 0.0, lower, upper) @ up), float(np.where(up > 0.0, upper, lower) @ up)

@@ -1,8 +1,8 @@
-"""Material points that leave through open faces of the grid, and such as come in.
+"""Material points that leave and enter through open faces of the grid.
 
-Those that left keep their rows, behind those of the points that are there, so that frames have the same number at all times.
-Slabs do not count them: no kernel meets them. They have neither mass nor volume, nor velocity, and stay where they crossed the
-face, until a point that comes in takes the row.
+Points that left keep their rows, after the rows of the points present, so that all frames have the same number of points.
+They are not part of the slabs, so kernels do not process them. Their mass, volume and velocity are zero, and they stay at
+the face that they crossed until an entering point uses the row.
 """
 
 from collections.abc import Iterable, Mapping
@@ -23,7 +23,7 @@ class OpenFaces:
         self._open = np.zeros((3, 2), dtype=bool)
 
     def add(self, faces: Iterable[tuple[int, int]]) -> None:
-        """Open faces, each an axis and an end: 0 lower, 1 upper."""
+        """Open faces, each given by an axis and an end: 0 lower, 1 upper."""
         for axis, end in faces:
             self._open[axis, end] = True
 
@@ -39,10 +39,10 @@ class OpenFaces:
 def taken_along(
     arrays: Mapping[str, np.ndarray], stored: np.ndarray, which: np.ndarray | slice, half_power: float
 ) -> tuple[Passed, float]:
-    """Return the mass, momentum and energy that leaving points take along, and the energy of their affine fields [J].
+    """Return the mass, momentum and energy of leaving points, and the energy of their affine fields [J].
 
-    arrays: of the points present; stored: their internal or strain energies [J], shape (n,); which, shape (n,): the points;
-    half_power: half the power of their internal forces [W].
+    arrays: arrays of the points present; stored: their internal or strain energies [J], shape (n,); which: selection of the
+    leaving points, shape (n,); half_power: half the power of the internal forces of these points [W].
     """
     mass, velocity = arrays["mass"][which], arrays["velocity"][which]
     affine = float(np.sum(mass * arrays["affine"][which, FIELD_ENERGY])) if "affine" in arrays else 0.0

@@ -1,4 +1,4 @@
-"""The lattice of cells about a shape, each with a point that may lie in it; gone through some layers at a time."""
+"""The lattice of cells around a shape, each with a candidate point; processed some layers at a time."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,7 +14,7 @@ FEWEST_LAYERS = 24  # at once: those beside them are looked at too
 
 
 class SeedLattice(NamedTuple):
-    """Cells in the order of their numbers: those along z are next to each other, and layers lie along x."""
+    """Cells in the order of their numbers: z varies fastest, and layers are normal to x."""
 
     axes: tuple[np.ndarray, np.ndarray, np.ndarray]  # places of the centres along each axis [m]
     spacing: np.ndarray  # (3,) edges of a cell [m]
@@ -42,21 +42,21 @@ class SeedLattice(NamedTuple):
 
     @property
     def layer(self) -> int:
-        """Cells in a layer."""
+        """Number of cells in a layer."""
         return len(self.axes[1]) * len(self.axes[2])
 
     def places(self, first: int, end: int) -> np.ndarray:
-        """Centres of the cells in some layers [m], shape (k, 3)."""
+        """Return the centres of the cells in the layers `first` to `end` [m], shape (k, 3)."""
         x, y, z = self.axes
         return np.stack(np.meshgrid(x[first:end], y, z, indexing="ij"), axis=-1).reshape(-1, 3)
 
     def chunks(self) -> Iterator[tuple[int, int]]:
-        """Layers to be gone through at once: from one up to another."""
+        """Yield ranges of layers to be processed together: first layer and end."""
         step, layers = max(CELLS_AT_ONCE // max(self.layer, 1), FEWEST_LAYERS), len(self.axes[0])
         for first in range(0, max(layers, 1), step):
             yield first, min(first + step, layers)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner of all cells together [m]."""
+        """Return the lower and the upper corner of the lattice [m]."""
         lower, upper = (np.array([axis[end] for axis in self.axes]) for end in (0, -1))
         return lower - 0.5 * self.spacing, upper + 0.5 * self.spacing

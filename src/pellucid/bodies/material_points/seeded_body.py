@@ -31,12 +31,12 @@ from pellucid.users.users_code import file_of, is_own
 ON_THE_SEAM = 1e-6  # of a length, by which what lies on a seam may be off it by rounding
 ZERO = (0.0, 0.0, 0.0)
 SOFT, HARD = 2, 4
-"""Points of the surface along the edge of a cell, at least, of a body that deforms, and of one that does not: over the points
-of its surface it rolls as a polygon over its edges."""
+"""Minimum number of surface points along the edge of a cell, for bodies that deform (SOFT) and for those that do not
+(HARD). A body that rolls on its surface points rolls like a polygon, so a hard body needs more."""
 
 
 class SeededBody(DampedModel):
-    """A body whose points fill a shape, less the place of other bodies, each with the initial state."""
+    """A body whose points fill a shape, minus the regions of other bodies, each point with the initial state."""
 
     place: ClassVar[str] = "shape"
     start_only: ClassVar[tuple[str, ...]] = (
@@ -100,7 +100,7 @@ class SeededBody(DampedModel):
 
     @property
     def left_out(self) -> tuple[Geometry, ...]:
-        """The regions that are left out of the shape; the model that `with_others` returns has them."""
+        """Regions excluded from the shape. Only the model returned by `with_others` contains them."""
         if len(self._excluded) < len(self.outside):
             raise RuntimeError(
                 f"body {self.name} excludes other bodies, which it has not received; call body.with_others(bodies)"
@@ -108,7 +108,7 @@ class SeededBody(DampedModel):
         return self._excluded
 
     def _left_out_in(self, grid: GridCase) -> list[Geometry]:
-        """Return the regions that are left out, with all images across the seams of a grid that meet the shape."""
+        """Return the excluded regions, including their periodic images that intersect the shape."""
         found: list[Geometry] = []
         for other in self.left_out:
             for way in images(grid.periods(), other.bounds(), self.bounds()):
@@ -126,9 +126,9 @@ class SeededBody(DampedModel):
         return self.shape.geometry().bounds()
 
     def seeded(self, grid: GridCase, wanted: Wanted = everywhere) -> Seeds:
-        """Return the points at the start, as far as they are wanted; at least one.
+        """Return the selected initial points; the body must have at least one.
 
-        Raises CaseError where none lies in the shape, or where what is left of it is too thin.
+        Raises CaseError if no point lies in the shape, or if the remaining part of the shape is too thin.
         """
         remedy = "use a smaller grid.cell or more points_per_cell"
         per_cell = points_along_axes(self.points_per_cell, grid.thin())
@@ -149,18 +149,18 @@ class SeededBody(DampedModel):
         return self.boundary(grid, hard)[0]
 
     def boundary_spacing(self, grid: GridCase, hard: bool) -> float:
-        """Between the points of its boundary [m]."""
+        """Return the spacing of the surface points [m]."""
         return grid.cell / max(HARD if hard else SOFT, self._points_per_edge(grid))
 
     def _points_per_edge(self, grid: GridCase) -> int:
-        """The fewest points of its own along the edge of a cell."""
+        """Return the smallest number of material points along the edge of a cell."""
         per_cell = points_along_axes(self.points_per_cell, grid.thin())
         return min(n for n, thin in zip(per_cell, grid.thin(), strict=True) if not thin)
 
     def boundary(self, grid: GridCase, hard: bool, spacing: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Points on its surface at the start that lie in the grid [m], with outward vector areas [m²], shape (m, 3) each; a
-        cut at a face of the grid is no surface. hard: whether it does not deform; spacing: of the points [m], by default
-        `boundary_spacing`."""
+        """Return the initial surface points within the grid [m], and their outward vector areas [m²], shape (m, 3) each. A
+        cut at a face of the grid is not a surface. hard: True if the body does not deform; spacing: distance of the points
+        [m], by default `boundary_spacing`."""
         x, y, z = (not thin for thin in grid.thin())
 
         left_out = self._left_out_in(grid)
@@ -188,7 +188,7 @@ class SeededBody(DampedModel):
         return place[within], area[within]
 
     def edge_points(self, grid: GridCase, side: float) -> EdgePoints:
-        """Return points on the sharp edges of a body that does not deform; side: area of its largest side [m²]."""
+        """Return points on the sharp edges of a body that does not deform. side: area of its largest side [m²]."""
         x, y, z = (not thin for thin in grid.thin())
         others, spacing = self._left_out_in(grid), self.boundary_spacing(grid, hard=True)
 
@@ -223,7 +223,8 @@ class SeededBody(DampedModel):
 
     @property
     def has_users_fields(self) -> bool:
-        """True if any of its initial fields is of a user's kind: these are asked at its points alone, in their order."""
+        """True if an initial field is defined by the user: such fields are evaluated only at the points of the body, in
+        their order."""
         return not all(is_own(file_of(type(field))) for field in self.initial)
 
     def add_initial_state(self, arrays: Mapping[str, np.ndarray]) -> None:

@@ -1,4 +1,4 @@
-"""Filling shapes with material points."""
+"""Seeding: fills shapes with material points."""
 
 from collections.abc import Callable, Sequence
 from math import fsum
@@ -16,9 +16,9 @@ from pellucid.reductions import exact_parts
 def points_along_axes(
     points_per_cell: int | tuple[int, int, int] | None, thin: tuple[bool, bool, bool]
 ) -> tuple[int, int, int]:
-    """Points per cell along x, y, z; a single number is shared equally over the axes that are not thin.
+    """Return the number of points per cell along x, y, z.
 
-    Raises ValueError where it cannot be.
+    A single number is distributed equally over the axes that are not thin. Raises ValueError if that is impossible.
     """
     if isinstance(points_per_cell, tuple):
         return points_per_cell
@@ -35,11 +35,11 @@ def points_along_axes(
 
 
 Wanted = Callable[[np.ndarray], np.ndarray]
-"""Which of some positions, shape (k, 3) [m]: their numbers there, ascending."""
+"""Function that selects positions, shape (k, 3) [m]: returns their indices in ascending order."""
 
 
 class Seeds(NamedTuple):
-    """Some of the n points that fill a region."""
+    """A selection of the n points that fill a region."""
 
     number: np.ndarray  # (m,) ascending
     position: np.ndarray  # (m, 3) [m]
@@ -59,15 +59,14 @@ def seed(
     left_out: Sequence[Geometry] = (),
     wanted: Wanted = everywhere,
 ) -> Seeds:
-    """The points that fill a shape but for what is left out, as far as they are wanted.
+    """Return the selected points that fill a shape minus the excluded regions.
 
-    A box is filled by a lattice of its own, and so is a shape that has one: volumes are equal. Other shapes are filled by the
-    points of the grid's lattice that lie inside, each with the part of its lattice cell that belongs to the shape, and in the
-    middle of that part; so is a box where something is left out, but there the points stay on the lattice (see
-    `pellucid.bodies.material_points.cutting`). Volumes sum to that of the shape exactly.
-
-    Those that are not wanted are forgotten, some layers of the lattice at a time. Raises ValueError where parts that are left
-    are too thin for the distance between points.
+    A box, and any other shape that provides its own lattice, is filled by that lattice with equal volumes. Other shapes are
+    filled by the points of the grid's lattice that lie inside: each has the volume of the part of its lattice cell inside
+    the shape, and lies at the centroid of this part. A box with excluded regions is filled in the same way, but its points
+    stay on the lattice (see `pellucid.bodies.material_points.cutting`). The volumes sum exactly to that of the shape.
+    Points that are not selected are dropped, some layers of the lattice at a time. Raises ValueError if remaining parts are
+    too thin for the spacing of the points.
     """
     if shape.n_own_points() is not None and not left_out:
         position, volume = shape.own_points()

@@ -16,8 +16,8 @@ ABOUT = 12  # points by which a deformation gradient is fitted
 
 
 class RigidState(Protocol):
-    """A rigid body as a step begins: its centre of mass [m], what impulses change of its velocity along the axes [1/kg], (3,),
-    and angular impulses of its angular velocity [1/(kg m²)], (3, 3)."""
+    """A rigid body at the start of a step: its centre of mass [m]; its change of velocity per unit impulse along the axes
+    [1/kg], (3,); its change of angular velocity per unit angular impulse [1/(kg m²)], (3, 3)."""
 
     @property
     def centre(self) -> np.ndarray: ...
@@ -30,25 +30,25 @@ class RigidState(Protocol):
         """Return the mobility; see `ContactSurface.mobility_along`."""
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Return the turning; see `ContactSurface.turning`."""
+        """Return the angular response; see `ContactSurface.turning`."""
 
 
 @runtime_checkable
 class TakesForces(Protocol):
-    """Constraint that moves a rigid body."""
+    """A constraint that moves a rigid body and accepts forces on it."""
 
     moves_freely: bool
-    """True if anything of its motion is free."""
+    """True if the body has at least one free degree of freedom."""
 
     def state(self) -> RigidState:
         """Return the state at the start of a step."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
-        """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
+        """Add forces [N] at positions [m], shape (m, 3) each, for the coming step."""
 
 
 class RigidSurface(GridSurface):
-    """The surface of a rigid body, which turns with it; forces act on the body where they are."""
+    """The surface of a rigid body, which rotates with the body; forces act on the body at their positions."""
 
     takes: TakesForces
 
@@ -86,10 +86,11 @@ def surface_of(
     hard: bool,
     first: np.ndarray | None = None,
 ) -> GridSurface | None:
-    """The surface of the shape of a body within the grid; None where it has none there.
+    """Return the surface of the shape of a body within the grid; None if it has none there.
 
-    arrays: of its points; load: forces on the nodes, shape (nodes, 3), to which those on it are added. hard: whether it does
-    not deform. first: where an earlier run began with the points, by their number [m], shape (n, 3).
+    arrays: arrays of its material points; load: function that returns the nodal forces, shape (nodes, 3), to which surface
+    forces are added; hard: True if the body does not deform; first: initial positions of the points in an earlier run, by
+    number [m], shape (n, 3).
     """
     place, area = model.boundary(grid_case, hard)
     if not len(place):

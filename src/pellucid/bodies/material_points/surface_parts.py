@@ -1,4 +1,4 @@
-"""Watches whether parts of the surface of one solid of material points approach each other in a run."""
+"""Detects whether parts of the surface of one solid of material points approach each other during a run."""
 
 from collections.abc import Callable
 
@@ -27,9 +27,9 @@ SHEARED = 0.5  # cells by which places may lie beside where their material point
 
 
 class SurfaceParts:
-    """About one place for each cell of the surface of a body, which its material points carry.
+    """About one point per cell of the surface of a body, moving with its material points.
 
-    begun: places of the material points at the start [m], shape (n, 3), by number.
+    begun: initial positions of the material points by number [m], shape (n, 3).
     """
 
     def __init__(self, model: SeededBody, grid: GridCase, begun: np.ndarray) -> None:
@@ -44,7 +44,7 @@ class SurfaceParts:
         self._searched = self._host.copy()
 
     def has_deformed(self, host: np.ndarray) -> bool:
-        """Return whether the surface has deformed since the last search; host: places of its `hosts` [m], shape (m, 3)."""
+        """Return True if the surface has deformed since the last search. host: positions of its `hosts` [m], shape (m, 3)."""
         self._host = self._host + _shortest(host - self._host, self._periods)
         if not len(host):
             return False
@@ -52,14 +52,14 @@ class SurfaceParts:
         return float(np.einsum("ij,ij->i", away, away).max()) > (DEFORMED * self._cell) ** 2
 
     def find_closing_gap(self, position: np.ndarray, is_filled: Callable[[np.ndarray, float], np.ndarray]) -> Gap | None:
-        """Find the narrowest gap between parts that have approached each other.
+        """Return the narrowest gap between parts that have approached each other; None if there is none.
 
         Parameters
         ----------
         position
-            Places of all material points [m], shape (n, 3), by number.
+            Positions of all material points [m], shape (n, 3), by number.
         is_filled
-            Returns which places [m], shape (k, 3), lie within a distance [m] of other bodies.
+            Function that returns a mask of the positions [m], shape (k, 3), that lie within a distance [m] of other bodies.
         """
         self._searched = self._host.copy()
         if len(position) != len(self._begun):  # points that leave take their surface with them
@@ -97,7 +97,7 @@ class SurfaceParts:
 
 
 def _shortest(way: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Return ways [m], shape (n, 3), without the periods that they contain."""
+    """Return displacements [m], shape (n, 3), reduced by whole periods to the shortest ones."""
     folds = periods > 0.0
     shortest = way.copy()
     shortest[:, folds] -= periods[folds] * np.round(way[:, folds] / periods[folds])
@@ -105,8 +105,8 @@ def _shortest(way: np.ndarray, periods: np.ndarray) -> np.ndarray:
 
 
 def _after_rigid_motion(before: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return places [m], shape (n, 3), after the rigid motion that brings them nearest to others, and its transposed rotation
-    (Kabsch 1976, Acta Cryst. A 32, 922)."""
+    """Return positions [m], shape (n, 3), after the rigid motion that fits them best to `after`, and its transposed
+    rotation matrix (Kabsch 1976, Acta Cryst. A 32, 922)."""
     first, last = before.mean(axis=0), after.mean(axis=0)
     left, _, right = np.linalg.svd((before - first).T @ (after - last))
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])

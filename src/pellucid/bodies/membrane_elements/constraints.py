@@ -1,11 +1,9 @@
-"""Springs that keep the area of a membrane, and the volume that it encloses, near those at the start.
+"""Penalty springs on the area of a membrane and on the volume that it encloses.
 
-Energies k_A (A - A₀)²/2A₀ and k_V (V - V₀)²/2V₀ of the whole membrane: an even tension k_A (A - A₀)/A₀ in its surface and a
-pressure -k_V (V - V₀)/V₀ behind it. Source: Fedosov, Caswell & Karniadakis 2010, Biophys. J. 98, 2215, eq. 4, which has them
-beside local ones.
-
-The largest eigenfrequency that a spring k (Q - Q₀)²/2Q₀ gives nodes of masses m is that of its only mode, ∂Q/∂x:
-ω² = k/Q₀ Σ |∂Q/∂x|²/m.
+The energies of the whole membrane are k_A (A - A₀)²/2A₀ and k_V (V - V₀)²/2V₀, with the initial values A₀ and V₀. They
+correspond to a uniform tension k_A (A - A₀)/A₀ and a pressure -k_V (V - V₀)/V₀ inside. Source: Fedosov, Caswell &
+Karniadakis 2010, Biophys. J. 98, 2215, eq. 4, which also has local penalties. The largest eigenfrequency ω of a spring k (Q
+- Q₀)²/2Q₀ between nodes of masses m is that of its only mode, ∂Q/∂x: ω² = k/Q₀ Σ |∂Q/∂x|²/m.
 """
 
 from math import hypot, sqrt
@@ -22,33 +20,34 @@ if TYPE_CHECKING:
 
 
 class Kept(NamedTuple):
-    """A quantity of the whole membrane that a spring keeps; a volume is negative where normals point inwards."""
+    """A penalized quantity Q of the whole membrane. A volume is negative if the normals point inwards."""
 
     stiffness: float
     initial: float
 
     def force(self, value: float) -> float:
-        """k (Q - Q₀)/|Q₀|."""
+        """Return k (Q - Q₀)/|Q₀|: a tension [N/m] for the area, a pressure [Pa] for the volume."""
         return self.stiffness * (value - self.initial) / abs(self.initial)
 
     def energy(self, value: float) -> float:
-        """k (Q - Q₀)²/2|Q₀| [J]."""
+        """Return the energy k (Q - Q₀)²/2|Q₀| [J]."""
         return 0.5 * self.force(value) * (value - self.initial)
 
     def eigenvalue(self, slope: np.ndarray, mass: np.ndarray) -> float:
-        """ω² [1/s²] for the slopes ∂Q/∂x of the nodes, shape (n, 3), and their masses [kg], shape (n,)."""
+        """Return ω² [1/s²] for the slopes ∂Q/∂x of the nodes, shape (n, 3), and their masses [kg], shape (n,)."""
         return self.stiffness / abs(self.initial) * float((np.einsum("ni,ni->n", slope, slope) / mass).sum())
 
 
 class Swings(NamedTuple):
-    """Half the eigenfrequencies that springs give the nodes [1/s], 0 where there is none: each alone."""
+    """Half the eigenfrequencies of the nodes on the area and on the volume spring, each alone [1/s]; 0 if there is no
+    spring."""
 
     area: float = 0.0
     volume: float = 0.0
 
     @property
     def rate(self) -> float:
-        """Half the largest eigenfrequency that both give [1/s], or more."""
+        """Upper bound of half the largest eigenfrequency of both springs together [1/s]."""
         return hypot(self.area, self.volume)
 
     def limit(self) -> StepLimit:
@@ -73,7 +72,8 @@ class Constraints(NamedTuple):
         return cls(Kept(area_stiffness, float(mesh.areas(vertices).sum())), Kept(volume_stiffness, volume))
 
     def add_forces(self, surface: "ElementSurface", position: np.ndarray, target: np.ndarray) -> None:
-        """Add the forces of both at the nodes [N], shape (n, 3), for nodes at these positions [m], as they are stored."""
+        """Add the forces of both penalties at the nodes [N], shape (n, 3), for nodes at these positions [m] in storage
+        order."""
         area, volume, growth, outwards = self._measured(surface, position)
         if self.area.stiffness > 0.0:
             target -= self.area.force(area) * growth
@@ -97,7 +97,7 @@ class Constraints(NamedTuple):
         return {name: value / kept.initial - 1.0 for name, (kept, value) in drifts.items() if kept.stiffness > 0.0}
 
     def _measured(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, float, np.ndarray, np.ndarray]:
-        """Area [m²] and volume [m³], and their slopes with the positions of the nodes, shape (n, 3)."""
+        """Return the area [m²], the volume [m³], and their slopes with respect to the nodal positions, shape (n, 3)."""
         growth, outwards = surface.slopes(position)
         # both are homogeneous functions of the positions, of the second and the third degree
         about = position - position.mean(axis=0)
@@ -106,8 +106,8 @@ class Constraints(NamedTuple):
 
 
 def slopes_of(mesh: ElementMesh, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes of area and volume with the positions of the nodes, each of shape (n, 3), of a mesh of triangles whose nodes are
-    at these positions [m], shape (n, 3): as kernels find them in a run, without compilation."""
+    """Return the slopes of area and volume with respect to the nodal positions, shape (n, 3) each, for a mesh of triangles
+    with nodes at these positions [m], shape (n, 3). Like the kernels of a run, but without compilation."""
     corners = position[mesh.corners[:, :3]]
     chi, psi = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(chi, psi)

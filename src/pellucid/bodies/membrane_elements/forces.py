@@ -1,7 +1,7 @@
 """Nodal forces of membrane elements: stress, hourglass control, pressure; slopes of the area.
 
-`surface` is the bundle of `StrainedElements`. Kernels over elements write the forces on their corners,
-and a kernel over nodes adds them up in a fixed order: no atomics, the same bits on any number of threads.
+`surface` is the bundle of `StrainedElements`. Kernels over elements write the forces on their corners, and a kernel over
+nodes sums them in a fixed order. There are no atomic operations, and results are bitwise equal for any number of threads.
 """
 
 from typing import NamedTuple
@@ -25,7 +25,7 @@ from pellucid.jit.loops import parallel_loop
 
 @parallel_loop()
 def internal_forces(chunk, surface, x, forces):
-    """Forces of stress and hourglass control on the corners of each element [N], shape (m, 4, 3)."""
+    """Compute the forces of stress and hourglass control on the corners of each element [N], shape (m, 4, 3)."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     c = numbers(WIDTH * (GIVEN + 3))
     for start in range(first, middle, BLOCK):
@@ -36,7 +36,7 @@ def internal_forces(chunk, surface, x, forces):
 
 @parallel_loop()
 def pressure_forces(chunk, surface, x, forces, pressure):
-    """∫ p N_K n dA on the corners of each element [N], shape (m, 4, 3), exact for bilinear and linear surfaces."""
+    """Compute ∫ p N_K n dA on the corners of each element [N], shape (m, 4, 3), exact for bilinear and linear surfaces."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         press_quadrilateral(surface, x, forces, e, pressure)
@@ -45,7 +45,7 @@ def pressure_forces(chunk, surface, x, forces, pressure):
 
 
 class CornersAbout(NamedTuple):
-    """The corners of elements about each node."""
+    """The corners of elements around each node."""
 
     first: np.ndarray  # (ranges + 1,) nodes first[r]:first[r+1] are worked on together
     number: np.ndarray  # (n,) of the node in the mesh
@@ -54,7 +54,8 @@ class CornersAbout(NamedTuple):
 
 @parallel_loop()
 def add_corners(r, about, corner_values, target):
-    """Add the values at the corners about each node of n ranges, shape (4 m, 3), to `target`, shape (nodes, 3).
+    """Add the values at the corners around each node, shape (4 m, 3), to `target`, shape (nodes, 3), for the nodes of range
+    r.
 
     about: the bundle of `CornersAbout`.
     """
@@ -69,7 +70,7 @@ def add_corners(r, about, corner_values, target):
 
 @parallel_loop()
 def cauchy_stresses(chunk, surface, x, stress):
-    """Stresses of the elements, components xx, yy, zz, yz, xz, xy [Pa], shape (m, 6)."""
+    """Compute the Cauchy stresses of the elements, components xx, yy, zz, yz, xz, xy [Pa], shape (m, 6)."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         quadrilateral_stress(surface, x, stress, e)
@@ -79,7 +80,7 @@ def cauchy_stresses(chunk, surface, x, stress):
 
 @parallel_loop()
 def area_slopes(chunk, surface, x, slopes):
-    """∂A/∂x at the corners of each triangle [m], shape (m, 4, 3)."""
+    """Compute ∂A/∂x at the corners of each triangle [m], shape (m, 4, 3)."""
     _, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(middle, end):
         chi, psi = geometry.edges(x, surface.corners, e)

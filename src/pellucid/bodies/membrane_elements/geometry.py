@@ -1,14 +1,15 @@
 """Geometry of membrane elements: frames of quadrilaterals from the bisector of their tangents, gradients at their centre.
 
-The position in a triangle is linear in two of its edges; that at the centre of a quadrilateral is linear in its two tangents,
-and so is the velocity; hourglass is what it has beside that:
+Position and velocity in a triangle are linear in two edges; at the centre of a quadrilateral they are linear in two
+tangents, and the rest is the hourglass mode:
 
     quadrilateral  χ = -x₁+x₂+x₃-x₄, ψ = -x₁-x₂+x₃+x₄, η = x₁-x₂+x₃-x₄, area |χ×ψ|/4
     triangle       χ = -x₁+x₂,       ψ = -x₁+x₃,                        area |χ×ψ|/2
 
-For a quadrilateral, χ×ψ is along the cross product of the diagonals, so that in the element's frame χ and ψ have no component
-across it, however warped it is, and η₃ is all of its warping. Source: Lian, Liu & Zhang 2014, eqs. 32-41, with unit tangents in
-eq. 35; Flanagan & Belytschko 1981, Int. J. Numer. Methods Eng. 17, 679, for the gradient of one-point elements.
+For a quadrilateral, χ×ψ is parallel to the cross product of the diagonals. In the element's frame χ and ψ therefore have no
+normal component, even if it is warped, and η₃ describes all of its warping. Source: Lian, Liu & Zhang 2014, eqs. 32-41,
+with unit tangents in eq. 35; Flanagan & Belytschko 1981, Int. J. Numer. Methods Eng. 17, 679, for the gradient of one-point
+elements.
 """
 
 from math import sqrt
@@ -22,19 +23,19 @@ HALF_ROOT = sqrt(0.5)
 
 @pointwise
 def dot(a, b):
-    """a · b."""
+    """Return a · b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @pointwise
 def cross(a, b):
-    """a × b."""
+    """Return a × b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @pointwise
 def edges(x, corners, e):
-    """χ, ψ of triangle e for a nodal field x, shape (n, 3); `corners`, shape (m, 4), the last one idle."""
+    """Return χ, ψ of triangle e for a nodal field x, shape (n, 3); the last column of `corners`, shape (m, 4), is not used."""
     a, b, c = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2])
     return (
         (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]),
@@ -44,7 +45,7 @@ def edges(x, corners, e):
 
 @pointwise
 def area_slopes(chi, psi):
-    """∂A/∂x of a triangle [m] at its second and third corner; at the first it is minus their sum."""
+    """Return ∂A/∂x of a triangle [m] at its second and third corner; the first corner has minus their sum."""
     n = cross(chi, psi)
     half = 0.5 / sqrt(dot(n, n))
     b, c = cross(psi, n), cross(n, chi)
@@ -53,7 +54,7 @@ def area_slopes(chi, psi):
 
 @pointwise
 def spans(x, corners, e):
-    """χ, ψ, η of quadrilateral e for a nodal field x, shape (n, 3); `corners`, shape (m, 4)."""
+    """Return χ, ψ, η of quadrilateral e for a nodal field x, shape (n, 3); `corners` has the shape (m, 4)."""
     a, b, c, d = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2]), uintp(corners[e, 3])
     # the diagonals
     ux, uy, uz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
@@ -68,7 +69,7 @@ def spans(x, corners, e):
 
 @pointwise
 def middle(now, rate, half):
-    """A triple of vectors at the middle of a step, from those at its end and their rates; half: of the step [s]."""
+    """Return three vectors at the middle of a step, from their values at its end and their rates; half: half the step [s]."""
     return (
         (now[0][0] - half * rate[0][0], now[0][1] - half * rate[0][1], now[0][2] - half * rate[0][2]),
         (now[1][0] - half * rate[1][0], now[1][1] - half * rate[1][1], now[1][2] - half * rate[1][2]),
@@ -78,7 +79,7 @@ def middle(now, rate, half):
 
 @pointwise
 def frame_of(chi, psi):
-    """e₁, e₂ at 45° to the bisector of the unit tangents, and the normal e₃."""
+    """Return e₁, e₂ at 45° to the bisector of the unit tangents, and the normal e₃."""
     a, b = 1.0 / sqrt(dot(chi, chi)), 1.0 / sqrt(dot(psi, psi))
     normal = cross(chi, psi)
     c = 1.0 / sqrt(dot(normal, normal))
@@ -96,7 +97,7 @@ def frame_of(chi, psi):
 
 @pointwise
 def within(frame, vectors):
-    """Components of three vectors in a frame."""
+    """Return the components of three vectors in a frame."""
     a, b, c = vectors
     e, f, g = frame
     return (
@@ -108,7 +109,7 @@ def within(frame, vectors):
 
 @pointwise
 def gradient(local, rate):
-    """∂v_i/∂x_j, i = 1, 2, 3 and j = 1, 2, row by row, from (χ, ψ, η) and their rates in the frame."""
+    """Return ∂v_i/∂x_j, i = 1, 2, 3 and j = 1, 2, row by row, from (χ, ψ, η) and their rates in the frame."""
     c, p = local[0], local[1]
     cr, pr = rate[0], rate[1]
     inverse = 1.0 / (c[0] * p[1] - c[1] * p[0])
@@ -124,7 +125,7 @@ def gradient(local, rate):
 
 @pointwise
 def steepness(local):
-    """Σ ∇N_K ∇N_K of a quadrilateral, components 11, 22, 12 [1/m²]."""
+    """Return Σ ∇N_K ∇N_K of a quadrilateral, components 11, 22, 12 [1/m²]."""
     c, p = local[0], local[1]
     det = c[0] * p[1] - c[1] * p[0]
     scale = 4.0 / (det * det)
@@ -137,10 +138,11 @@ def steepness(local):
 
 @pointwise
 def size_of(now):
-    """Area of a quadrilateral [m²], and the square of its largest eigenfrequency by that of c, (ω/2c)² [1/m²].
+    """Return the area of a quadrilateral [m²], and (ω/2c)² [1/m²] for its largest eigenfrequency ω and the speed c of plane
+    waves.
 
-    Nodes have equal shares of the mass. The eigenvalues of M⁻¹K of a one-point element are below c² k Σ |∇N_K|², where c is
-    the speed of plane waves and k = 4 the number of nodes (Flanagan & Belytschko 1984, J. Eng. Mech. 110, 35).
+    Each node has a quarter of the mass. The eigenvalues of M⁻¹K of a one-point element are below c² k Σ |∇N_K|², with k = 4
+    nodes (Flanagan & Belytschko 1984, J. Eng. Mech. 110, 35).
     """
     chi, psi, _ = now
     normal = cross(chi, psi)
@@ -150,7 +152,7 @@ def size_of(now):
 
 @pointwise
 def bisector(chi_1, chi_2, psi_1, psi_2):
-    """The unit vector between two tangents in a plane."""
+    """Return the unit vector along the bisector of two tangents in a plane."""
     a, b = 1.0 / sqrt(chi_1 * chi_1 + chi_2 * chi_2), 1.0 / sqrt(psi_1 * psi_1 + psi_2 * psi_2)
     x, y = a * chi_1 + b * psi_1, a * chi_2 + b * psi_2
     s = 1.0 / sqrt(x * x + y * y)
@@ -159,7 +161,7 @@ def bisector(chi_1, chi_2, psi_1, psi_2):
 
 @pointwise
 def advanced(z, cosine, sine):
-    """The direction z, a unit vector in a plane, turned forward by an angle."""
+    """Return z, a unit vector in a plane, rotated counterclockwise by an angle."""
     return z[0] * cosine - z[1] * sine, z[0] * sine + z[1] * cosine
 
 
@@ -188,7 +190,8 @@ def turned(turn, local, rate, spin, half):
 
 @pointwise
 def rotated(s, cosine, sine):
-    """The symmetric tensor (11, 22, 12) with its axes turned forward by an angle."""
+    """Return the symmetric tensor (11, 22, 12) in axes rotated by minus the angle, i.e. the tensor rotated
+    counterclockwise."""
     cc, ss, sc = cosine * cosine, sine * sine, sine * cosine
     return (
         cc * s[0] + ss * s[1] - 2.0 * sc * s[2],
@@ -199,7 +202,7 @@ def rotated(s, cosine, sine):
 
 @pointwise
 def in_space(s, t, u):
-    """s₁₁ t⊗t + s₂₂ u⊗u + s₁₂ (t⊗u + u⊗t), components xx, yy, zz, yz, xz, xy, of an in-plane tensor (11, 22, 12)."""
+    """Return s₁₁ t⊗t + s₂₂ u⊗u + s₁₂ (t⊗u + u⊗t), components xx, yy, zz, yz, xz, xy, of an in-plane tensor (11, 22, 12)."""
     return (
         s[0] * t[0] * t[0] + s[1] * u[0] * u[0] + 2.0 * s[2] * t[0] * u[0],
         s[0] * t[1] * t[1] + s[1] * u[1] * u[1] + 2.0 * s[2] * t[1] * u[1],

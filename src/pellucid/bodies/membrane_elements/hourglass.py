@@ -1,16 +1,16 @@
 """Hourglass control of one-point quadrilaterals in their plane.
 
 Source: Flanagan & Belytschko 1981, Int. J. Numer. Methods Eng. 17, 679.
-The strain at the centre leaves out the hourglass rate q̇ = γ·v, where γ = ¼ (h - Σ (h·x_j) ∂N/∂x_j), h = (1, -1, 1, -1), is
-orthogonal to every linear field. Forces -Q γ resist it, with B² = Σ_K |∇N_K|² at the centre, the mass m of the element, and the
-speed c of waves in its plane:
+The strain at the centre does not contain the hourglass rate q̇ = γ·v, where γ = ¼ (h - Σ (h·x_j) ∂N/∂x_j), h = (1, -1, 1,
+-1), is orthogonal to every linear field. Forces -Q γ resist it, with B² = Σ_K |∇N_K|² at the centre, the mass m of the
+element, and the speed c of waves in its plane:
 
     stiffness  Q̇ = 2 κ m c² B² q̇
     viscous    Q = κ m c B q̇
 
-The first is the form of Belytschko, Lin & Tsay 1984, Comput. Methods Appl. Mech. Eng. 42, 225; a square has the stiffness of
-full integration at κ = (3 - ν)/6. The second takes the share κ of an hourglass velocity in a step of the largest stable length,
-1/(c B).
+The first is the form of Belytschko, Lin & Tsay 1984, Comput. Methods Appl. Mech. Eng. 42, 225; a square has the stiffness
+of full integration for κ = (3 - ν)/6. The second removes the fraction κ of an hourglass velocity in a step of the largest
+stable length, 1/(c B).
 """
 
 from typing import Any, Literal, NamedTuple
@@ -20,13 +20,13 @@ from pellucid.model import Model, parameter
 
 
 class StiffnessControl(NamedTuple):
-    """Springs, by the share κ."""
+    """Hourglass springs with the coefficient κ."""
 
     share: float
 
 
 class ViscousControl(NamedTuple):
-    """Dashpots, by the share κ."""
+    """Hourglass dashpots with the coefficient κ."""
 
     share: float
 
@@ -40,13 +40,13 @@ class HourglassCase(Model):
     coefficient: float = parameter("", "coefficient κ; 0 switches it off", 0.05, ge=0, le=0.5)
 
     def control(self) -> StiffnessControl | ViscousControl:
-        """The control as kernels take it."""
+        """Return the control for kernels."""
         return (StiffnessControl if self.kind == "stiffness" else ViscousControl)(self.coefficient)
 
 
 @generic
 def resisted(control: Any, force: float, rate: float, dt: float, stiffness: float, impedance: float) -> float:
-    """Q after a step [N] from Q before, the rate q̇ [m/s], m c² B² [N/m] and m c B [kg/s]."""
+    """Return Q after a step [N], from Q before, the rate q̇ [m/s], m c² B² [N/m] and m c B [kg/s]."""
 
 
 @point_function(resisted, StiffnessControl)

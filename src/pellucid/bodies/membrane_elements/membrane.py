@@ -9,7 +9,7 @@ from pellucid.parts.capabilities import Membrane
 
 
 class ElementMembrane(Body, Membrane):
-    """A body whose nodes are those of an `ElementSurface`."""
+    """A body whose nodes are the nodes of an `ElementSurface`."""
 
     energy_kind = "strain"
     surface: ElementSurface
@@ -28,7 +28,7 @@ class ElementMembrane(Body, Membrane):
             self.stop(*fault, n_steps, time)
 
     def vector_areas(self) -> np.ndarray:
-        """∫ N_K n dA about each node [m²], shape (n, 3), in the order in which the nodes are stored at the moment."""
+        """Return ∫ N_K n dA around each node [m²], shape (n, 3), in storage order."""
         return self.surface.vector_areas(self.arrays["position"])
 
     def pressed_areas(self) -> np.ndarray:

@@ -11,14 +11,16 @@ from pellucid.geometry.meshes.triangulation import directed_edges, pair_edges
 
 
 class Fan(NamedTuple):
-    """The corners about each node: places[start[K]:start[K+1]] for node number K, as k e + corner of element e of k."""
+    """The element corners around each node: places[start[K]:start[K+1]] for node K, as k e + corner for element e with k
+    corners."""
 
     start: np.ndarray  # (n+1,)
     places: np.ndarray
 
 
 def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
-    """The corners about each of n nodes, of elements with these, shape (m, k); where `owned`, shape (m, k), says so."""
+    """Return the element corners around each of n nodes. corners: nodes of the elements, shape (m, k); owned: mask of the
+    corners to include, shape (m, k)."""
     places = np.arange(corners.size) if owned is None else np.flatnonzero(owned)
     nodes = corners.ravel()[places]
     order = np.argsort(nodes, kind="stable")
@@ -26,14 +28,15 @@ def fan_of(corners: np.ndarray, n: int, owned: np.ndarray | None = None) -> Fan:
 
 
 def hinges_of(triangles: np.ndarray) -> np.ndarray:
-    """The edges that two triangles have, with the corners across, shape (h, 4); triangles: shape (t, 3), of one orientation."""
+    """Return the edges shared by two triangles, with the two opposite corners, shape (h, 4); triangles: shape (t, 3), with
+    consistent orientation."""
     ends, across = directed_edges(triangles), triangles.T[[2, 0, 1]].ravel()
     chosen, partner = pair_edges(triangles)
     return np.column_stack([ends[chosen], across[chosen], across[partner]]).astype(np.int64)
 
 
 class ElementMesh:
-    """Quadrilaterals, then triangles. corners, shape (m, 4): their nodes, of triangles the last one twice."""
+    """Quadrilaterals, then triangles. corners, shape (m, 4): their nodes; triangles repeat the last one."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.n_nodes, self.n_quads = len(mesh.vertices), len(mesh.quads)
@@ -44,14 +47,15 @@ class ElementMesh:
         self.fan = fan_of(self.corners, self.n_nodes, self._owned)
 
     def areas(self, position: np.ndarray) -> np.ndarray:
-        """Areas of the elements [m²], shape (m,), for nodes at these positions [m], shape (n, 3), in the order of the mesh."""
+        """Return the areas of the elements [m²], shape (m,), for nodes at these positions [m], shape (n, 3), in mesh order."""
         a, b, c, d = (position[corner] for corner in self.corners.T)
         quad = np.arange(len(self.corners)) < self.n_quads
         other = np.where(quad[:, None], d - b, c - b)
         return np.asarray(0.5 * np.linalg.norm(np.cross(c - a, other), axis=1))
 
     def at_nodes(self, values: np.ndarray) -> np.ndarray:
-        """Equal shares of what each element has, shape (m, ...), summed at its nodes, shape (n, ...)."""
+        """Distribute element values, shape (m, ...), equally among the corners of each element, and return the sums at the
+        nodes, shape (n, ...)."""
         columns = values.reshape(len(values), -1) / self.sides[:, None]
         nodes = self.corners[self._owned]
         sums = [np.bincount(nodes, np.repeat(column, self.sides), minlength=self.n_nodes) for column in columns.T]
@@ -59,10 +63,11 @@ class ElementMesh:
 
 
 def rest_gradients(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:
-    """Gradients of the second and the third shape function of triangles, in axes of their planes [1/m], shape (t, 4).
+    """Return the gradients of the second and the third shape function of triangles, in axes of their planes [1/m], shape
+    (t, 4).
 
-    places: of their corners at rest [m], shape (t, 3, 3). The first axis is along the first edge, or where there is a
-    direction, shape (3,), along what of that lies in the plane.
+    places: positions of their corners at rest [m], shape (t, 3, 3); direction: the first axis is its projection onto the
+    plane, shape (3,); None: the first axis is along the first edge.
     """
     chi, psi = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
     if direction is not None:
@@ -76,10 +81,10 @@ def rest_gradients(places: np.ndarray, direction: np.ndarray | None) -> np.ndarr
 
 
 def initial_turns(places: np.ndarray, direction: np.ndarray | None) -> np.ndarray:
-    """Cosine and sine of the angle from the frames of quadrilaterals to those of their material, shape (q, 2): none, or to what
-    lies in their planes of a direction, shape (3,).
+    """Return the cosine and sine of the angle from the frame of each quadrilateral to its material frame, shape (q, 2).
 
-    places: of their corners [m], shape (q, 4, 3).
+    direction: the material frame is along its projection onto the plane, shape (3,); None: the angle is zero. places:
+    positions of the corners [m], shape (q, 4, 3).
     """
     turn = np.tile((1.0, 0.0), (len(places), 1))
     if direction is None or not len(places):

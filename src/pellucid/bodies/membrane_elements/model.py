@@ -48,7 +48,7 @@ REST_OF_SURFACE = (
 
 
 class MembraneElementsCase(MembraneCase):
-    """A membrane of finite elements, which moves on its own nodes and touches other bodies on the grid."""
+    """A membrane of finite elements that moves on its own nodes; contact with other bodies is computed on the grid."""
 
     kind: Literal["membrane-elements"] = "membrane-elements"
     material: AnySolidMembraneMaterial = parameter("", "material of the membrane")
@@ -113,7 +113,7 @@ class MembraneElementsCase(MembraneCase):
         return aware
 
     def needs_grid(self, parts: Parts) -> bool:
-        """True with other bodies, which it touches on the grid."""
+        """True if there are other bodies: contact with them uses the grid."""
         return len(parts.names(BodyModel)) > 1
 
     def build(self, placement: Placement) -> Body:
@@ -131,7 +131,7 @@ class MembraneElementsCase(MembraneCase):
             yield step_warning(self.name, found, mesh.centres())
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the step in which waves cross an element and nodes cross a cell, with the limits of springs and bending."""
+        """Return the step limit from waves across an element and nodes across a cell, and from penalty springs and bending."""
         wave, diffusivity = self.signals_at_start()
         mesh = self.mesh()
         fastest = float(rates_of_surface(mesh).max())
@@ -192,7 +192,7 @@ class MembraneElementsCase(MembraneCase):
         yield from place_problems(place, self.bounds(), parts.grid, self.is_surface)
 
     def _constraint_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Quadrilaterals and thin grids, which have no springs, and a volume that nothing encloses."""
+        """Report penalties on quadrilaterals or thin grids, and a volume penalty on an open surface."""
         key = (*path, "volume_stiffness" if self.volume_stiffness else "area_stiffness")
         if len(self.mesh().quads):
             yield Finding(key, "applies to triangles, but the membrane has quadrilaterals", 'use `elements = "triangles"`')
@@ -202,7 +202,7 @@ class MembraneElementsCase(MembraneCase):
             yield Finding(key, "the surface is open and encloses no volume", REST_OF_SURFACE)
 
     def _size_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
-        """Elements so large that cells between their nodes have nothing of the membrane."""
+        """Report elements so large that cells between their nodes contain no part of the membrane."""
         mesh, thin, reach = self.mesh(), grid.thin(), sqrt(0.5) * grid.cell
         places = np.where(thin, 0.0, mesh.vertices)  # along a thin axis nothing varies, so that distances do not count
         longest, remote = longest_edge(places[mesh.quads]), 0.0

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 
 class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurface, BoundByContact, WarnsOfContact):
-    """Elements that share a velocity field: their nodes are points of it, as those of membrane points are.
+    """Elements in a shared velocity field; their nodes are material points, as for membrane points.
 
-    Mass, momentum and nodal forces go to the nodes of the grid, velocities are gathered, and the elements are strained
-    by how their nodes were moved: by mesh and not by the gradient of the grid's velocity.
+    Mass, momentum and nodal forces are scattered to the grid nodes, and velocities are gathered. The strains of the
+    elements follow from the motion of their nodes on the mesh, not from the velocity gradient on the grid.
     """
 
     sorting_cost = 3.0  # few of its passes go by vectors

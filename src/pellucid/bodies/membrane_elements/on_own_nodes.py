@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContactSurface, WarnsOfContact):
-    """Elements that have a velocity field to themselves: their nodes move by their own forces; the grid serves contact."""
+    """Elements in their own velocity field: their nodes move by their own forces; the grid is used for contact only."""
 
     def __init__(self, case: "MembraneElementsCase", placement: Placement) -> None:
         self.name = case.name
@@ -85,7 +85,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     # contact
 
     def make_contact_surface(self, column: int) -> PointsOfFaces | PointsOfNodes | None:
-        """Return the nodes as contact points; points of the elements if prescribed motions lead all nodes."""
+        """Return the nodes as contact points; if prescribed motions apply to all nodes, points within the elements."""
         if self.grid is None:
             return None
         self._contact_row = column - FIRST_LOAD

@@ -81,18 +81,18 @@ class RadialSurface(TriangleSurface):
         self.tables = SurfaceTables(np.arange(len(triangles)), value, first, second, 0.5 * self._rule.weights)
 
     def _functions_at_nodes(self) -> np.ndarray:
-        """First derivatives of each node's own functions there, shape (n, 2, m)."""
+        """Return the first derivatives of the functions of each node at that node, shape (n, 2, m)."""
         n = len(self._around)
         return functions_at(self._found, np.zeros((n, 1, 2)), derivatives=1).first[:, 0]
 
     def _blended(self, triangle: np.ndarray, share: np.ndarray, derivatives: int) -> BlendedRows:
-        """The blended functions in triangles (k,) at shares (q, 3) or (k, q, 3) of their corners."""
+        """Return the blended functions in triangles (k,) at barycentric coordinates (q, 3) or (k, q, 3)."""
         part = self._simplices._replace(corners=self._simplices.corners[triangle])
         return blended(part, self._near, self._found, share, derivatives).united(self.nodes[triangle], self._slots[triangle])
 
 
 def _check_not_folded(x: np.ndarray, normal: np.ndarray, around: np.ndarray) -> None:
-    """Raise RunStopped where the surface under a stencil has come to bend by more than a right angle."""
+    """Raise RunStopped if the surface in a stencil is bent by more than a right angle."""
     alike = np.einsum("nmi,ni->nm", normal[around], normal).min(axis=1)
     worst = int(alike.argmin())
     if alike[worst] <= 0.0:

@@ -1,11 +1,12 @@
 """Rows of operators on triangles of surfaces in space, from the functions of their nodes.
 
-With tangents a_α, metric g and second derivatives x,αβ of the place, in the frame e₁ along a₁ and e₂ = n × e₁, a bar for
-derivatives along it: 2D_ij = e_i·v|j + e_j·v|i, κ_ij = -n·x|ij, J = κ₁₁ + κ₂₂, and the exact change of J at the material point
+Definitions: tangents a_α, metric g, second derivatives x,αβ of the position, frame e₁ along a₁ and e₂ = n × e₁; a bar
+denotes derivatives along the frame. Then 2D_ij = e_i·v|j + e_j·v|i, κ_ij = -n·x|ij, J = κ₁₁ + κ₂₂, and the exact change of
+J at a material point is
 
     δJ = -g^αβ n·(v,αβ - Γ^γ_αβ v,γ) - 2 κ_ij D_ij(v).
 
-(Capovilla & Guven 2002, J. Phys. A 35, 6233; signs so that a sphere's curvature is positive.)
+(Capovilla & Guven 2002, J. Phys. A 35, 6233; with signs for which the curvature of a sphere is positive.)
 """
 
 from typing import NamedTuple
@@ -20,7 +21,8 @@ CHUNK = 256  # triangles
 
 
 class SurfaceTables(NamedTuple):
-    """Functions of the m nodes of each triangle at its q points, and derivatives by the shares of its corners 1 and 2."""
+    """Functions of the m nodes of each triangle at its q points, and their derivatives with respect to the barycentric
+    coordinates of corners 1 and 2."""
 
     kind: np.ndarray  # (e,) which table a triangle has
     value: np.ndarray  # (kinds, q, m)
@@ -103,7 +105,7 @@ def _fill(chunk, x, nodes, tables, filled):
 
 
 def surface_operators(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> Operators:
-    """Operators for nodes at x [m], shape (n, 3), with the nodes of each triangle, shape (e, m)."""
+    """Return the operators for nodes at x [m], shape (n, 3), and the nodes of each triangle, shape (e, m)."""
     e, m = nodes.shape
     q = len(tables.weight)
     filled = Filled(
@@ -133,7 +135,7 @@ def _find_areas(chunk, x, nodes, tables, areas):
 
 
 def surface_areas(x: np.ndarray, nodes: np.ndarray, tables: SurfaceTables) -> np.ndarray:
-    """Areas of the quadrature points [m²], shape (e, q), as `surface_operators` has them."""
+    """Return the areas of the quadrature points [m²], shape (e, q), as in `surface_operators`."""
     areas = np.empty((len(nodes), len(tables.weight)))
     _find_areas(-(-len(nodes) // CHUNK), np.ascontiguousarray(x, dtype=float), nodes, tables, areas)
     return areas

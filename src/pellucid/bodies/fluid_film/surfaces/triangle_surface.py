@@ -1,4 +1,4 @@
-"""The base of closed surfaces of triangles in space, whatever functions interpolate them."""
+"""The base class of closed surfaces of triangles in space, independent of the interpolation."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ from pellucid.geometry.meshes.triangulation import vertex_normals
 
 
 class TriangleRule(NamedTuple):
-    """Points on a triangle as shares of its corners, shape (q, 3), and weights that add up to 1, shape (q,)."""
+    """Points on a triangle as barycentric coordinates, shape (q, 3), and weights with the sum 1, shape (q,)."""
 
     shares: np.ndarray
     weights: np.ndarray
@@ -33,7 +33,8 @@ SIX = TriangleRule(TRIANGLE, TRIANGLE_WEIGHTS)  # exact to degree 4
 class TriangleSurface(ABC):
     """Triangles (e, 3) between n nodes that enclose a volume, counterclockwise seen from outside.
 
-    The parts that have masses are the cells of the nodes, the shares of a quadrature point in its corners.
+    The parts of the film that have masses are the cells of the nodes: the barycentric coordinates distribute each
+    quadrature point among the corners.
     """
 
     axes: tuple[int, ...] = (0, 1, 2)
@@ -48,30 +49,31 @@ class TriangleSurface(ABC):
 
     @abstractmethod
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Values on the surface at the nodes, shape (n, k), of a field with these values x of the nodes."""
+        """Return the values on the surface at the nodes, shape (n, k), of a field with nodal values x."""
 
     @abstractmethod
     def through(self, places: np.ndarray) -> np.ndarray:
-        """Nodes of the surface that runs through places, shape (n, k); the inverse of `places`."""
+        """Return the nodes of the surface through `places`, shape (n, k); the inverse of the method `places`."""
 
     @abstractmethod
     def at(self, x: np.ndarray, triangle: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """Places on the surface with nodes at x in triangles (k,) at shares of their corners (k, 3), shape (k, 3) [m]."""
+        """Return points of the surface with nodes at x, in triangles (k,) at barycentric coordinates (k, 3), shape (k, 3)
+        [m]."""
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Rows of the operators for nodes at x [m], shape (n, 3)."""
+        """Return the rows of the operators for nodes at x [m], shape (n, 3)."""
         return surface_operators(x, self.nodes, self.tables)
 
     def normals(self, x: np.ndarray) -> np.ndarray:
-        """Outward unit normals at the nodes, shape (n, 3)."""
+        """Return the outward unit normals at the nodes, shape (n, 3)."""
         return vertex_normals(self.places(x), self.rings.triangles)
 
     def spacing(self, x: np.ndarray) -> np.ndarray:
-        """Distance of each node from its nearest neighbour [m], shape (n,)."""
+        """Return the distance of each node from its nearest neighbour [m], shape (n,)."""
         return np.asarray(np.linalg.norm(x[self.rings.neighbours] - x[:, None], axis=2).min(axis=1))
 
     def cells(self) -> Cells:
-        """The triangles."""
+        """Return the triangles."""
         return Cells(triangles=self.rings.triangles)
 
     def redistributed(self, x: np.ndarray, mass: np.ndarray, moved: np.ndarray) -> Redistributed:
