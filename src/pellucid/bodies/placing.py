@@ -10,7 +10,7 @@ from pellucid.grid.model import GridCase
 BETWEEN = 2.0  # cells, at least, that are left between a body and itself across a seam
 SLACK = 1e-9  # of the extent of the grid, for rounding
 COMMON_FIELDS = ("position", "velocity", "density", "pressure", "stress", "mass", "kinetic_energy", "stored_energy")
-"""What probes read of every body whose unknowns are on the grid."""
+"""Fields that probes read, common to all bodies with unknowns on the grid."""
 
 
 def place_problems(
@@ -22,10 +22,10 @@ def place_problems(
     fills: bool = False,
     flows: bool = False,
 ) -> Iterator[Finding]:
-    """Findings of a body, whose place is at `path`, that reaches beyond the grid, or meets itself across a seam.
+    """Report a body at `path` that extends beyond the grid, or touches itself across a periodic seam.
 
-    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may reach. fills: whether it goes on
-    across a seam where it is as long as a period; flows: whether it may meet itself.
+    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may extend; fills: True if the body
+    continues across a seam when it is as long as the period; flows: True if the body may touch itself.
     """
     ends = zip("xyz", *bounds, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
     for axis, low, high, grid_low, grid_high, thin in ends:

@@ -10,19 +10,19 @@ HIDDEN = ("volume", "affine", "driven", "start", "angle", "torn", "viscous_stres
 
 
 class PointFields(GridBody):
-    """Points stored in the order in which slabs count them: the first `n_there` have not left the grid."""
+    """Points in slab order; the first `n_there` rows are the points that have not left the grid."""
 
     shared: SpreadPoints | WholePoints
-    """How processes share the points."""
+    """Distribution of the points among processes."""
 
     def __init__(self) -> None:
         self._orders = dict[str, np.ndarray]()
 
     @property
     def n_there(self) -> int:
-        """Number of points that have not left the grid: the first ones, which slabs count. Those behind them have no mass.
+        """Number of points that have not left the grid; they are stored first and belong to slabs.
 
-        Where processes spread the points, of those that this process has.
+        The points after them have no mass. If the points are distributed among processes, the number on this process.
         """
         return int(self.shared.first[-1])
 
@@ -33,7 +33,7 @@ class PointFields(GridBody):
         return self._orders[domain.joins]
 
     def _complete(self, *names: str) -> None:
-        """Fill arrays of which this process found those of its own slabs with what others found."""
+        """Complete the named arrays with rows computed by other processes."""
         for name in names if domain.is_cut else ():
             self.shared.fill(self._there(name))
 
@@ -57,7 +57,7 @@ class PointFields(GridBody):
         return self.shared.joined(self._there(name))
 
     def _field_there(self, name: str) -> np.ndarray:
-        """The same of the points that this process has."""
+        """Return a field of the points of this process."""
         if name == "density":
             return self._there("mass") / self._there("volume")
         if name == "pressure":

@@ -60,21 +60,22 @@ NO_FIELDS = np.zeros((0, FIELD_ENERGY + 1))
 
 
 class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpulses):
-    """Points whose unknowns live on the grid, sorted by their nodes whenever one leaves its slab, or where that saves time.
+    """Points whose unknowns are on the grid.
 
-    A kind of body gives the initial arrays, `begin_stress` and `end_stress`, which ends with
-    `_collect_strain_sums`, the kind of energy that is stored (`energy_kind`), and fields of
-    its own.
+    They are sorted by their nodes when one leaves its slab, or when sorting saves time. A subclass provides the initial
+    arrays, `begin_stress` and `end_stress` (which ends with `_collect_strain_sums`), the kind of stored energy
+    (`energy_kind`), and its own fields.
     """
 
     sorting_cost = 1.0
-    """For each point, in vectors of points with the same nodes: 50 ns, and 15 of the next step, at 60 to 65 ns a vector."""
+    """Cost of sorting per point, in units of the cost of a vector of points with the same nodes (60 to 65 ns): 50 ns, and
+    15 ns in the next step."""
 
     contact_surface: GridSurface | None = None
-    """By which others touch it, where that is not told by the nodes."""
+    """Contact surface of the body; None if contact is computed on the grid nodes."""
 
     found_anew: tuple[str, ...] = ()
-    """Arrays that follow from the others where it goes on from an earlier run."""
+    """Arrays that are computed from the others when a run is continued."""
 
     def __init__(
         self,
@@ -85,7 +86,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         arrays: dict[str, np.ndarray],
         there: int | None = None,
     ) -> None:
-        """there: how many of the rows of the arrays are points, where other processes have the others."""
+        """there: number of rows that are points on this process, if the others belong to other processes."""
         n = len(arrays["mass"])
         self.name = name
         self.velocity_field = velocity_field
@@ -127,7 +128,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._make_bundles()
 
     def _make_bundles(self) -> None:
-        """Make the bundles of points and slabs that kernels take."""
+        """Build the bundles of points and slabs for kernels."""
         mapped = MappedPoints(
             functions=self.functions,
             lattice=self.grid.lattice,
@@ -143,11 +144,12 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """The velocity of the nodes by which points move that no pass moves with others [m/s], shape (nodes, 3)."""
+        """Nodal velocity that moves points, unless another pass moves them [m/s], shape (nodes, 3)."""
         return self.grid.nodes.velocity
 
     def _velocity_pass(self) -> Bundle:
-        """The pass that gives the points their velocities: whether it keeps heat may change while conditions are made known."""
+        """Return the pass that updates the velocities of the points. There is one for each value of `keeps_heat`, which may
+        change during set-up."""
         if self.keeps_heat not in self._velocity_passes:
             heat = HeatArrays(self.kept_energy(), self._heat) if self.keeps_heat else None
             affine = self._affine if isinstance(self.transfer, Apic) else None
@@ -156,18 +158,18 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self._velocity_passes[self.keeps_heat]
 
     def _follow_order(self) -> None:
-        """Renew what depends on the order in which the points are stored."""
+        """Update data that depend on the storage order of the points."""
         if self.contact_surface is not None:
             self.contact_surface.find_hosts()
 
     def use_separate_force_buffer(self) -> None:
-        """Add internal forces to the buffer that its velocity field keeps for bodies that keep heat."""
+        """Add internal forces to the separate buffer of the velocity field for bodies that keep heat."""
         self._nodes = with_fields(self.grid.nodes, {"forces": self.velocity_field.separate_forces()})
         self._make_bundles()
 
     @property
     def nodal_forces(self) -> np.ndarray:
-        """Flat array of nodal rows of four numbers to which the body adds its internal forces, shape (4 nodes,)."""
+        """Return the flat array of nodal rows of four numbers to which the body adds its internal forces, shape (4 nodes,)."""
         return self._nodes.forces
 
     def share_cells(self, cells: FullCells) -> None:
@@ -176,7 +178,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._make_bundles()
 
     def apply_volume_correction(self, dt: float) -> None:
-        """The work of the pressure on what volumes lack of the growth of full cells."""
+        """Add the work of the pressure on the difference between the volume growth of the points and that of full cells."""
         if self.keeps_heat and self._cells is not None:
             full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
             self.totals.stored += float(self.sums()[GAINED])  # for USF, as in `end_grid_to_particle`
@@ -186,7 +188,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self
 
     def half_width(self) -> tuple[float, float, float]:
-        """Half the edge of a point's cube, as in `pellucid.contact.contact_body`."""
+        """Return the parameters of the half-edge of a point's cube; see `pellucid.contact.contact_body`."""
         thin = sum(self.grid.thin)
         return -1.0, self.grid.slice_thickness**-thin, 1.0 / (3 - thin)
 
@@ -212,7 +214,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     # shared by several processes
 
     def _sharing(self) -> SpreadPoints | WholePoints:
-        """Return how processes share the points at first."""
+        """Return the initial distribution of the points among processes."""
         return WholePoints(self.slabs)
 
     def keep_whole(self) -> None:
@@ -231,7 +233,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self.shared.hand_over()
 
     def complete_arrays(self) -> None:
-        """Fill all arrays so, before points of other slabs are asked for their state."""
+        """Complete all arrays with rows of other processes; required before the state of points of other slabs is read."""
         self._complete(*(name for name in self.arrays if name not in ("id", "mass")))
 
     def sums(self) -> np.ndarray:
@@ -239,7 +241,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return ordered_sum(domain.complete(self.slabs.sums))
 
     def _put_behind(self, left: np.ndarray) -> None:
-        """Move the points that have left, shape (n_there,), behind the others; the points must be sorted."""
+        """Move the points that have left after the others; left: their mask, shape (n_there,). The points must be sorted."""
         order = np.argsort(left, kind="stable")
         for array in self.arrays.values():
             array[: len(order)] = array[order]
@@ -319,11 +321,11 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._collect_momentum_sums(sums)
 
     def is_led(self, by_slabs: bool) -> bool:
-        """Return True if a constraint leads the points, slab by slab or as a whole."""
+        """Return True if a constraint prescribes the velocities of the points, slab by slab (`by_slabs`) or as a whole."""
         return self.constraint is not None and getattr(self.constraint, "by_slabs", False) == by_slabs
 
     def _lead(self, remap: bool) -> None:
-        """Prescribed velocities; where `remap`, their momentum to the nodes."""
+        """Set the prescribed velocities; if `remap`, scatter their momentum to the nodes."""
         if self.constraint is not None:
             self.constraint.prescribe_velocities()
         kernels.sum_momentum(self.n_slabs, self.mapped)
@@ -344,7 +346,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return won
 
     def kept_energy(self) -> np.ndarray:
-        """The specific energy of its points [J/kg], shape (n,), of a body that keeps heat."""
+        """Return the specific energy of the points of a body that keeps heat [J/kg], shape (n,)."""
         return self.arrays["internal_energy"]
 
     def _collect_momentum_sums(self, sums: np.ndarray) -> None:
@@ -367,7 +369,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         move_points(self._by_nodes, dt)
 
     def prescribe_positions(self) -> None:
-        """Prescribed positions, of a prescribed motion or a rigid body, after the points moved with the grid."""
+        """Set the positions from a prescribed motion or a rigid body, after the points moved with the grid."""
         if self.constraint is not None:
             self.constraint.prescribe_positions()
         if self.rigid is not None:  # its velocities have turned with it
@@ -375,14 +377,14 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._collect_momentum_sums(self.sums())
 
     def _collect_strain_sums(self, last: bool) -> None:
-        """Totals after straining; last: after the momentum equation and not before."""
+        """Sum the totals after straining. last: True if straining follows the momentum equation."""
         sums = self.sums()
         self.totals.half_power = (-0.5 if last else 0.5) * float(sums[POWER])
         self.totals.stored, self.totals.heating = float(sums[STORED]), float(sums[HEATING])
         self._bound_rate(float(self.slabs.sums[:, RATE].max()))
 
     def _bound_rate(self, rate: float) -> None:
-        """The bound on the step [1/s], from the fastest signal or from how fast a motion will move the points."""
+        """Set the rate that limits the step [1/s], from the fastest signal or from the speed of a prescribed motion."""
         # in a steady state the time of motions is that of the loads, and the clock chooses in how many steps they act
         prescribed = self.constraint.top_speed if self.constraint is not None and not self.relaxes else 0.0
         swing = getattr(self.constraint, "swing", 0.0)  # of a rigid body on springs
@@ -414,7 +416,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
 
     def signal_limit(self) -> StepLimit:
-        """Return the limit by signals, without what leads the points."""
+        """Return the step limit by signals, without that of prescribed motion."""
         return super().step_limit()
 
     def complete(self) -> None:

@@ -18,7 +18,7 @@ def _sum(chunk, force, velocity, sums):
 
 
 def power(force: np.ndarray, velocity: np.ndarray) -> float:
-    """Σ f·v of forces [N] and velocities [m/s], both of shape (n, 3) [W]."""
+    """Return the power Σ f·v [W] of forces [N] and velocities [m/s], both of shape (n, 3)."""
     chunks = (len(force) + CHUNK - 1) // CHUNK
     sums = np.zeros((chunks, 1))
     _sum(chunks, force, velocity, sums)

@@ -1,23 +1,22 @@
-"""Kinetic energy that the transfers between points and nodes take in a step: what bodies keep as heat, and what leaves.
+"""Kinetic energy lost in the transfers between points and nodes in a step: the part kept by bodies as heat, and the rest.
 
-With FLIP, impulses J_I on the nodes change these by Δv_I = J_I/m_I, and the points gain the kinetic energy
-Σ_I J_I·v̄_I - L. Here v̄ = v + Δv/2, and lumping of the mass takes
+With FLIP, impulses J_I on the nodes change the nodal velocities by Δv_I = J_I/m_I, and the points gain the kinetic energy
+Σ_I J_I·v̄_I - L, with v̄ = v + Δv/2. The loss by mass lumping is
 
     L = Σ_p h_p = ½ Σ_I J_I·(v_I + Δv_I - v'_I),    v'_I = v_I + Σ_J M_IJ Δv_J / m_I,    M_IJ = Σ_p m_p N_Ip N_Jp,
 
-where v and v' are the velocities that the points give to the nodes before and after the step. So each impulse has done the
-work J_I·(v_I + v'_I)/2 on the points. (Of lumped against consistent masses in FLIP: Burgess, Sulsky & Brackbill 1992,
-J. Comput. Phys. 103, 1.)
+where v and v' are the nodal velocities from the points before and after the step. Each impulse has done the work J_I·(v_I +
+v'_I)/2 on the points. (Lumped and consistent masses in FLIP: Burgess, Sulsky & Brackbill 1992, J. Comput. Phys. 103, 1.)
 
-- Fluids with the conservative update take up the work of their stress along v̄, and h_p point by point: no energy leaves.
-- Other bodies are strained along v' with MUSL, so that their stress works along (v + v')/2, as their forces do on the points:
-  ½ Δt Σ f_I·(v_I + Δv_I - v'_I), their part of L, is no loss. It is taken off the work of internal forces along v̄.
-- The part of contact is likewise taken off the work of contact. By its second impulses points change their velocities once
-  more, after the forces, and are strained along q_I = Q_I/m_I in this step already: ½ Δt Σ f_I·q_I goes from contact to the
-  work of internal forces. Where no impulse takes the approach that contact takes from the velocities which strain the points,
-  this is an error, and as much in the error of time integration.
-- What is left of L is that of supports, loads and driven points, which is booked as heat of the transfers, `transfer_heat`,
-  as all is that a blend with PIC or APIC takes besides.
+- Fluids with the conservative update receive the work of their stress along v̄, and h_p point by point: no energy is lost.
+- Other bodies are strained along v' with MUSL. Their stress works along (v + v')/2, as their forces do on the points. Their
+part of L, ½ Δt Σ f_I·(v_I + Δv_I - v'_I), is therefore no loss; it is subtracted from the work of internal forces along v̄.
+- The contact part of L is likewise subtracted from the work of contact. Second impulses of contact change the velocities of
+the points once more, after the forces, and the points are strained along q_I = Q_I/m_I in the same step: ½ Δt Σ f_I·q_I is
+moved from contact to the work of internal forces. If no impulse removes the approach that contact removes from the
+straining velocities, this is an error; the same amount is in the error of time integration.
+- The rest of L belongs to supports, loads and driven points. It is counted as heat of the transfers, `transfer_heat`,
+together with all losses of a blend with PIC or APIC.
 """
 
 from collections.abc import Iterable, Sequence
@@ -67,17 +66,18 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
 
 
 def contact_lag_work(pairs: ContactPairs) -> StepWork:
-    """The part of L of contact, which comes off its work along v̄ and off the heat of the transfers."""
+    """Return the contact part of L, which is subtracted from the contact work along v̄ and from the heat of the transfers."""
     done = no_work(TRANSFER + 1, 0)
     done.works[[CONTACT, TRANSFER]] = -pairs.lag_work
     return done
 
 
 def return_heat(bodies: Iterable[GridBody], won: float) -> list[StepWork]:
-    """Remove energy [J] that the transfers gained in a step from the heat that fluids kept in it.
+    """Remove from the heat kept by fluids the energy `won` [J] that the transfers gained in a step.
 
-    This happens if a fluid shares its velocity field with others: it keeps h_p of its points, a part of L of the forces of
-    all, and the others get the part of their forces in L of all points. The sum may exceed L.
+    Such a gain is possible if a fluid shares its velocity field with other bodies: it keeps h_p of its points, a part of L
+    from the forces of all bodies, and the others get the part of L of all points that belongs to their forces. The sum may
+    exceed L.
     """
     keeping = [body for body in bodies if body.keeps_heat]
     kept = sum(body.transfer_loss.kept for body in keeping)

@@ -190,7 +190,7 @@ class FluidFilmCase(BodyModel):
         return aware
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the step in which the fastest wave crosses one cell; no limit if the film has its own velocity field,
+        """Return the time step for one cell crossing of the fastest wave; no limit if the film has its own velocity field,
         since it then takes substeps."""
         if not self._is_shared or cell is None:
             return NO_LIMIT

@@ -19,8 +19,8 @@ from pellucid.jit import kernel
 
 LAYER = 2.0
 """Largest mass that the contact spring of a wall acts on, in edges of points (layers), if less than a layer of cells:
-points at the wall may move alone. The rate of the spring is that of the fluid: at the highest rate that the step can
-resolve, points that oscillate at the wall would sustain waves."""
+points at the wall may move alone. The spring oscillates at the rate of the fluid: at the highest rate that the step can
+resolve, oscillating points at the wall would sustain waves."""
 
 
 @kernel()

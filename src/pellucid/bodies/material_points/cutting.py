@@ -1,9 +1,10 @@
-"""Distribution of the volume of a region among its points, where its boundary cuts cells of its lattice.
+"""Distribution of the volume of a region among its points, if its boundary intersects cells of its lattice.
 
-Lattice cells at the boundary are cut. Each is sampled by sub-points, which give the fraction inside the region. A lattice
-point inside the region gets the fraction of its own cell; slivers of cells whose own point lies outside go to the nearest
-points inside (equally near points share), so that no mass is missing or counted twice. Then all volumes are scaled to the
-exact measure: that of the shape minus the excluded parts, as far as these are known (those that
+Lattice cells at the boundary are sampled by sub-points, which give the fraction of the cell inside the region. A lattice
+point inside the region gets the fraction of its own cell. Slivers of cells whose own point is outside are added to the
+nearest points inside (equally near points share them), so that no mass is missing or counted twice. All volumes are then
+scaled to the exact measure of the region: the measure of the shape minus the exact measures of excluded shapes that lie in
+a box. The measures of other excluded shapes are estimated from the samples.
 """
 
 from collections.abc import Iterator, Sequence
@@ -133,8 +134,8 @@ class FilledRegion:
     def _with_slivers(
         self, centres: np.ndarray, kept: np.ndarray, share: np.ndarray, middle: np.ndarray, beside: slice
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the shares of the cells, and the shares times their centroids, after the slivers of the cells `beside`
-        were added to the points that receive them."""
+        """Return the shares of the cells, and the shares times their centroids, after adding the slivers of a slice of
+        cells to the points that receive them."""
         moments, slivers = middle * share[:, None], np.flatnonzero(~kept[beside] & (share[beside] > 0.0)) + beside.start
         if len(slivers) and kept.any():
             given, taken_by, parts = _slivers(centres, middle, np.flatnonzero(kept), slivers)

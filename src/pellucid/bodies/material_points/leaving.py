@@ -42,7 +42,7 @@ def taken_along(
     """Return the mass, momentum and energy of leaving points, and the energy of their affine fields [J].
 
     arrays: arrays of the points present; stored: their internal or strain energies [J], shape (n,); which: selection of the
-    leaving points, shape (n,); half_power: half the power of the internal forces of these points [W].
+    leaving points, shape (n,); half_power: half the power of their internal forces [W].
     """
     mass, velocity = arrays["mass"][which], arrays["velocity"][which]
     affine = float(np.sum(mass * arrays["affine"][which, FIELD_ENERGY])) if "affine" in arrays else 0.0

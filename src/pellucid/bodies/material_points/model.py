@@ -93,7 +93,8 @@ class MaterialPointsCase(SeededBody):
         return None
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the step in which the fastest wave crosses one cell; None for rigid or driven bodies, which have no waves."""
+        """Return the time step for one cell crossing of the fastest wave; None for rigid or driven bodies, which have no
+        waves."""
         if cell is None or self.rigid or is_driven or any(self.material.problems()):
             return None
         return signals_in_cells(cell, *self.material.signals(cell), hypot(*self.velocity))

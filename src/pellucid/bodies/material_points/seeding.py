@@ -64,9 +64,9 @@ def seed(
     A box, and any other shape that provides its own lattice, is filled by that lattice with equal volumes. Other shapes are
     filled by the points of the grid's lattice that lie inside: each has the volume of the part of its lattice cell inside
     the shape, and lies at the centroid of this part. A box with excluded regions is filled in the same way, but its points
-    stay on the lattice (see `pellucid.bodies.material_points.cutting`). The volumes sum exactly to that of the shape.
-    Points that are not selected are dropped, some layers of the lattice at a time. Raises ValueError if remaining parts are
-    too thin for the spacing of the points.
+    stay on the lattice (see `pellucid.bodies.material_points.cutting`). The sum of the volumes is exactly the volume of the
+    shape. Points that are not selected are dropped, some layers of the lattice at a time. Raises ValueError if remaining
+    parts are too thin for the spacing of the points.
     """
     if shape.n_own_points() is not None and not left_out:
         position, volume = shape.own_points()

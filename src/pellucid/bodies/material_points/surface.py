@@ -86,7 +86,7 @@ def surface_of(
     hard: bool,
     first: np.ndarray | None = None,
 ) -> GridSurface | None:
-    """Return the surface of the shape of a body within the grid; None if it has none there.
+    """Return the surface of the shape of a body within the grid; None if the shape has no surface there.
 
     arrays: arrays of its material points; load: function that returns the nodal forces, shape (nodes, 3), to which surface
     forces are added; hard: True if the body does not deform; first: initial positions of the points in an earlier run, by

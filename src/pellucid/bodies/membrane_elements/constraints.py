@@ -3,7 +3,7 @@
 The energies of the whole membrane are k_A (A - A₀)²/2A₀ and k_V (V - V₀)²/2V₀, with the initial values A₀ and V₀. They
 correspond to a uniform tension k_A (A - A₀)/A₀ and a pressure -k_V (V - V₀)/V₀ inside. Source: Fedosov, Caswell &
 Karniadakis 2010, Biophys. J. 98, 2215, eq. 4, which also has local penalties. The largest eigenfrequency ω of a spring k (Q
-- Q₀)²/2Q₀ between nodes of masses m is that of its only mode, ∂Q/∂x: ω² = k/Q₀ Σ |∂Q/∂x|²/m.
+- Q₀)²/2Q₀ between nodes of masses m belongs to its only mode, ∂Q/∂x: ω² = k/Q₀ Σ |∂Q/∂x|²/m.
 """
 
 from math import hypot, sqrt

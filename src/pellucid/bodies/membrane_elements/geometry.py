@@ -190,8 +190,7 @@ def turned(turn, local, rate, spin, half):
 
 @pointwise
 def rotated(s, cosine, sine):
-    """Return the symmetric tensor (11, 22, 12) in axes rotated by minus the angle, i.e. the tensor rotated
-    counterclockwise."""
+    """Return the symmetric tensor (11, 22, 12) rotated counterclockwise by an angle."""
     cc, ss, sc = cosine * cosine, sine * sine, sine * cosine
     return (
         cc * s[0] + ss * s[1] - 2.0 * sc * s[2],

@@ -2,10 +2,8 @@
 
 Each has one quadrature point, at its centre. Its strain rate includes the average warping rate over the element, (∂w/∂x
 ∂ẇ/∂y) with w = η₃ ξη/4. A sheet under tension then resists warping like a fully integrated element; a compressed sheet
-warps, which the strain at the centre does not see.
-
-Blocks are fetched into columns; loops that write only to columns are vectorized. `surface` is the bundle of
-`pellucid.bodies.membrane_elements.strain`.
+warps, which does not change the strain at the centre. Element data of a block are copied into columns; loops that write
+only to columns are vectorized. `surface` is the bundle of `pellucid.bodies.membrane_elements.strain`.
 """
 
 from math import inf, sqrt
@@ -59,7 +57,8 @@ GIVEN = 14  # column of a block whose forces are found: volume and hourglass for
 
 @pointwise
 def strain_quadrilaterals(surface, x, v, first, n, dt, c):
-    """New shapes, stresses and energies of n quadrilaterals from `first` on; from BAD on, columns of what is added up."""
+    """Compute the new shapes, stresses and energies of n quadrilaterals, starting at `first`. The columns from BAD on
+    contain the quantities to be summed."""
     _fetch(surface, x, v, first, n, c)
     _find_rates(n, dt, c)
     _respond(surface.law, surface.control, surface.thickness, n, dt, c)
@@ -80,7 +79,7 @@ def _fetch(surface, x, v, first, n, c):
 
 @pointwise
 def _find_rates(n, dt, c):
-    """Spans in the frame of the middle of the step, gradients, rates of deformation, turns."""
+    """Compute the spans in the frame of the middle of the step, velocity gradients, rates of deformation, and rotations."""
     half = 0.5 * dt
     for q in range(n):
         now, moving = take((SPANS, SPANS), c, q + NOW * WIDTH)
@@ -103,14 +102,14 @@ def _find_rates(n, dt, c):
 
 @pointwise
 def _turn_of(here, change, dt):
-    """χ × ψ along the normal at the middle of the step, after `dt`."""
+    """Return the component of χ × ψ along the normal at the middle of the step, after `dt`."""
     c, p, cr, pr = here[0], here[1], change[0], change[1]
     return (c[0] + dt * cr[0]) * (p[1] + dt * pr[1]) - (c[1] + dt * cr[1]) * (p[0] + dt * pr[0])
 
 
 @pointwise
 def _respond(law, control, thickness, n, dt, c):
-    """Shapes, stresses, hourglass forces, energies, what bounds the step."""
+    """Compute shapes, stresses, hourglass forces, energies and the terms of the step limit."""
     half = 0.5 * dt
     for q in range(n):
         E, area = take((ZERO_VECTOR, 0.0), c, q + RATE * WIDTH)
@@ -171,7 +170,8 @@ def fault_of(c, q):
 
 @pointwise
 def quadrilateral_forces(surface, x, forces, first, n, c):
-    """Forces of stress and hourglass control on the corners of n quadrilaterals from `first` on [N] into `forces`."""
+    """Write the forces of stress and hourglass control on the corners of n quadrilaterals, starting at `first`, to `forces`
+    [N]."""
     corners, state = surface.corners, surface.state
     turn, stress, Q = state.turn, state.plane_stress, state.hourglass
     for q in range(n):
@@ -225,7 +225,7 @@ def _span_forces(now, s, V, Q1, Q2):
 
 @pointwise
 def _along(frame, a):
-    """A vector in space from its components in a frame."""
+    """Return a vector in space from its components in a frame."""
     t, u, n = frame
     return (
         t[0] * a[0] + u[0] * a[1] + n[0] * a[2],
@@ -236,7 +236,7 @@ def _along(frame, a):
 
 @kernel(inline=True)
 def press_quadrilateral(surface, x, forces, e, pressure):
-    """∫ p N_K n dA on its corners [N] into forces[e], exact for the bilinear surface."""
+    """Write ∫ p N_K n dA at the corners of quadrilateral e [N] to forces[e], exact for the bilinear surface."""
     corners = surface.corners
     chi, psi, eta = spans(x, corners, e)
     whole = cross(chi, psi)

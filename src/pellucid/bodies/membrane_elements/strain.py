@@ -1,6 +1,7 @@
 """Straining of membrane elements: loops over quadrilaterals and triangles.
 
-`surface` is the bundle of `StrainedElements`. Elements are shared out in chunks whose number does not depend on the threads.
+`surface` is the bundle of `StrainedElements`. Elements are divided into chunks whose number does not depend on the number
+of threads.
 """
 
 from typing import Any, NamedTuple
@@ -37,7 +38,7 @@ class ElementArrays(NamedTuple):
 
 
 class StrainedElements(NamedTuple):
-    """Elements as kernels take them; m elements, n_quads quadrilaterals first."""
+    """Element data for kernels; m elements, n_quads quadrilaterals first."""
 
     corners: np.ndarray  # (m, 4) nodes; of triangles the last one twice
     n_quads: int
@@ -50,14 +51,15 @@ class StrainedElements(NamedTuple):
 
 @pointwise
 def elements_of(chunk, n_quads, n):
-    """The elements of a chunk: its first, the first that is no quadrilateral, and the end."""
+    """Return the range of elements of a chunk: its first element, its first triangle, and its end."""
     first, end = CHUNK * chunk, min(CHUNK * (chunk + 1), n)
     return first, min(max(first, n_quads), end), end
 
 
 @parallel_loop()
 def strain(chunk, surface, x, v, sums, fault, dt):
-    """Shapes, stresses and energies of the elements whose nodes moved to x with velocities v over the step."""
+    """Update shapes, stresses and energies of the elements of a chunk; their nodes moved to x with velocities v in the
+    step."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     first_fault = at_fault = 0
     c, block_sums = numbers(WIDTH * COLUMNS), zeros((SUMS + 1) * LANES)

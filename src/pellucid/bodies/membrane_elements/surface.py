@@ -1,4 +1,5 @@
-"""The surface of membranes of finite elements: state, strains and forces of their elements, whichever nodes move them.
+"""The surface of membranes of finite elements: state, strains and forces of the elements, independent of the motion of the
+nodes.
 
 Source: Lian, Liu & Zhang 2014, section 4.
 """
@@ -45,10 +46,10 @@ OVERLONG = (
 
 
 class ElementSurface:
-    """Quadrilaterals and triangles in plane stress between nodes that a body keeps.
+    """Quadrilaterals and triangles in plane stress; the body stores the nodes.
 
-    arrays: state of the elements, in the order of the mesh. Of nodes, positions and the like have shape (n, 3), in the order
-    in which the body stores them.
+    arrays: state of the elements, in mesh order. Nodal arrays such as positions have the shape (n, 3), in the storage order
+    of the body.
     """
 
     def __init__(self, case: "MembraneElementsCase", grid_case: GridCase | None) -> None:
@@ -117,7 +118,7 @@ class ElementSurface:
             self.bending.bind(where)
 
     def add_internal_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Forces of stress, hourglass control and bending on the nodes [N]."""
+        """Add the forces of stress, hourglass control, bending and penalties on the nodes [N] to `target`, shape (n, 3)."""
         forces.internal_forces(self._chunks, self._bundle, position, self._corner_forces)
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
         if self.bending is not None:
@@ -126,18 +127,19 @@ class ElementSurface:
             self.constraints.add_forces(self, position, target)
 
     def add_pressure_forces(self, position: np.ndarray, pressure: float, target: np.ndarray) -> None:
-        """Forces of a pressure [Pa] along the normals on the nodes [N]."""
+        """Add the nodal forces of a pressure [Pa] along the normals [N] to `target`, shape (n, 3)."""
         forces.pressure_forces(self._chunks, self._bundle, position, self._corner_forces, pressure * self._slice)
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
 
     def vector_areas(self, position: np.ndarray) -> np.ndarray:
-        """∫ N_K n dA about each node [m²], shape (n, 3); in plane problems of the slice."""
+        """Return ∫ N_K n dA around each node [m²], shape (n, 3); in plane problems, of the slice."""
         areas = np.zeros((len(position), 3))
         self.add_pressure_forces(position, 1.0, areas)
         return areas
 
     def slopes(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """∂A/∂x and ∂V/∂x about each node, of a membrane of triangles, each of shape (n, 3) and to be left as it is."""
+        """Return ∂A/∂x and ∂V/∂x of each node of a membrane of triangles, shape (n, 3) each. The arrays must not be
+        modified."""
         if self._slopes is None or not np.array_equal(self._slopes[0], position):
             growth = np.zeros((len(position), 3))
             forces.area_slopes(self._chunks, self._bundle, position, self._corner_forces)
@@ -146,8 +148,8 @@ class ElementSurface:
         return self._slopes[1:]
 
     def areas(self, place: np.ndarray) -> np.ndarray:
-        """Equal shares of the areas of the elements about each node [m²], shape (n,), for nodes at these places [m], shape
-        (n, 3), in the order of the mesh; in plane problems of the slice."""
+        """Return the nodal areas [m²], shape (n,): each element area is distributed equally among its nodes. place: nodal
+        positions in mesh order [m], shape (n, 3). In plane problems, the areas of the slice."""
         return self._slice * self.mesh.at_nodes(self.mesh.areas(place))
 
     def overlong(self, name: str, place: np.ndarray, grid: Grid, nodes: np.ndarray) -> str | None:
@@ -157,9 +159,9 @@ class ElementSurface:
         return find_overlong(what, self.mesh.corners, place, grid, nodes, OVERLONG)
 
     def strain(self, position: np.ndarray, velocity: np.ndarray, dt: float, totals: Totals) -> float:
-        """Strain the elements whose nodes came to their positions with this velocity [m/s] over a step [s].
+        """Strain the elements over a step dt [s], after their nodes moved to `position` with these velocities [m/s].
 
-        Fills the stored energies of `totals`; half the largest eigenfrequency of an element [1/s].
+        Sets the stored energies of `totals`. Returns half the largest eigenfrequency of elements and penalty springs [1/s].
         """
         strain(self._chunks, self._bundle, position, velocity, self._sums, self._fault, dt)
         sums = ordered_sum(self._sums)
@@ -178,7 +180,8 @@ class ElementSurface:
         return hypot(rate, self._swings.rate)
 
     def go_on(self, position: np.ndarray) -> None:
-        """Find what a checkpoint does not keep: energies of bending, and how elements and springs bound the step."""
+        """Recompute values that a checkpoint does not contain: bending energies, and the step limits of elements and
+        springs."""
         kept = {name: array.copy() for name, array in self.arrays.items()}
         self.strain(position, np.zeros_like(position), 0.0, Totals())
         for name, array in kept.items():
@@ -207,9 +210,10 @@ class ElementSurface:
         return [*FIELDS, *lost, *(("curvature", "bending_energy") if self.bending is not None else ())]
 
     def field(self, name: str, position: np.ndarray, mass: np.ndarray) -> np.ndarray:
-        """A field at the nodes; units in `pellucid.state.FIELDS`.
+        """Return a field at the nodes; units in `pellucid.state.FIELDS`.
 
-        Stress, thickness and density are means of the elements about a node by volume; energies are their shares.
+        Stress, thickness and density are volume-weighted averages over the elements around a node; energies are distributed
+        equally among the nodes of an element.
         """
         at_nodes, elements = self.mesh.at_nodes, self.arrays
         if name == "density":
@@ -237,7 +241,7 @@ class ElementSurface:
         raise KeyError(name)
 
     def _mean(self, values: np.ndarray) -> np.ndarray:
-        """Means by volume of what elements have, at the nodes in the order of the mesh."""
+        """Return the volume-weighted averages of element values at the nodes, in mesh order."""
         volume = self.arrays["volume"]
         weighted = volume.reshape(-1, *[1] * (values.ndim - 1)) * values
         whole = self.mesh.at_nodes(volume)
@@ -245,4 +249,4 @@ class ElementSurface:
 
 
 OF_NODES = ("id", "position", "velocity", "mass", "kinetic_energy")
-"""Fields that nodes have without their elements."""
+"""Fields that are stored at the nodes, not at the elements."""

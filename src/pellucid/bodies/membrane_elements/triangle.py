@@ -1,10 +1,10 @@
 """Update of one constant-strain triangle in a step; inlined into the loops over elements.
 
-The triangle is strained from its rest shape, F = x_K ⊗ ∇N_K with the gradients at rest, in its own axes: C = FᵀF contains
-all that the law needs, in the axes at rest, and the forces on its corners are -V₀ F S ∇N_K with the second Piola-Kirchhoff
-stress S (Belytschko, Liu & Moran 2000, Nonlinear Finite Elements for Continua and Structures, section 4.9). There are no
-frames to follow and nothing drifts, and a triangle without compressive stress may be folded flat and over to its other
-side.
+The strain is relative to the rest shape: F = x_K ⊗ ∇N_K with the gradients ∇N_K at rest, in the axes of the triangle at
+rest. The law depends on C = FᵀF in these axes only. The forces on the corners are -V₀ F S ∇N_K, with the second
+Piola-Kirchhoff stress S (Belytschko, Liu & Moran 2000, Nonlinear Finite Elements for Continua and Structures, section 4.9).
+No rotating frame is needed and no error accumulates. A triangle without compressive stress may be folded flat and turned
+over.
 """
 
 from math import inf, sqrt
@@ -30,7 +30,8 @@ NARROWEST = 1e-3  # principal stretch; what is folded to less counts as this wid
 
 @pointwise
 def gradients(rest, chi, psi):
-    """Columns of F = χ ⊗ b₁ + ψ ⊗ b₂; rest: b₁ and b₂, the gradients of the second and third shape function."""
+    """Return the columns of F = χ ⊗ b₁ + ψ ⊗ b₂; rest: b₁ and b₂, the gradients of the second and third shape function at
+    rest."""
     b11, b12, b21, b22 = rest
     return (
         (chi[0] * b11 + psi[0] * b21, chi[1] * b11 + psi[1] * b21, chi[2] * b11 + psi[2] * b21),
@@ -40,7 +41,7 @@ def gradients(rest, chi, psi):
 
 @pointwise
 def between(w, E):
-    """w E w of symmetric tensors (11, 22, 12)."""
+    """Return w E w for symmetric tensors w and E (11, 22, 12)."""
     a11, a12 = w[0] * E[0] + w[2] * E[2], w[0] * E[2] + w[2] * E[1]
     a21, a22 = w[2] * E[0] + w[1] * E[2], w[2] * E[2] + w[1] * E[1]
     return a11 * w[0] + a12 * w[2], a21 * w[2] + a22 * w[1], a11 * w[2] + a12 * w[1]
@@ -48,7 +49,8 @@ def between(w, E):
 
 @kernel(inline=True)
 def strain_triangle(surface, x, v, e, dt):
-    """New stress and energy; strain energy [J], half its largest eigenfrequency [1/s], fault."""
+    """Update stress and energy of triangle e. Returns its strain energy [J], half its largest eigenfrequency [1/s], and a
+    fault code."""
     corners, n_quads, law = surface.corners, surface.n_quads, surface.law
     initial, rests, state = surface.thickness, surface.rest, surface.state
     half = 0.5 * dt
@@ -112,7 +114,7 @@ def strain_triangle(surface, x, v, e, dt):
 
 @kernel(inline=True)
 def triangle_forces(surface, x, forces, e):
-    """Forces of stress on its corners [N] into forces[e]."""
+    """Write the forces of stress on the corners of triangle e [N] to forces[e]."""
     corners, n_quads = surface.corners, surface.n_quads
     initial, rests, state = surface.thickness, surface.rest, surface.state
     b11, b12, b21, b22 = rest = _rest_of(rests, e - n_quads)
@@ -131,7 +133,7 @@ def triangle_forces(surface, x, forces, e):
 
 @kernel(inline=True)
 def press_triangle(surface, x, forces, e, pressure):
-    """∫ p N_K n dA on its corners [N] into forces[e]."""
+    """Write ∫ p N_K n dA at the corners of triangle e [N] to forces[e]."""
     chi, psi = edges(x, surface.corners, e)
     whole = cross(chi, psi)
     for d in range(3):

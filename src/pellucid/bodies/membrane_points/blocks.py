@@ -1,7 +1,7 @@
-"""Membrane points in blocks: what straining needs of them is fetched into columns, and what it finds is brought back.
+"""Membrane points in blocks: the inputs of straining are copied to columns, and its results are copied back.
 
-Loops that write nothing but columns become vectors. Failed points go through them as the others do, and nothing is brought back
-to them; damage has its records, which are kept point by point.
+Loops that write only to columns are vectorized. Failed points are processed like the others, but their results are not
+copied back. The records of damage are updated point by point.
 """
 
 from math import inf, sqrt
@@ -41,7 +41,7 @@ SUMS = 3  # from BAD on
 
 @pointwise
 def fetch_shapes(surface, start, n, c):
-    """Frames and shapes of the n points that slabs count from `start` on, and the gradients that strain them."""
+    """Copy frames, shapes and velocity gradients of n points to columns; `start` is the first of them in slab order."""
     index, damage, record, state = surface.index, surface.damage, surface.record, surface.state
     fetch(index, (IDENTITY, IDENTITY), (surface.gradient, state.frame), start, n, c, GRADIENT * WIDTH)
     fetch(index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
@@ -60,9 +60,10 @@ def all_bear(c, n):
 
 @pointwise
 def turn_and_stretch(surface, dt, start, n, c, stress_too):
-    """New frames and shapes, from the moved triangles and the gradients, and the strains that drive damage.
+    """Compute the new frames and shapes from the moved triangles and the velocity gradients, and the strains that drive
+    damage.
 
-    stress_too: whether stresses are found in the same pass, so that what they need of the next block is asked for.
+    stress_too: True if stresses are computed in the same pass; inputs of the stress update are then prefetched.
     """
     index, law, damage = surface.index, surface.law, surface.damage
     first, triangle, normals = surface.fans.start, surface.fans.triangle, surface.fans.normals
@@ -111,7 +112,7 @@ def turn_and_stretch(surface, dt, start, n, c, stress_too):
 
 @pointwise
 def keep_shapes(surface, start, n, c):
-    """Bring the frames and shapes back."""
+    """Copy the frames and shapes back."""
     index, state, whole = surface.index, surface.state, all_bear(c, n)
     keep_where(BEARS, whole, index, IDENTITY, state.frame, start, n, c, FRAME * WIDTH)
     keep_where(BEARS, whole, index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
@@ -131,7 +132,8 @@ def fetch_stresses(surface, start, n, c):
 
 @pointwise
 def weaken_points(surface, start, n, c):
-    """Damage by the strains that drive it: the shares of the stiffness left, and kept of what there was."""
+    """Update damage from the strains that drive it: the fraction of the stiffness that remains, and its ratio to the
+    fraction before."""
     index, damage, record = surface.index, surface.damage, surface.record
     for q in range(n):
         if c[uintp(q + BEARS * WIDTH)] > 0.0:
@@ -142,7 +144,7 @@ def weaken_points(surface, start, n, c):
 
 @pointwise
 def respond_to_shapes(law, lattice, thickness, dt, n, c):
-    """Volumes and stresses, strain energies and what bounds the step."""
+    """Compute volumes, stresses, strain energies and the terms of the step limit."""
     h = lattice.inverse_cell
     for q in range(n):
         share, shape, bears = take((0.0, NO_SHAPE, 0.0), c, q + SHARE * WIDTH)
@@ -195,7 +197,7 @@ def fault_in(c, q):
 
 @pointwise
 def keep_stresses(surface, dt, start, n, c):
-    """Bring volumes, stresses and energies back."""
+    """Copy volumes, stresses and energies back."""
     index, damage, record, points, state = surface.index, surface.damage, surface.record, surface.points, surface.state
     law = surface.law
     of_plane, whole = (points.volume, state.plane_stress), all_bear(c, n)

@@ -126,7 +126,8 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the straining velocity for points that bend, so that the work of bending equals that of the grid."""
+        """Return the straining velocity for points with bending, so that the work of bending is the same on points and
+        grid."""
         return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
 
     @property
@@ -172,7 +173,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return self._contact_reach, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
-        """Vector areas [m²], shape (n, 3), in the order in which points are stored; in plane problems those of the slice."""
+        """Return the vector areas of the points [m²], shape (n, 3), in storage order; in plane problems, of the slice."""
         thickness = self.thickness  # that of failed points means nothing, and the others thin by per cents
         return self.arrays["frame"][:, 6:] * (self.points.volume / thickness)[:, None]
 
@@ -211,7 +212,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return forces
 
     def _count_bending(self, dt: float) -> None:
-        """Energy of bending, and the power of its forces over the step dt [s] in which the points moved."""
+        """Add the bending energy to the totals, and half the power of the bending forces over the step dt [s]."""
         if self.bending is None:
             return
         self.totals.stored -= self.totals.parts.get("bending", 0.0)

@@ -1,4 +1,5 @@
-"""The pass that gathers the velocity gradients of membrane points and moves them: straining needs all of them moved."""
+"""The pass that gathers the velocity gradients of membrane points and moves the points. It is separate because straining
+requires all points at their new positions."""
 
 from typing import Any, NamedTuple
 
@@ -26,7 +27,7 @@ class Kept(NamedTuple):
 
 
 class GatherGradient(NamedTuple):
-    """Velocity gradients, and new places if points move."""
+    """Gathers velocity gradients, and new positions if points move."""
 
     moving: float  # 1 if they move, else 0
 
@@ -43,7 +44,8 @@ def _move(task, lattice, dt, p, known, g):
 
 
 def gathering_gradients(mapped: MappedPoints, gradient: np.ndarray, moving: bool) -> Bundle:
-    """The pass for the points of a membrane; gradient: shape (points, 9)."""
+    """Return the pass for the points of a membrane. gradient: output array, shape (points, 9); moving: True if the points
+    move."""
     declared = Declaration(gathers=(IDENTITY, ZERO_VECTOR), places=True)
     position = mapped.points.position
     return pass_points(GatherGradient(float(moving)), declared, mapped, Read(position), Kept(position, gradient))

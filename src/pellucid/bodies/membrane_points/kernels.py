@@ -1,10 +1,10 @@
 """Straining of membrane points: gradients from the grid, frames from the moved triangles, plane stress from the law.
 
-Source: Gan et al. 2011, section 2.1, with the misprints put right: strains are summed in the point's frame, and the frame
-also takes the spin about its normal, without which a sheet that turns in its own plane would leave its stress behind.
-
-Damage that follows a mean of the strain needs the strains of all points before the stress of any: `stretch` and `respond` are
-the two halves of `strain`. A failed point keeps its strain, frame and volume: they mean nothing where the material is torn.
+Source: Gan et al. 2011, section 2.1, with two corrections. Strains are summed in the frame of the point. The frame also
+rotates with the spin about its normal; otherwise the stress would not follow a sheet that rotates in its own plane. Damage
+that depends on a mean strain requires the strains of all points before any stress is computed; `stretch` and `respond` are
+the two halves of `strain` for this case. A failed point keeps its strain, frame and volume, which have no meaning in torn
+material.
 """
 
 from math import sqrt
@@ -46,7 +46,7 @@ CHUNK = 1024  # triangles that a thread takes at a time
 
 @parallel_loop()
 def find_normals(chunk, position, fans):
-    """Normals and areas of the triangles of a surface; chunks: of CHUNK triangles."""
+    """Compute the normals and areas of the triangles of a surface; a chunk has CHUNK triangles."""
     triangles, normals = fans.triangles, fans.normals
     for k in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
         x = vector_at_point(position, uintp(triangles[k, 0]))
@@ -59,7 +59,7 @@ def find_normals(chunk, position, fans):
 
 @pointwise
 def _sum_up(c, start, n, surface, s, sums):
-    """Add up a block; the first fault of slab s."""
+    """Add the sums of a block, and record the first fault of slab s."""
     slabs = surface.slabs
     add_columns(c, BAD, n, sums, 0, SUMS)
     largest_of_column(c, FASTEST, n, sums, SUMS)
@@ -84,7 +84,7 @@ def _keep_sums(slabs, s, sums):
 
 @parallel_loop()
 def strain(s, surface, dt):
-    """Frames, shapes, volumes and stresses of the points whose gradients and positions are new."""
+    """Update frames, shapes, volumes and stresses of the points of slab s from the new gradients and positions."""
     slabs, law, lattice, thickness = surface.slabs, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:
         return
@@ -104,12 +104,14 @@ def strain(s, surface, dt):
 
 @parallel_loop()
 def stretch(s, surface, number, torn, local, kinematics, dt):
-    """Frames and shapes of the points; the strains that drive damage into `local`, shape (points,), by number.
+    """Update frames and shapes of the points of slab s, and write the strains that drive damage to `local`, shape
+    (points,), by number.
 
-    A point that tore by its own strain counts with what it has opened since too, which `torn`, shape (points, 3), sums up in
-    its frame: the opening of a crack is the same on any grid, its strain is not. A point that failed for its neighbours'
-    strain alone counts with its strain at failure, or failure would spread without end. `kinematics`, shape (points, 5),
-    takes along to `respond`: stretching, turn of the normal, share of area.
+    The strain of a point that failed by its own strain also includes its opening since then, which `torn`, shape (points,
+    3), accumulates in the frame of the point: the opening of a crack does not depend on the grid, but its strain does. For
+    a point that failed only because of the strain of its neighbours, the strain at failure is used; otherwise failure would
+    spread without limit. `kinematics`, shape (points, 5), contains data for `respond`: stretching, cosine of the rotation
+    of the normal, share of area.
     """
     slabs, index, damage, frame = surface.slabs, surface.index, surface.damage, surface.state.frame
     if slabs.first[s] == slabs.first[s + 1]:
@@ -139,7 +141,8 @@ def stretch(s, surface, number, torn, local, kinematics, dt):
 
 @parallel_loop()
 def respond(s, surface, number, mean, kinematics, dt):
-    """Volumes and stresses after `stretch`, with damage by the strains `mean`, shape (points,), by number."""
+    """Update volumes and stresses of slab s after `stretch`, with damage from the strains `mean`, shape (points,), by
+    number."""
     slabs, index, law, lattice, thickness = surface.slabs, surface.index, surface.law, surface.lattice, surface.thickness
     if slabs.first[s] == slabs.first[s + 1]:
         return

@@ -1,8 +1,9 @@
-"""The mean of a field of membrane points over a radius of the initial surface.
+"""The nonlocal mean of a field of membrane points over a radius of the initial surface.
 
-Weights are (1 - r²/R²)² times the area share of the neighbour, over their sum, with r the straight distance at the start:
-Pijaudier-Cabot & Bažant 1987, J. Eng. Mech. 113, 1512; the bell of Bažant & Ožbolt 1990, J. Eng. Mech. 116, 2485. Everything is
-kept in the order of seeding, so no sorting disturbs it, and each sum has its own order: the same bits on any number of threads.
+Weights are (1 - r²/R²)² times the area share of the neighbour, divided by their sum, with the straight distance r at the
+start: Pijaudier-Cabot & Bažant 1987, J. Eng. Mech. 113, 1512; the bell function of Bažant & Ožbolt 1990, J. Eng. Mech. 116,
+2485. All arrays are in seeding order and independent of sorting, and each sum has a fixed order: results are bitwise equal
+for any number of threads.
 """
 
 from typing import NamedTuple
@@ -18,7 +19,7 @@ CHUNK = 256  # points that a thread takes at a time
 
 
 class Neighbours(NamedTuple):
-    """The neighbours of n points, one after the other, and the field of which a mean is taken."""
+    """The neighbours of n points in one array, with weights, and the field to be averaged."""
 
     start: np.ndarray  # (n + 1,) where those of each point begin
     neighbour: np.ndarray
@@ -38,9 +39,10 @@ def _mean(chunk, about):
 
 
 class NonlocalMean:
-    """Means over a radius R [m] about n points at the initial positions [m], shape (n, 3), with areas [m²], shape (n,).
+    """Weighted means over a radius R [m] around n points with initial positions [m], shape (n, 3), and areas [m²], shape
+    (n,).
 
-    `local` is to be filled with the field, `mean` is what `update` makes of it; both have shape (n,), in the order of seeding.
+    Callers write the field to `local`; `update` computes `mean`. Both have the shape (n,), in seeding order.
     """
 
     def __init__(self, position: np.ndarray, area: np.ndarray, radius: float) -> None:
@@ -59,5 +61,5 @@ class NonlocalMean:
         self._neighbours = Bundle(Neighbours(start, neighbour, weight, self.local, self.mean))
 
     def update(self) -> None:
-        """Means of the field as it is now."""
+        """Compute the means of the present field."""
         _mean((len(self.mean) + CHUNK - 1) // CHUNK, self._neighbours)

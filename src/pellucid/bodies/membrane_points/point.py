@@ -1,6 +1,6 @@
 """Update of one membrane point in a step: its frame rotates, and its stress with it.
 
-Branches here only choose between numbers, so that loops over points are vectorized.
+Branches only select between numbers, so that loops over points are vectorized.
 """
 
 from math import nan, sqrt
@@ -15,7 +15,7 @@ from pellucid.materials.damage import DamageRecord, upright
 
 
 class MembraneArrays(NamedTuple):
-    """State of membrane points beside mass, volume and stress."""
+    """State of membrane points, in addition to mass, volume and stress."""
 
     frame: np.ndarray  # (n, 9) rows t₁, t₂, normal
     in_plane: np.ndarray  # (n, 4) shape in the frame, the law's own
@@ -24,7 +24,7 @@ class MembraneArrays(NamedTuple):
 
 
 class StrainedMembrane(NamedTuple):
-    """Membrane points and what strains them, as kernels take them."""
+    """Membrane points and the data for straining them, for kernels."""
 
     lattice: Lattice
     points: PointArrays
@@ -41,7 +41,7 @@ class StrainedMembrane(NamedTuple):
 
 @pointwise
 def in_frame(L, frame):
-    """Stretching, components 11, 22, 12 in a frame that stays."""
+    """Return the stretching, components 11, 22, 12, in a fixed frame."""
     tx, ty, tz, sx, sy, sz = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
     ax, ay, az = L[0] * tx + L[1] * ty + L[2] * tz, L[3] * tx + L[4] * ty + L[5] * tz, L[6] * tx + L[7] * ty + L[8] * tz
     bx, by, bz = L[0] * sx + L[1] * sy + L[2] * sz, L[3] * sx + L[4] * sy + L[5] * sz, L[6] * sx + L[7] * sy + L[8] * sz
@@ -51,7 +51,8 @@ def in_frame(L, frame):
 
 @pointwise
 def turned(damage, total, frame):
-    """New first tangent and normal, and the cosine of the old normal with the new; total: sum of the triangles' normals."""
+    """Return the new first tangent and normal, and the cosine of the angle between the old and the new normal. total: sum
+    of the normals of the triangles."""
     ux, uy, uz, _, _, _, mx, my, mz = frame
     nx, ny, nz = total
     length = sqrt(nx * nx + ny * ny + nz * nz)
@@ -72,9 +73,9 @@ def turned(damage, total, frame):
 
 @pointwise
 def spun(L, before, tangent, normal, dt):
-    """The frame of a new normal and first tangent, turned by the spin about the normal, and the stretching in it.
+    """Return the frame with a new normal and first tangent, rotated by the spin about the normal, and the stretching in it.
 
-    before: the stretching in the old frame.
+    before: stretching in the old frame.
     """
     tx, ty, tz = tangent
     nx, ny, nz = normal
@@ -116,7 +117,7 @@ def spun(L, before, tangent, normal, dt):
 
 @pointwise
 def in_space(s, frame):
-    """The stress in space, of components 11, 22, 12 in the frame."""
+    """Return the stress in space from its components 11, 22, 12 in the frame."""
     s11, s22, s12 = s
     tx, ty, tz, sx, sy, sz, _, _, _ = frame
     return (

@@ -1,4 +1,4 @@
-"""Forces of a pressure that follows a membrane."""
+"""Nodal forces of a pressure along the normals of a membrane."""
 
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import add_vector, stencil

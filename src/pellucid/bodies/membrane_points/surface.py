@@ -1,4 +1,4 @@
-"""The triangulated surface of membrane points: neighbours, normals, shares of area."""
+"""The triangulated surface of membrane points: neighbours, normals, area shares."""
 
 from typing import NamedTuple
 
@@ -9,9 +9,10 @@ from pellucid.grid.nodal_fields import aligned_rows
 
 
 class Fans(NamedTuple):
-    """The triangles about each point: corners[start[p]:start[p+1]] are the two other corners of each, in their turn.
+    """The triangles around each point: corners[start[p]:start[p+1]] are the two other corners of each, in their
+    orientation.
 
-    Triangles are numbered in the order of their points, so that those of neighbours lie near each other in memory.
+    Triangles are numbered in the order of their points, so that neighbouring triangles are close in memory.
     """
 
     start: np.ndarray  # (n+1,)
@@ -22,7 +23,8 @@ class Fans(NamedTuple):
 
 
 def fans_of(triangles: np.ndarray, n: int) -> Fans:
-    """The fans of n points; triangles, shape (m, 3), counterclockwise about the normal. Their normals are not known yet."""
+    """Return the fans of n points; triangles, shape (m, 3), counterclockwise around the normal. Their normals are not
+    computed yet."""
     triangles = triangles[np.argsort(triangles.min(axis=1), kind="stable")].astype(np.int32)
     a, b, c = triangles.T
     owner = np.concatenate([a, b, c])
@@ -34,16 +36,17 @@ def fans_of(triangles: np.ndarray, n: int) -> Fans:
 
 
 def area_shares(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """A third of the area of each adjacent triangle [m²], shape (n,)."""
+    """Return a third of the area of all triangles around each point [m²], shape (n,)."""
     a, b, c = position[triangles.T]
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return np.bincount(triangles.ravel(), np.repeat(area / 3.0, 3), minlength=len(position))
 
 
 def initial_frames(position: np.ndarray, triangles: np.ndarray, direction: np.ndarray | None = None) -> np.ndarray:
-    """Frames (rows t₁, t₂, n), shape (n, 9), with n the normalised mean of the unit normals about a point (Gan 2011, eq. 8).
+    """Return frames (rows t₁, t₂, n), shape (n, 9); n is the normalised mean of the unit normals around a point (Gan 2011,
+    eq. 8).
 
-    direction: along which t₁ lies, seen on the surface, shape (3,); none where any tangent will do.
+    direction: t₁ is along its projection onto the surface, shape (3,); None: any tangent.
     """
     a, b, c = position[triangles.T]
     normal = np.cross(b - a, c - a)

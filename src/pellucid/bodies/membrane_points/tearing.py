@@ -1,19 +1,20 @@
-"""Membranes of points that the grid has torn: neighbours so far apart that no node is common to them."""
+"""Membranes of points that tear without damage, because neighbours are so far apart that no grid node is common to them."""
 
 import numpy as np
 
 from pellucid.grid.lattice import Grid
 
 LONGEST = 1.5
-"""Cells. A strip with edges of half a cell at the start bears its load until they are 1.1 cells long, with linear functions and
-quadratic splines alike; from then on one of them takes all of the stretch, and the others lose their tension."""
+"""Longest admissible edge in cells. A strip with edges of half a cell at the start carries its load until the edges are 1.1
+cells long, for linear functions and quadratic splines. After that, one edge takes all of the stretch, and the others lose
+their tension."""
 
 
 def torn(name: str, place: np.ndarray, triangles: np.ndarray, failed: np.ndarray, grid: Grid) -> str | None:
-    """A warning about the longest edge of membrane `name`; None up to `LONGEST` cells.
+    """Return a warning about the longest edge of membrane `name`; None up to `LONGEST` cells.
 
-    place: of its points [m], shape (n, 3); triangles: shape (m, 3); failed: shape (n,), points at which damage tore it: edges
-    of these do not count, nor do lengths along an axis that is one cell thick.
+    place: positions of its points [m], shape (n, 3); triangles: shape (m, 3); failed: mask of the points that failed by
+    damage, shape (n,), whose edges are not checked. Lengths along an axis that is one cell thick are ignored.
     """
     corners = np.where(np.array(grid.thin), 0.0, place)[triangles]
     length = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)

@@ -1,1 +1,1 @@
-"""Common parts of membranes of points and of elements."""
+"""Code shared by membranes of points and of elements."""

@@ -1,4 +1,4 @@
-"""Bending of membranes of triangles: which energy a surface has, and how what holds it clamps its edges."""
+"""Bending of membranes of triangles: selection of the bending energy of a surface, and clamps by supports."""
 
 from typing import TYPE_CHECKING, Protocol
 
@@ -19,7 +19,7 @@ ON_FACE = 1e-6  # of a cell, within which a point lies on a face of the grid
 
 
 class Resistance(Protocol):
-    """Bending of a membrane, closed or open; positions [m] have shape (n, 3), in the order in which nodes are stored."""
+    """Bending of a closed or an open membrane. Positions [m] have the shape (n, 3), in the storage order of the nodes."""
 
     energies: np.ndarray
     rate: float
@@ -34,9 +34,10 @@ class Resistance(Protocol):
 def make_bending(
     case: "BendingCase", material: MembraneMaterial, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray
 ) -> Bending | PlateBending:
-    """Make the bending of a surface: closed ones have the energy of their mean curvature, open ones that of plates.
+    """Build the bending of a surface: closed surfaces have the energy of their mean curvature, open ones have plate
+    bending.
 
-    triangles, shape (t, 3); vertices: of the start [m], shape (n, 3); mass: of the nodes [kg], shape (n,).
+    triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,).
     """
     shape = None if case.shape is None else case.shape.mesh("triangles").vertices
     if len(rims_of(triangles).edges):

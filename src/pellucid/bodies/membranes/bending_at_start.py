@@ -1,4 +1,4 @@
-"""The bound on the step by bending at the start, without compilation."""
+"""The step limit of bending at the start, computed without compilation."""
 
 from math import sqrt
 
@@ -9,11 +9,11 @@ from pellucid.geometry.algorithms.lids import rims_of
 
 
 def bending_rate(triangles: np.ndarray, position: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float) -> float:
-    """Half the largest eigenfrequency of nodes [1/s], or more, at positions [m], shape (n, 3), of masses [kg], shape (n,): as
-    `Bending` and, of an open membrane that nothing holds, `PlateBending` find it in a run. It depends on lengths and areas, and
-    on no angle.
+    """Return an upper bound of half the largest eigenfrequency of the nodes [1/s], for positions [m], shape (n, 3), and
+    masses [kg], shape (n,).
 
-    rigidity: κ [J].
+    `Bending` and, for an open membrane without supports, `PlateBending` compute the same bound in a run. It depends on
+    lengths and areas, not on angles. rigidity: κ [J].
     """
     n, hinges = len(position), hinges_of(triangles)
     if len(rims_of(triangles).edges):

@@ -16,9 +16,12 @@ FLUID = 1.0 - 1e-9  # from here on a Poisson's ratio leaves no resistance agains
 
 
 class BendingCase(Model):
-    """Resistance of a membrane against bending. Closed surfaces have the energy (κ/2)(2H - c₀)² of unit area; 2H is the sum of
-    the principal curvatures, positive as of a sphere. Open ones are isotropic plates, κ/2 [(tr k)² - 2(1-ν) det k], with the
-    change k of the curvature tensor."""
+    """Resistance of a membrane to bending.
+
+    Closed surfaces have the energy (κ/2)(2H - c₀)² per unit area; 2H is the sum of the principal curvatures, positive for a
+    sphere. Open surfaces are isotropic plates with κ/2 [(tr k)² - 2(1-ν) det k] per unit area and the change k of the
+    curvature tensor.
+    """
 
     rigidity: float = parameter(
         "J", "bending rigidity κ: moment per length and change of 2H; for a solid plate E h³/12(1-ν²)", gt=0
@@ -37,15 +40,15 @@ class BendingCase(Model):
             raise ValueError("`shape` already defines the unbent state: remove `spontaneous_curvature`")
 
     def plate_ratio(self, material: MembraneMaterial) -> float:
-        """Poisson's ratio of an open surface of this material."""
+        """Return Poisson's ratio of an open surface of this material."""
         return material.plane_poisson_ratio if self.poisson_ratio is None else self.poisson_ratio
 
     def problems(
         self, path: Path, mesh: Mesh, material: MembraneMaterial, flat: bool, functions: str | None = None
     ) -> Iterator[Finding]:
-        """Report element types and functions without bending, a mismatched shape, or a missing Poisson's ratio.
+        """Report element types and shape functions without bending, a mismatched shape, or a missing Poisson's ratio.
 
-        flat: whether the grid is thin; functions: those of the grid if its nodes move the membrane.
+        flat: True if the grid is thin along an axis; functions: shape functions of the grid if its nodes move the membrane.
         """
         if flat:
             text = "applies to surfaces in space, but the grid is one cell thick along an axis"

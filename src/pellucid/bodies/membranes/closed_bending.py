@@ -1,17 +1,19 @@
 """Bending of closed membranes of triangles: Jülicher's energy and its exact derivative.
 
-At a node i, M_i = ½ Σ_edges l φ is the integral of the sum of the principal curvatures 2H, over the edges of length l at whose
-triangles the normals meet at the angle φ, positive where they part; A_i is a third of the triangles about it. The energy
+At a node i, M_i = ½ Σ_edges l φ is the integral of the sum of the principal curvatures 2H. The sum is over the edges of
+length l around the node; φ is the angle between the normals of the two triangles at an edge, positive if the normals
+diverge. A_i is a third of the area of the triangles around the node. The energy
 
     E = Σ_i κ/2 (M_i - c_i A_i)²/A_i,    g_i = (M_i - c_i A_i)/A_i,
     dE = Σ_edges κ ½ (g_a + g_b)(φ dl + l dφ) - Σ_i κ (c_i g_i + ½ g_i²) dA_i
 
-depends on the shape alone, so that its forces add up to no force and no torque. Open surfaces: `plate_bending`.
-Source: Jülicher 1996, J. Phys. II France 6, 1797, eq. 23, with c_i; of six schemes none has curvatures that converge at every
-node (Guckenberger et al. 2016, Comput. Phys. Commun. 207, 1).
+depends on the shape alone, so that the sum of its forces and the sum of its torques are zero. Open surfaces:
+`plate_bending`.
+Source: Jülicher 1996, J. Phys. II France 6, 1797, eq. 23, with c_i; of six schemes none has curvatures that converge at
+every node (Guckenberger et al. 2016, Comput. Phys. Commun. 207, 1).
 
-The largest eigenfrequency of the nodes is bounded by the rows of Σ_i κ/A_i |∂M_i/∂x_j| |∂M_i/∂x_k| over the mass of node j,
-with sums over hinges of |∂φ/∂x|: 2.5 to 2.7 times too high on nearly equal triangles.
+The largest eigenfrequency of the nodes is bounded by the rows of Σ_i κ/A_i |∂M_i/∂x_j| |∂M_i/∂x_k| divided by the mass of
+node j, with sums over hinges of |∂φ/∂x|. The bound is 2.5 to 2.7 times too high on nearly equal triangles.
 """
 
 from math import atan2, sqrt
@@ -32,7 +34,7 @@ OWN = 4  # columns of the values of a corner of a hinge: the force, and the boun
 
 
 class Hinges(NamedTuple):
-    """Pairs of triangles with a common edge, h of them; t triangles, n nodes, all by the numbers of the mesh."""
+    """Hinges: h pairs of triangles with a common edge, among t triangles and n nodes, with the numbers of the mesh."""
 
     corners: np.ndarray  # (h, 4) the edge from a to b, then what is left of the triangle on its left, and on its right
     triangles: np.ndarray  # (t, 3)
@@ -56,7 +58,7 @@ class Bending:
     """The bending of a closed membrane of triangles."""
 
     def __init__(self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float) -> None:
-        """triangles, shape (t, 3), vertices, shape (n, 3), of the start [m]; mass: of the nodes [kg], shape (n,)."""
+        """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,)."""
         n, corners = len(vertices), hinges_of(triangles)
         self._corners, self._triangles, self._mass, self.rigidity = corners, triangles, mass, rigidity
         self._about, self._round = fan_of(corners, n), fan_of(triangles, n)
@@ -80,17 +82,17 @@ class Bending:
         self._bundle = Bundle(Hinges(*mesh, self.rigidity, self.reference, self._mass, *room))
 
     def curvatures(self, position: np.ndarray) -> np.ndarray:
-        """The sum of the principal curvatures at the nodes [1/m], shape (n,), in the order of the mesh."""
+        """Return the sum of the principal curvatures at the nodes [1/m], shape (n,), in mesh order."""
         self._bend(position)
         return self._slope[:, 0] / self.rigidity + self.reference
 
     def energy(self, position: np.ndarray) -> float:
-        """The bending energy [J] of the membrane with nodes at these positions [m], shape (n, 3), as they are stored."""
+        """Return the bending energy [J] for nodes at these positions [m], shape (n, 3), in storage order."""
         self._bend(position)
         return float(ordered_sum(self._sums)[ENERGY])
 
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Add the forces at the nodes [N], shape (n, 3), as they are stored, and find `rate`."""
+        """Add the nodal forces [N], shape (n, 3), in storage order, and update `rate`."""
         self._bend(position)
         _push_hinges(self._chunks[0], self._bundle, position)
         _push_triangles(self._chunks[1], self._bundle, position)
@@ -118,7 +120,7 @@ def _unfolded(x, places, e):
 
 @parallel_loop()
 def _bend_hinges(chunk, of, x):
-    """l φ, and how far corners turn it."""
+    """Compute l φ of each hinge, and the magnitudes of ∂φ/∂x at its corners."""
     places, bent = of.places, of.bent
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
         along, left, right, n1, n2 = _unfolded(x, places, e)
@@ -133,7 +135,7 @@ def _bend_hinges(chunk, of, x):
 
 @parallel_loop()
 def _bend_nodes(chunk, of, x):
-    """Energies of the nodes, and their slopes with curvature and area."""
+    """Compute the energies of the nodes, and their derivatives with respect to curvature and area."""
     bent, slope, triangles = of.bent, of.slope, of.triangle_places
     about, whole, total = of.about, of.round, 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(slope))):
@@ -184,7 +186,7 @@ def _push_hinges(chunk, of, x):
 
 @parallel_loop()
 def _push_triangles(chunk, of, x):
-    """Forces by which triangles change their area, on their corners."""
+    """Compute the forces on the corners of triangles due to the change of energy with area."""
     triangles, forces, slope = of.triangles, of.triangle_forces, of.slope
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(triangles))):
         chi, psi = edges(x, of.triangle_places, e)
@@ -197,7 +199,7 @@ def _push_triangles(chunk, of, x):
 
 @pointwise
 def gather_hinges(about, values, K, target, p):
-    """Add the forces of the hinges about node K, which is stored at place p, to its own. Returns the bound on its stiffness."""
+    """Add the forces of the hinges around node K to `target` at its storage row p. Returns the bound on its stiffness."""
     stiff = 0.0
     for k in range(about.start[K], about.start[K + 1]):
         e, corner = about.places[k] // 4, about.places[k] % 4
@@ -209,7 +211,8 @@ def gather_hinges(about, values, K, target, p):
 
 @parallel_loop()
 def _gather(chunk, of, target):
-    """Forces at the nodes, and the square of the largest eigenfrequency by that of each."""
+    """Sum the forces at the nodes, and compute the largest ratio of stiffness bound to mass, the square of the bound on the
+    eigenfrequency."""
     whole, forces, fastest = of.round, of.triangle_forces, 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
         p = of.where[K]

@@ -1,4 +1,4 @@
-"""The keys that all kinds of membranes share, as the user describes them."""
+"""Keys shared by all kinds of membranes, as the user describes them."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar
@@ -59,7 +59,7 @@ class MembraneCase(DampedModel):
 
     @property
     def contact_reach(self) -> float:
-        """Distance from its mid-surface at which others touch it [m]."""
+        """Distance from the mid-surface at which contact with other bodies begins [m]."""
         return 0.5 * self.thickness if self.contact_offset is None else self.contact_offset
 
     def occupied(self) -> Geometry:
@@ -73,7 +73,7 @@ class MembraneCase(DampedModel):
         return Selectable.of_membrane(*self.surface.triangulate(), self.surface.sets())
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        """Return a reason if the surface is open or flat: it has no inside."""
+        """Return a reason if the surface is open or flat: such a surface has no inside."""
         if grid is not None and any(grid.thin()):
             return Reason(f"the inside of a surface {NEEDS_SPACE}", "remove this name, or enlarge the grid")
         if not self.surface.closed:
@@ -85,7 +85,7 @@ class MembraneCase(DampedModel):
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def signals_at_start(self) -> tuple[float, float]:
-        """Speed of waves in its plane [m/s] and kinematic viscosity [m²/s] under its tension at the start."""
+        """Return the speed of in-plane waves [m/s] and the kinematic viscosity [m²/s] under the initial tension."""
         density, tense = self.material.density, prestretch(self.material.law, self.tension, self.thickness, self.inflation)
         return wave_in_shape(tense.law, tense.shape, density), plane_diffusivity(tense.law, tense.shape, density)
 
@@ -93,7 +93,7 @@ class MembraneCase(DampedModel):
         return self.material.wave_speeds(self.thickness)
 
     def losses(self) -> tuple[str, ...]:
-        """Fields with what viscosity took of the work of its stress."""
+        """Names of the fields of energy dissipated by viscosity."""
         material = self.material
         return ("dissipated_energy",) if isinstance(material, SolidMembraneMaterial) and material.is_viscous else ()
 
@@ -121,7 +121,7 @@ class MembraneCase(DampedModel):
                 yield Finding((*path, key), str(error), f"use a smaller {key}, or a stiffer or thicker membrane")
 
     def _direction_problems(self, path: Path, direction: np.ndarray) -> Iterator[Finding]:
-        """A direction that stands across the surface somewhere."""
+        """Report a direction that is normal to the surface somewhere."""
         vertices, triangles = self.surface.triangulate()
         corners = vertices[triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -1,15 +1,16 @@
-"""Bending of membranes that the nodes of a grid move: which functions they need, and how supports of the grid clamp them.
+"""Bending of membranes moved by the nodes of a grid: suitable shape functions, and clamps by supports of the grid.
 
-A clamp is held nodes of the grid and, within the region of the support, held points. The shape functions of held nodes reach
-beyond the region: free points would move there as near a hinge one cell away. For the bending, held nodes near the edge of a
-clamp therefore take the velocity along the normal n of the clamp that continues that of free nodes I beyond the edge,
+A clamp consists of prescribed nodes of the grid and, within the region of the support, prescribed points. The shape
+functions of prescribed nodes extend beyond the region, and free points there would move as if the membrane were hinged one
+cell away. For the bending, prescribed nodes g near the edge of a clamp therefore get the velocity along the normal n of the
+clamp that extrapolates the velocity of free nodes I beyond the edge,
 
     v_g·n = b_g Σ m_I b_I v_I·n / Σ m_I b_I²,    b = d² - (p + 1) h²/12,
 
-with the distances d from the edge, the mass m of the membrane at the nodes and cells h: b are the coefficients by which
-B-splines of degree p have the value d², the deflection of a plate that begins at a clamp. The forces on such nodes act on the
-free nodes in the same proportions, so that their work is that of the grid. Tangential velocities of held nodes stay those of
-the support.
+with the distances d from the edge, the mass m of the membrane at the nodes, and the cell size h. The b are the coefficients
+with which B-splines of degree p have the value d², the deflection of a plate near a clamp. Forces on these nodes are
+distributed to the free nodes in the same proportions, so that their work is the same on the grid. Prescribed nodes keep the
+tangential velocities of the support.
 """
 
 from collections.abc import Collection
@@ -40,18 +41,18 @@ NEAR = 7.0  # cells from the edge of a clamp within which points may reach any o
 
 
 def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
-    """Return the shape functions of the points of a membrane; bends: whether it is an open one that resists bending.
+    """Return the shape functions of the points of a membrane. bends: True for an open membrane that resists bending.
 
-    Points have no extent across the membrane: GIMP takes half a cell. Its slopes change within half a cell about each node
-    alone, where the points of a plate then bend twice as much as they should: such a membrane has B-splines instead, with
-    which the bending converges.
+    Points have no extent normal to the membrane; GIMP assumes half a cell. The slopes of its functions change only within
+    half a cell around each node, where the points of a plate then bend twice as much as they should. Such a membrane uses
+    B-splines instead, for which the bending converges.
     """
     name = "quadratic-bspline" if bends and grid_case.functions == "gimp" else grid_case.functions
     return grid_functions(name, (2, 2, 2), grid_case.thin(), grid_case.is_periodic())
 
 
 class ClampEdges(NamedTuple):
-    """Edges at which triangles that are held meet others, e of them."""
+    """Edges between clamped triangles and others; e edges."""
 
     start: np.ndarray  # (e, 3) [m]
     along: np.ndarray  # (e, 3) from the start to the end [m]
@@ -60,9 +61,10 @@ class ClampEdges(NamedTuple):
 
 
 def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarray, held: np.ndarray) -> ClampEdges:
-    """Find the edges between led triangles whose nodes are all held and others that are not led.
+    """Find the edges between clamped triangles whose nodes are all prescribed, and triangles that are not clamped.
 
-    triangles: (t, 3); position: (n, 3) [m]; led: (t,); held: (n,).
+    triangles: (t, 3); position: (n, 3) [m]; led: mask of the clamped triangles, (t,); held: mask of the prescribed nodes,
+    (n,).
     """
     t = len(triangles)
     chosen, partner = pair_edges(triangles)
@@ -78,10 +80,12 @@ def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarra
 
 
 class Extension:
-    """Velocities of held nodes near the edges of clamps, by which free points of a membrane move."""
+    """Extrapolated velocities of prescribed grid nodes near the edges of clamps, for the motion of the free points of a
+    membrane."""
 
     def __init__(self, grid: Grid, edges: ClampEdges, degree: int, held: np.ndarray, free: np.ndarray) -> None:
-        """held, free: which nodes are held along all axes at rest, and which along none, shape (nodes,)."""
+        """held, free: masks of the nodes that are fixed along all axes, and of those that are free along all axes, shape
+        (nodes,)."""
         lattice = grid.lattice
         cell, lower, strides = lattice.cell, np.array(lattice.lower), np.array(lattice.strides)
         last = np.array(lattice.counts)
@@ -141,8 +145,8 @@ class Extension:
         return self._buffer
 
     def extend(self, velocity: np.ndarray) -> np.ndarray:
-        """Write the velocities of the held nodes along the normal into those of all nodes [m/s], shape (nodes, 3). Returns
-        what these were."""
+        """Add the extrapolated normal velocities of the prescribed nodes to the nodal velocities [m/s], shape (nodes, 3).
+        Returns the previous velocities of these nodes."""
         known = domain.of_nodes(velocity[self._sources], self._sources)
         theirs = known[np.searchsorted(self._sources, self.donors)]
         along = np.sum(self._weights * np.einsum("gkd,gd->gk", theirs, self.normal), axis=1)
@@ -152,7 +156,8 @@ class Extension:
 
 
 def _find_feet(edges: ClampEdges, position: np.ndarray, within: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Return the feet of positions on the lines of the nearest edges, or within these edges, and the numbers of the edges."""
+    """Return the projections of positions onto the lines of the nearest edges (`within`: onto the edges themselves), and
+    the numbers of these edges."""
     square = np.sum(edges.along**2, axis=1)
     nearest, number = np.full(len(position), np.inf), np.zeros(len(position), int)
     foot = np.zeros(position.shape)
@@ -170,7 +175,7 @@ def _find_feet(edges: ClampEdges, position: np.ndarray, within: bool = False) ->
 
 
 class BendsOnGrid(PointsOnGrid):
-    """Points of a membrane on the grid, which may resist bending."""
+    """Points of a membrane on the grid, with optional bending."""
 
     _held_rows: np.ndarray | None = None
     _extension: Extension | None = None
@@ -180,17 +185,17 @@ class BendsOnGrid(PointsOnGrid):
 
     @property
     def resistance(self) -> Resistance | None:
-        """Resistance of the membrane to bending, if it has one."""
+        """The bending of the membrane; None if it has no bending resistance."""
         raise NotImplementedError
 
     @property
     def start_positions(self) -> np.ndarray:
-        """Places of the points at the start [m], shape (n, 3), by number."""
+        """Initial positions of the points [m], shape (n, 3), by number."""
         raise NotImplementedError
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
-        """Set the supports at rest that constrain points in all directions within their regions: their numbers, counted
-        from 1, and 0 for other points, shape (n,), by number."""
+        """Set the supports at rest that constrain points in all directions within their regions. rows: 1 + the number of
+        the support of each point, 0 for other points, shape (n,), by number."""
         self._held_rows = rows
 
     def complete(self) -> None:
@@ -198,7 +203,7 @@ class BendsOnGrid(PointsOnGrid):
         super().complete()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Find again what holds points, and clamp the bending accordingly."""
+        """Update the constraints of the points after supports were released, and the clamps of the bending."""
         bending, start = self.resistance, self.start_positions
         if bending is None:
             return
@@ -240,13 +245,14 @@ class BendsOnGrid(PointsOnGrid):
             self._near = np.flatnonzero(np.linalg.norm(start - foot, axis=1) <= NEAR * grid.lattice.cell)
 
     def _reached_by(self, chosen: np.ndarray) -> np.ndarray:
-        """Return which nodes functions of chosen points reach, shape (nodes,); chosen: (n,) in the order of storage."""
+        """Return a mask of the nodes with weight from the chosen points, shape (nodes,). chosen: mask of the points in
+        storage order, (n,)."""
         listed, found = np.flatnonzero(chosen), np.zeros((self.grid.n_nodes, 3))
         scatter_listed(self.mapped, self.points.position, listed, np.ones((len(listed), 3)), found)
         return found[:, 0] > LEAST_SHARE
 
     def _scatter_internal_forces(self, forces: np.ndarray, target: np.ndarray) -> None:
-        """Add forces of the points [N], shape (n, 3), to those of the nodes, shape (nodes, 3)."""
+        """Add the forces of the points [N], shape (n, 3), to the nodal forces, shape (nodes, 3)."""
         extension = self._extension
         if extension is None:
             scatter_vectors(self.n_slabs, self.mapped, forces, target)
@@ -271,13 +277,13 @@ class BendsOnGrid(PointsOnGrid):
 
 
 def _find_beyond(grid: Grid, edges: ClampEdges, nodes: np.ndarray) -> np.ndarray:
-    """Return whether nodes lie on the free side of the nearest edge of a clamp, and beside what is free there, shape (k,)."""
+    """Return a mask of the nodes on the free side of the nearest edge of a clamp, shape (k,)."""
     place = grid.find_positions(nodes)
     foot, edge = _find_feet(edges, place)
     return np.asarray(np.sum((place - foot) * edges.inward[edge], axis=1) > ON_EDGE * grid.lattice.cell)
 
 
 def _find_nearest(grid: Grid, nodes: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return the nearest of some nodes of each position [m], shape (n, 3)."""
+    """Return for each position [m], shape (n, 3), the nearest of the given nodes."""
     _, nearest = cKDTree(grid.find_positions(nodes)).query(position)
     return np.asarray(nodes[nearest])

@@ -1,4 +1,4 @@
-"""Membranes in plane problems: bands along the thin axes, of which a slice of the grid's thickness is computed."""
+"""Membranes in plane problems: bands along the thin axes. The computed part is a slice with the thickness of the grid."""
 
 from collections.abc import Iterator
 
@@ -13,10 +13,10 @@ LEANING = 1e-3  # of a length, by which a band may be off its axis; files have s
 
 
 def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
-    """Return the factor from mass and forces of a membrane with these vertices [m], shape (n, 3), to those of the slice.
+    """Return the factor that converts mass and forces of a membrane with these vertices [m], shape (n, 3), to the slice.
 
-    For each thin axis this is the thickness of the slice divided by the extent of the surface. Along an axis without extent
-    lies the membrane's own thickness, which is contained whole.
+    For each thin axis along which the surface extends, this is the thickness of the slice divided by the extent of the
+    surface. An axis without extent is normal to the membrane, which is included with its full thickness.
     """
     if grid is None:
         return 1.0
@@ -25,7 +25,7 @@ def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
 
 
 def is_loop(vertices: np.ndarray, triangles: np.ndarray, grid: GridCase) -> bool:
-    """Return True if a band in a plane goes round what lies within it: it has no rims along the thin axis."""
+    """Return True if a band in a plane encloses an area: it has no rims except those normal to the thin axis."""
     bands = _bands(vertices, grid)
     if len(bands) != 1:
         return False
@@ -34,7 +34,7 @@ def is_loop(vertices: np.ndarray, triangles: np.ndarray, grid: GridCase) -> bool
 
 
 def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterator[Finding]:
-    """A surface, which stands at `path`, that lies beyond the one cell of a thin axis, or has no slice as it is no band."""
+    """Report a surface at `path` that extends beyond the single cell of a thin axis, or is not a band along it."""
     vertices, triangles = surface
     for axis in np.flatnonzero(grid.thin()):
         name, low, high = "xyz"[axis], vertices[:, axis].min(), vertices[:, axis].max()
@@ -59,12 +59,12 @@ def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterat
 
 
 def _bands(vertices: np.ndarray, grid: GridCase) -> np.ndarray:
-    """The thin axes along which the surface extends."""
+    """Return the thin axes along which the surface extends."""
     extent = np.ptp(vertices, axis=0)
     return np.flatnonzero(np.array(grid.thin()) & (extent > FLAT * extent.max()))
 
 
 def _rim(triangles: np.ndarray) -> np.ndarray:
-    """Edges that only one triangle has, shape (k, 2)."""
+    """Return the edges that belong to only one triangle, shape (k, 2)."""
     edges, count = np.unique(np.sort(directed_edges(triangles), axis=1), axis=0, return_counts=True)
     return np.asarray(edges[count == 1])

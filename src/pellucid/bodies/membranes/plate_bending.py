@@ -1,9 +1,9 @@
-"""Bending of open membranes of triangles as isotropic plates: energy, its exact derivative, and a bound on the step.
+"""Bending of open membranes of triangles as isotropic plates: energy, its exact derivative, and a step limit.
 
-E = ½ (φ - φ₀)ᵀ S (φ - φ₀) of the folds φ at the edges (`plate_operators`), with S of the shapes at the start. Its forces are
--S (φ - φ₀) ∂φ/∂x; folds depend on the shape alone, so that the forces add up to no force and no torque.
-
-The largest eigenfrequency of the nodes is bounded by the rows of Σ |∂φ/∂x_j| |S| |∂φ/∂x_k| over the mass of node j.
+E = ½ (φ - φ₀)ᵀ S (φ - φ₀) with the fold angles φ at the edges (`plate_operators`); S is computed from the initial shapes.
+The forces are -S (φ - φ₀) ∂φ/∂x. Folds depend on the shape alone, so that the sum of the forces and the sum of the torques
+are zero. The largest eigenfrequency of the nodes is bounded by the rows of Σ |∂φ/∂x_j| |S| |∂φ/∂x_k| divided by the mass of
+node j.
 """
 
 from math import atan2, sqrt
@@ -22,7 +22,7 @@ from pellucid.reductions import ordered_sum
 
 
 class Folds(NamedTuple):
-    """Hinges of a membrane, h of them, between n nodes."""
+    """Hinges of a membrane: h hinges between n nodes."""
 
     corners: np.ndarray  # (h, 4) places where the corners are stored
     mirror: np.ndarray  # (h,) axis across which the fourth corner is the image of the third, else -1
@@ -48,10 +48,8 @@ class PlateBending:
     def __init__(
         self, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray, rigidity: float, poisson_ratio: float
     ) -> None:
-        """triangles, shape (t, 3), vertices, shape (n, 3), of the start [m]; mass: of the nodes [kg], shape (n,).
-
-        rigidity: D [J].
-        """
+        """triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,);
+        rigidity: D [J]."""
         self.triangles, self._vertices, self._mass = triangles, vertices.copy(), mass
         first, second, third = (vertices[corner] for corner in triangles.T)
         normals = np.cross(second - first, third - first)
@@ -67,8 +65,8 @@ class PlateBending:
         self.support(no_supports(len(triangles), len(vertices)))
 
     def relax(self, curvature: float = 0.0, shape: np.ndarray | None = None) -> None:
-        """Set the unbent state: these principal curvatures ½c₀ each, given c₀ [1/m], or the shape with these vertices [m],
-        shape (n, 3)."""
+        """Set the unbent state. curvature: c₀ [1/m], with both principal curvatures ½c₀; shape: alternatively, vertices of
+        the unbent shape [m], shape (n, 3)."""
         self._relaxed = curvature, None if shape is None else shape.copy()
         operators = self._operators
         self._rest[:] = 0.5 * curvature * operators.unit if shape is None else operators.folds(shape)
@@ -100,17 +98,18 @@ class PlateBending:
         self._bundle = Bundle(Folds(*mesh, *stiffness, self._rest, moves, self._about, where, self._mass, *found))
 
     def curvatures(self, position: np.ndarray) -> np.ndarray:
-        """The sum of the principal curvatures at the nodes [1/m], shape (n,), in the order of the mesh: means of the triangles
-        about them, at free edges by the moment that does not act there. Positions as they are stored [m], shape (n, 3)."""
+        """Return the sum of the principal curvatures at the nodes [1/m], shape (n,), in mesh order: averages over the
+        triangles around a node; at free edges from the condition of zero moment. position: in storage order [m], shape (n,
+        3)."""
         return np.asarray(self._operators.curvature @ self._operators.folds(position[self._where]))
 
     def energy(self, position: np.ndarray) -> float:
-        """The bending energy [J] of the membrane with nodes at these positions [m], shape (n, 3), as they are stored."""
+        """Return the bending energy [J] for nodes at these positions [m], shape (n, 3), in storage order."""
         self._bend(position)
         return float(ordered_sum(self._hinge_sums)[0])
 
     def add_forces(self, position: np.ndarray, target: np.ndarray) -> None:
-        """Add the forces at the nodes [N], shape (n, 3), as they are stored, and find `rate`."""
+        """Add the nodal forces [N], shape (n, 3), in storage order, and update `rate`."""
         self._bend(position)
         _push_corners(self._chunks[0], self._bundle, position)
         _gather(self._chunks[1], self._bundle, target)
@@ -128,9 +127,9 @@ class PlateBending:
 
 @pointwise
 def _unfolded(x, corners, mirror, e):
-    """Edge of a hinge, the ways from its start to the corners on the left and on the right, and the normals there.
+    """Return the edge of a hinge, the vectors from its start to the left and right corners, and the normals there.
 
-    An edge in a plane of symmetry carries that along, wherever it is.
+    A hinge in a plane of symmetry moves with the plane.
     """
     a, b, c, d = corners[e, 0], corners[e, 1], corners[e, 2], corners[e, 3]
     along = (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2])
@@ -148,14 +147,14 @@ def _unfolded(x, corners, mirror, e):
 
 @pointwise
 def _places(along, left, right):
-    """Places of the corners on the left and on the right along the edge of a hinge, as shares of its length."""
+    """Return the positions of the left and right corners along the edge of a hinge, as fractions of its length."""
     square = dot(along, along)
     return dot(left, along) / square, dot(right, along) / square
 
 
 @pointwise
 def _turned(length, n1, n2, s, t):
-    """|∂φ/∂x| at the corners of a hinge, at its ends at most."""
+    """Return |∂φ/∂x| at the four corners of a hinge; upper bounds at the ends of its edge."""
     one, two = length / sqrt(dot(n1, n1)), length / sqrt(dot(n2, n2))
     return abs(1.0 - s) * one + abs(1.0 - t) * two, abs(s) * one + abs(t) * two, one, two
 
@@ -175,7 +174,7 @@ def _fold(chunk, of, x):
 
 @parallel_loop()
 def _turn(chunk, of):
-    """Moments that resist the folds, and the energy of the chunk."""
+    """Compute the moments of the folds, and the energy of the chunk."""
     start, columns, stiffness, fold, turn, total = of.start, of.columns, of.stiffness, of.fold, of.turn, 0.0
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(turn))):
         moment = bound = 0.0
@@ -189,7 +188,7 @@ def _turn(chunk, of):
 
 @parallel_loop()
 def _share_energy(chunk, of):
-    """Energies of the nodes: those of the hinges, half at each end."""
+    """Compute the energies of the nodes: half the energy of each hinge at each end of its edge."""
     about, fold, turn = of.about, of.fold, of.turn
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
         total = 0.0
@@ -202,7 +201,7 @@ def _share_energy(chunk, of):
 
 @parallel_loop()
 def _push_corners(chunk, of, x):
-    """Forces of hinges on their corners, and the bound on the step."""
+    """Compute the forces of hinges on their corners, and the terms of the step limit."""
     corners, mirror, values, turn, moves = of.corners, of.mirror, of.values, of.turn, of.moves
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, corners, mirror, e)
@@ -225,7 +224,8 @@ def _push_corners(chunk, of, x):
 
 @parallel_loop()
 def _gather(chunk, of, target):
-    """Forces at the nodes, and the square of the largest eigenfrequency by that of each."""
+    """Sum the forces at the nodes, and compute the largest ratio of stiffness bound to mass, the square of the bound on the
+    eigenfrequency."""
     fastest = 0.0
     for K in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(of.where))):
         stiff = gather_hinges(of.about, of.values, K, target, of.where[K])

@@ -1,25 +1,26 @@
-"""Curvatures of open membranes by the angles at the edges of their triangles, and the stiffness that follows.
+"""Curvatures of open membranes from the angles at the edges of their triangles, and the bending stiffness.
 
 A triangle of area A has the curvature tensor of a Morley element,
 
     κ = 1/A Σ_edges l α m⊗m,
 
-with the length l and the outward normal m of an edge in the plane of the triangle; α is the angle from its normal to that of
-the smooth surface at the middle of the edge. The angles of both triangles at an edge add up to the fold φ between their
-normals, so that a constant moment does no work on inner nodes. They are
+with the length l and the outward normal m of an edge in the plane of the triangle; α is the angle between the normal of the
+triangle and the normal of the smooth surface at the midpoint of the edge. The angles of both triangles at an edge add up to
+the fold φ between their normals, so that a constant moment does no work on inner nodes. They are
 
     α = φ/2 ± Σ_patch c φ
 
-with the smallest c for which every quadratic surface has its exact curvature; the patch is that of both triangles and their
-neighbours. On meshes of equal triangles c is 0. The energy of an isotropic plate [J] with the folds φ₀ where nothing bends it,
+with the smallest c for which every quadratic surface has its exact curvature; the patch consists of both triangles and
+their neighbours. On meshes of equal triangles c is 0. The energy of an isotropic plate [J] with the folds φ₀ in the unbent
+state is
 
-    E = D/2 Σ A [(tr κ)² - 2(1-ν) det κ] = ½ (φ - φ₀)ᵀ S (φ - φ₀),    κ of the change of the folds,
+    E = D/2 Σ A [(tr κ)² - 2(1-ν) det κ] = ½ (φ - φ₀)ᵀ S (φ - φ₀),    with κ of φ - φ₀,
 
-is at free edges the least one for any α there: no moment acts on them. At an edge beside a triangle that is led α = φ: that
-triangle has the normal of the clamp. In a plane of symmetry the mirror image is the neighbour, α = φ/2.
+minimised over α at free edges, where no moment acts. At an edge next to a clamped triangle α = φ: that triangle has the
+normal of the clamp. In a plane of symmetry the mirror image is the neighbour, α = φ/2.
 
-Source: Morley 1971, J. Strain Anal. 6, 20, for the element; Oñate & Flores 2005, Comput. Methods Appl. Mech. Eng. 194, 2406,
-for angles by neighbours and clamped edges.
+Source: Morley 1971, J. Strain Anal. 6, 20, for the element; Oñate & Flores 2005, Comput. Methods Appl. Mech. Eng. 194,
+2406, for angles from neighbours and clamped edges.
 """
 
 from typing import NamedTuple
@@ -44,7 +45,7 @@ class BendingSupports(NamedTuple):
 
 
 def no_supports(n_triangles: int, n_nodes: int) -> BendingSupports:
-    """Return the supports of a membrane that nothing holds."""
+    """Return the supports of a membrane without any constraints."""
     return BendingSupports(np.zeros(n_triangles, bool), np.zeros((n_nodes, 3), bool), np.zeros(n_nodes, bool))
 
 
@@ -69,7 +70,7 @@ def find_led_triangles(triangles: np.ndarray, normals: np.ndarray, rows: np.ndar
 
 
 class PlateOperators(NamedTuple):
-    """Hinges of a mesh, h of them, and what follows from their folds. n nodes."""
+    """The h hinges of a mesh with n nodes, and the linear operators on their folds."""
 
     corners: np.ndarray  # (h, 4) the edge from a to b, the third corner of the triangle on its left, that on its right
     mirror: np.ndarray  # (h,) axis across which the right corner is the image of the left one, else -1
@@ -78,15 +79,17 @@ class PlateOperators(NamedTuple):
     curvature: sp.csr_array  # (n, h) 2H at the nodes [1/m]
 
     def folds(self, position: np.ndarray) -> np.ndarray:
-        """Angles between the normals of both triangles, positive where these part, shape (h,); position [m], shape (n, 3)."""
+        """Return the angles between the normals of both triangles at each hinge, positive if the normals diverge, shape
+        (h,). position: (n, 3) [m]."""
         along, _, _, n1, n2 = self._unfolded(position)
         length = np.linalg.norm(along, axis=1)
         return np.arctan2(np.sum(along * np.cross(n1, n2), axis=1) / length, np.sum(n1 * n2, axis=1))
 
     def rate(self, position: np.ndarray, mass: np.ndarray, fixed: np.ndarray) -> float:
-        """Half the largest eigenfrequency [1/s], or more, of nodes of masses [kg], shape (n,): by the rows of the stiffness.
+        """Return an upper bound of half the largest eigenfrequency [1/s] of nodes with masses [kg], shape (n,), from the
+        rows of the stiffness.
 
-        fixed: (n,) whether a node moves in no direction.
+        fixed: mask of the nodes that cannot move, (n,).
         """
         along, left, right, n1, n2 = self._unfolded(position)
         square = np.sum(along * along, axis=1)
@@ -110,7 +113,7 @@ class PlateOperators(NamedTuple):
 def build_plate_operators(
     triangles: np.ndarray, vertices: np.ndarray, rigidity: float, poisson_ratio: float, supports: BendingSupports
 ) -> PlateOperators:
-    """Operators of triangles, shape (t, 3), with the shapes that they have at the vertices [m], shape (n, 3).
+    """Build the plate operators of triangles, shape (t, 3), from their shapes at the vertices [m], shape (n, 3).
 
     rigidity: D [J].
     """
@@ -138,7 +141,7 @@ def build_plate_operators(
 
 
 class _Mesh:
-    """Triangles in axes of their planes, and their hinges: edges between two, and those in planes of symmetry."""
+    """Triangles in axes of their planes, and their hinges: edges between two triangles, and edges in planes of symmetry."""
 
     def __init__(self, triangles: np.ndarray, vertices: np.ndarray, supports: BendingSupports) -> None:
         t = len(triangles)
@@ -195,13 +198,15 @@ class _Mesh:
         self.is_shared = (self.mirror < 0) & ~one_led & ~other_led
 
     def exact_folds(self, frames: np.ndarray, hinges: np.ndarray) -> np.ndarray:
-        """Folds at hinges of surfaces ½x², ½y² and xy [m], shape (k, 3), with x and y along and across the hinges `frames`."""
+        """Return the folds [m] at `hinges` of the surfaces ½x², ½y² and xy, shape (k, 3); x is along and y across the
+        hinges `frames`."""
         one, other = (self.shares(frames, *side[:, hinges]) for side in (self.left, self.right))
         return self.counts[0, hinges, None] * one + self.counts[1, hinges, None] * other
 
     def shares(self, frames: np.ndarray, number: np.ndarray, edge: np.ndarray) -> np.ndarray:
-        """Angles α [m] of the same surfaces, shape (k, 3): from the slope of triangles, by their corners, to that at the middle
-        of an edge of each. Triangles are turned into the planes of the hinges first."""
+        """Return the angles α [m] of the same surfaces, shape (k, 3): from the slope of a triangle through its corners to
+        the slope of the surface at the midpoint of one of its edges. Triangles are first rotated into the planes of the
+        hinges."""
         up, along = self._middle[frames], self._along[frames]
         normal = self.normal[number]
         cosine = np.maximum(1.0 + np.sum(up * normal, axis=1), BACK)[:, None]
@@ -226,14 +231,15 @@ class _Mesh:
 
 
 def _corners_in(first: np.ndarray, second: np.ndarray, chi: np.ndarray, psi: np.ndarray) -> np.ndarray:
-    """Corners of triangles along two axes, from the first one on [m], shape (k, 3, 2)."""
+    """Return the corners of triangles along two axes, relative to the first corner [m], shape (k, 3, 2)."""
     zero = np.zeros(len(chi))
     columns = [zero, zero, *(np.sum(way * axis, axis=1) for way in (chi, psi) for axis in (first, second))]
     return np.stack(columns, axis=1).reshape(-1, 3, 2)
 
 
 def _find_shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """The hinges that shift the angles at shared ones from half the fold, (shared, other), shape (2, k), and c, shape (k,)."""
+    """Return the pairs (shared hinge, other hinge), shape (2, k), in which the fold of the other hinge shifts the angles at
+    the shared one away from half its fold, and the coefficients c, shape (k,)."""
     shared = np.flatnonzero(mesh.is_shared)
     both = np.stack([mesh.left[0, shared], mesh.right[0, shared]], axis=1)
     uneven = 0.5 * (mesh.shares(shared, *mesh.left[:, shared]) - mesh.shares(shared, *mesh.right[:, shared]))
@@ -255,7 +261,7 @@ def _find_shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _build_curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.csr_array:
-    """The operator from folds to the tensors xx, yy, xy of the triangles [1/m], shape (3 t, h)."""
+    """Return the operator from folds to the curvature tensors xx, yy, xy of the triangles [1/m], shape (3 t, h)."""
     out = np.stack([mesh.edges[:, :, 1], -mesh.edges[:, :, 0]], axis=2) / mesh.length[:, :, None]
     tensors = np.stack([out[:, :, 0] ** 2, out[:, :, 1] ** 2, out[:, :, 0] * out[:, :, 1]], axis=2)
     tensors *= (mesh.length / mesh.area[:, None])[:, :, None]
@@ -276,7 +282,8 @@ def _build_curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.
 
 
 def _condense_free_edges(mesh: _Mesh, plate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Moduli of triangles [J], shape (t, 3, 3), and traces of tensors, shape (t, 3), of which no moment acts on free edges."""
+    """Return the moduli of triangles [J], shape (t, 3, 3), and the trace operators of their curvatures, shape (t, 3),
+    condensed so that no moment acts on free edges."""
     t = len(mesh.area)
     moduli, traces = np.tile(plate, (t, 1, 1)), np.tile((1.0, 1.0, 0.0), (t, 1))
     for k in range(3):

@@ -1,4 +1,4 @@
-"""Initial tension of membranes: the equal stretch in the plane that bears it, or one that is given."""
+"""Initial tension of membranes: from the equal biaxial stretch that produces it, or from a given stretch."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -11,7 +11,7 @@ LARGEST, THINNEST = 10.0, 0.05  # stretch, and thickness over that at rest, up t
 
 
 class Prestretch(NamedTuple):
-    """State of a membrane that is stretched alike along all directions of its plane."""
+    """State of a membrane with equal biaxial stretch."""
 
     stretch: float
     stress: InPlane  # [Pa], the same along all directions but in a law with directions
@@ -22,10 +22,11 @@ class Prestretch(NamedTuple):
 
 
 def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float, inflation: float = 0.0) -> Prestretch:
-    """The state in which a membrane, now of a thickness [m], bears a tension [N/m], or is stretched by 1 + inflation along all
-    directions. Raises ValueError where there is none.
+    """Return the state of a membrane, with the present thickness [m], under a tension [N/m] or with the biaxial stretch 1 +
+    inflation.
 
-    law_of: the law of a membrane of a thickness at rest [m], on which the thickness of a stretched one over it does not depend.
+    Raises ValueError if no such state exists. law_of: function that returns the law of a membrane of a given thickness at
+    rest [m]; the ratio of stretched thickness to thickness at rest must not depend on it.
     """
     if tension == inflation == 0.0:
         law = law_of(thickness)
@@ -58,7 +59,7 @@ def prestretch(law_of: Callable[[float], Law], tension: float, thickness: float,
 
 
 def _bearing(response: Callable[[float], tuple[float, float]], wanted: float) -> float | None:
-    """The smallest stretch whose response bears a stress [Pa]; None where none does."""
+    """Return the smallest stretch at which `response` has the stress `wanted` [Pa]; None if there is none."""
     from scipy.optimize import brentq
 
     stretch = 1.0

@@ -1,1 +1,1 @@
-"""Solids on nodes of their own with shape functions over a background mesh, in total-Lagrangian form."""
+"""Solids on their own nodes with shape functions over a background mesh, in total-Lagrangian form."""

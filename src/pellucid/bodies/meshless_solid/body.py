@@ -39,7 +39,8 @@ OVERESTIMATE = 1.05  # of the largest frequency: power iteration approaches it f
 
 
 class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
-    """Nodes with shape functions over a background mesh, which are made when all conditions are known (`complete`)."""
+    """Nodes with shape functions over a background mesh; the functions are built when all conditions are known
+    (`complete`)."""
 
     energy_kind = "strain"
 
@@ -97,7 +98,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self._find_fastest()
 
     def _find_fastest(self) -> None:
-        """The largest frequency of the state as it is, from the start."""
+        """Compute the largest frequency of the present state, starting from a random vector."""
         self._fastest = self._power_iteration()
         self._forces.converge(self._fastest, self.arrays["position"] - self.mesh.nodes)
         self._find_forces()
@@ -158,7 +159,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self, dt: float = 0.0, iterate: bool = False) -> None:
-        """Internal forces and energy at the positions of the nodes, which these reached in a step dt [s]."""
+        """Compute the internal forces and the energy at the nodal positions, which were reached in a step dt [s]. iterate:
+        True to also update the estimate of the largest frequency."""
         displacement, force = self.arrays["position"] - self.mesh.nodes, self.motion.internal
         if iterate:
             self._forces.find_and_iterate(displacement, force, dt, self._fastest)
@@ -245,7 +247,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.skin.begin()
 
     def predict(self, dt: float) -> None:
-        """P2G of mass, momentum and all forces of the surface for contact on the nodes of the grid, with drag."""
+        """Scatter mass, momentum and all forces of the surface to the grid for contact, including drag."""
         if self.skin and self.touches_on_nodes:
             self.skin.scatter(self.motion.forces() + self.motion.drag_forces(dt))
 
@@ -281,7 +283,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.coupling.sort()
 
     def _check_held(self) -> None:
-        """Raise `CaseError` where a node begins elsewhere than where a support or motion wants the field."""
+        """Raise `CaseError` if the initial displacement of a node differs from the one that a support or motion prescribes."""
         displacement = self.arrays["position"] - self.mesh.nodes
         held = (self.arrays["prescribed"] > 0) & (abs(displacement) > HELD * np.ptp(self.mesh.nodes, axis=0).max())
         if held.any():

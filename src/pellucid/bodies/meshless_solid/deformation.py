@@ -74,7 +74,7 @@ def displacements(start, m, solid):
 
 @kernel(inner=True)
 def deform_block(block, solid):
-    """Deformation gradients of a block, and what it gives to the volumes about the nodes."""
+    """Compute the deformation gradients of a block, and its contributions to the volumes around the nodes."""
     start, end = solid.blocks.first[block], solid.blocks.first[block + 1]
     u, volume, corners = displacements(start, end - start, solid), solid.block_volume[start:end], solid.corners
     volume[:] = 0.0
@@ -89,7 +89,7 @@ def deform_block(block, solid):
 
 @kernel(inner=True)
 def components(s, at, step):
-    """The nine components of vectors that stand a step apart."""
+    """Return nine vectors of `s`, starting at `at`, a step apart: the components of a tensor."""
     first = (load(s, at), load(s, at + step), load(s, at + 2 * step), load(s, at + 3 * step), load(s, at + 4 * step))
     last = (load(s, at + 5 * step), load(s, at + 6 * step), load(s, at + 7 * step), load(s, at + 8 * step))
     return (first[0], first[1], first[2], first[3], first[4], last[0], last[1], last[2], last[3])

@@ -1,14 +1,15 @@
-"""Essential conditions by forces: for functions that do not take prescribed values at the nodes.
+"""Essential boundary conditions by constraint forces, for shape functions that do not interpolate nodal values.
 
-After the free update, impulses λ_j go to the nodes by shares s_ja, so that the field takes the prescribed values:
+After the free update, impulses λ_j are distributed to the nodes with the weights s_ja, so that the field takes the
+prescribed values:
 
     Σ_j V_ij λ_j = v̄_i - Σ_a s_ia v_a,  V_ij = Σ_a s_ia s_ja/m_a,  m_a Δv_a = Σ_j s_ja λ_j .
 
-The simplified SEBCIEM has forces at the nodes, s_ja = p_a(x_j), and the field is exact there. EBCIEM spreads each force over
-the faces about its node, by linear functions N_j on them, s_ja = ∮ p_a N_j dS / ∮ N_j dS, so that uniform tractions are exact
-(Joldes, Chowdhury, Wittek & Miller 2017, Eng. Anal. Bound. Elem. 80, 94). As published it prescribes the field at the nodes all
-the same: V is not symmetric then, the forces do work on what the field lacks between, and undamped motion grows by it. Here
-the mean over the faces, by the same shares, is prescribed. v̄ also takes back what is lacking of the displacement.
+The simplified SEBCIEM applies forces at the nodes, s_ja = p_a(x_j), and the field is exact there. EBCIEM distributes each
+force over the faces around its node with linear functions N_j, s_ja = ∮ p_a N_j dS / ∮ N_j dS, so that uniform tractions
+are exact (Joldes, Chowdhury, Wittek & Miller 2017, Eng. Anal. Bound. Elem. 80, 94). The published method still prescribes
+the field at the nodes. V is then not symmetric, the forces do work on the error between the nodes, and undamped motion
+grows. Here the mean over the faces, with the same weights, is prescribed. v̄ also corrects the error of the displacement.
 """
 
 from collections.abc import Callable
@@ -30,11 +31,11 @@ Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class ForceCorrection:
-    """The impulses that make the field take the prescribed displacement.
+    """Computes the impulses with which the field follows the prescribed displacement.
 
-    values: functions at all nodes, shape (n, n); position [m], shape (n, 3), as the body keeps it; inertia [kg], shape (n,);
-    motions: the first row of motions and that behind the last; spread: whether over faces. Raises Refusal where conditions on
-    two nodes are nearly the same.
+    values: shape functions at all nodes, shape (n, n); position: array of the body [m], shape (n, 3); inertia: [kg], shape
+    (n,); motions: first row of the motions and the row after the last; spread: True to distribute forces over faces
+    (EBCIEM). Raises Refusal if conditions on two nodes are nearly identical.
     """
 
     def __init__(
@@ -84,9 +85,9 @@ class ForceCorrection:
 def spread_over_faces(
     prescribed: PrescribedField, evaluator: Evaluator, chosen: np.ndarray, nodes: np.ndarray, values: sparse.csr_array
 ) -> sparse.csr_array:
-    """s_ja of prescribed nodes, shape (m, n), over the chosen faces of the boundary.
+    """Return s_ja of the prescribed nodes, shape (m, n), over the chosen faces of the boundary.
 
-    A node without such a face has a force at its place, with the functions there, values of shape (m, n).
+    A node without such a face has a point force at its position, with the shape functions there: `values`, shape (m, n).
     """
     mesh = prescribed.mesh
     faces, owners = mesh.faces
@@ -106,7 +107,7 @@ def spread_over_faces(
 
 
 def _solver(shares: sparse.csr_array, inertia: np.ndarray) -> Solve:
-    """Impulses for the velocities that are lacking."""
+    """Return a function that computes the impulses for given velocity errors."""
     if shares.shape[0] == 0:
         return np.copy
     V = sparse.csc_array(shares @ sparse.diags_array(1.0 / inertia) @ shares.T)

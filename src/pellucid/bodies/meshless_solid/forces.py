@@ -1,12 +1,11 @@
 """Internal forces of a meshless solid in total-Lagrangian form.
 
-F = I + Σ u_a ⊗ ∇p_a and f_a = -Σ_q w_q P(F_q) ∇p_a(q) over quadrature points of the cells, with gradients by the reference
-configuration, found once (Horton et al. 2010, Int. J. Numer. Methods Biomed. Eng. 26, 977; Mountris et al. 2019, section 4).
-
-Nearly incompressible solids would lock: their volume ratio is averaged about the corners a of the cells, with the linear
-functions N_a, J̄_a = Σ_q w N_a J / V_a, V_a = Σ_q w N_a, and the volumetric part U(J) of the energy is taken of J̄_a, V_a
-each: P = ∂W/∂F + (Σ_a N_a U'(J̄_a) - U'(J)) cof F. (The average nodal pressure of Bonet & Burton 1998, Commun. Numer. Methods
-Eng. 14, 437, for linear tetrahedra.)
+F = I + Σ u_a ⊗ ∇p_a and f_a = -Σ_q w_q P(F_q) ∇p_a(q) over quadrature points of the cells, with gradients with respect to
+the reference configuration, computed once (Horton et al. 2010, Int. J. Numer. Methods Biomed. Eng. 26, 977; Mountris et al.
+2019, section 4). Nearly incompressible solids would lock. Their volume ratio is therefore averaged around the corners a of
+the cells, with the linear functions N_a, J̄_a = Σ_q w N_a J / V_a, V_a = Σ_q w N_a, and the volumetric part U(J) of the
+energy is evaluated at J̄_a, with the volume V_a each: P = ∂W/∂F + (Σ_a N_a U'(J̄_a) - U'(J)) cof F. (The average nodal
+pressure of Bonet & Burton 1998, Commun. Numer. Methods Eng. 14, 437, for linear tetrahedra.)
 """
 
 from typing import Any
@@ -39,16 +38,17 @@ from pellucid.tensors import cofactor, determinant
 
 @generic
 def find_stresses(points: Any, first: int, n: int, solid: Any, dt: float, keep: bool, averaged: bool, s: Any) -> float:
-    """Replace what a batch of n packs, from the first on, has in columns of s: stored energy and P, times the weights, and the
-    volume ratio. The energy [J] that its points lost so far.
+    """Compute the stresses of a batch of n packs, starting at `first`.
 
-    dt: of the step [s] that led to their deformation gradients; keep: whether states go on to them.
+    Writes to the columns of s: stored energy and P, times the weights, and the volume ratio. Returns the energy dissipated
+    so far by these points [J]. dt: the step that ended with the present deformation gradients [s]; keep: True to store the
+    new states.
     """
 
 
 @kernel(inner=True)
 def gradient_at(s, i):
-    """The deformation gradient of point i of a batch."""
+    """Return the deformation gradient of point i of a batch."""
     return (
         s[i],
         s[COLUMN + i],
@@ -86,7 +86,8 @@ def keep_stress(s, i, law, averaged, F, J, stored, P):
 
 @kernel(inner=True)
 def _elastic_stresses(law, averaged, s):
-    """Replace what a batch of points has in columns of s: stored energy and P, times the weights, and the volume ratio."""
+    """Compute the stresses of a batch of elastic points. Writes to the columns of s: stored energy and P, times the
+    weights, and the volume ratio."""
     for i in range(COLUMN):  # columns a constant apart, and no other array: the compiler takes several points at a time
         F = gradient_at(s, i)
         stored, P = energy_and_stress(law, F)
@@ -101,7 +102,7 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
 
 @kernel(inner=True)
 def _average_chunk(chunk, solid):
-    """Volume ratios of nodes, the energy in them and their stresses."""
+    """Compute the averaged volume ratios of the nodes, their volumetric energy and stresses."""
     blocks, least, stored = solid.blocks, np.inf, 0.0
     for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(solid.volume))):
         volume = 0.0
@@ -116,7 +117,8 @@ def _average_chunk(chunk, solid):
 
 @kernel(inner=True)
 def _fill_batch(first, n, solid, averaged, mean, u, s):
-    """Copy deformation gradients, weights and nodal means of n packs to columns of s; u, mean: of the nodes of the block."""
+    """Copy deformation gradients, weights and nodal means of n packs to columns of s; u, mean: displacements and mean
+    stresses of the nodes of the block."""
     corners = solid.corners
     for k in range(n):
         pack, here = first + k, 9 * LANES * (first + k)
@@ -144,7 +146,7 @@ def _mean_stresses(start, m, solid):
 
 @kernel(inner=True, allocates=True)
 def _force_block(block, solid, dt, keep):
-    """Forces of a block on its nodes; where the volume ratio is not averaged, the deformation gradients too."""
+    """Compute the forces of a block on its nodes; also the deformation gradients, unless the volume ratio is averaged."""
     blocks, corners, averaged = solid.blocks, solid.corners, len(solid.block_volume) > 0
     start, m = blocks.first[block], blocks.first[block + 1] - blocks.first[block]
     u = displacements(start, m, solid)
@@ -167,7 +169,7 @@ def _force_block(block, solid, dt, keep):
 
 @kernel(inner=True)
 def _add_blocks(chunk, solid, force):
-    """Forces of a chunk of the nodes, from what their blocks have of them."""
+    """Sum the forces on a chunk of the nodes from their blocks."""
     blocks = solid.blocks
     for a in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(force))):
         for d in range(3):
@@ -179,7 +181,8 @@ def _add_blocks(chunk, solid, force):
 
 @kernel()
 def internal_forces(n_blocks, chunks, solid, dt, keep, force):
-    """Fill force (n, 3) [N], the deformation gradients, and the sums of blocks and chunks; dt, keep: of `find_stresses`."""
+    """Compute the nodal forces `force` (n, 3) [N], the deformation gradients, and the sums of blocks and chunks; dt, keep:
+    see `find_stresses`."""
     if len(solid.block_volume) > 0:
         parallel_for(deform_block, n_blocks, solid)
         parallel_for(_average_chunk, chunks, solid)

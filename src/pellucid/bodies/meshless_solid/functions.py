@@ -1,4 +1,4 @@
-"""The functions of a meshless solid, which are made when it is known where conditions prescribe the field."""
+"""The shape functions of a meshless solid; they are built when the conditions that prescribe the field are known."""
 
 import warnings
 from collections.abc import Iterator, Sequence
@@ -29,7 +29,7 @@ MISSED = 0.01  # share of other nodes in a node that is prescribed
 
 @contextmanager
 def refused(case: "MeshlessSolidCase", key: str | None = None) -> Iterator[None]:
-    """Raise CaseError where there are no functions, or something else of this key, without one the mesh, cannot be."""
+    """Raise CaseError at `key`, by default the mesh, if the block finds no shape functions or refuses the settings."""
     approximant, body = case.approximant, f"body.{case.name}"
     try:
         yield
@@ -44,7 +44,7 @@ def refused(case: "MeshlessSolidCase", key: str | None = None) -> Iterator[None]
 
 
 def check_functions(case: "MeshlessSolidCase", mesh: SimplexMesh) -> None:
-    """Raise CaseError where the approximant has no functions at a quadrature point or a node."""
+    """Raise CaseError if the approximant has no functions at a quadrature point or a node."""
     with refused(case):
         evaluator = case.approximant.evaluator(mesh)
         at_quadrature_points(mesh, evaluator, case.points_per_cell)
@@ -52,10 +52,11 @@ def check_functions(case: "MeshlessSolidCase", mesh: SimplexMesh) -> None:
 
 
 class SolidFunctions:
-    """Shape functions over a mesh, which on prescribed faces take the prescribed values where they can.
+    """Shape functions over a mesh; on prescribed faces they take the prescribed values if the approximant allows it.
 
-    tables: their gradients and weights at the quadrature points; at_nodes: their values at the nodes, shape (n, n); residuals:
-    how far the field is from what is prescribed. Raises CaseError where the approximant has no functions.
+    tables: their gradients and weights at the quadrature points; at_nodes: their values at the nodes, shape (n, n);
+    residuals: evaluator of the difference between the field and its prescribed values. Raises CaseError if the approximant
+    has no functions.
     """
 
     def __init__(self, case: "MeshlessSolidCase", mesh: SimplexMesh, law: Law, prescribed: PrescribedField) -> None:
@@ -85,7 +86,7 @@ class SolidFunctions:
         warnings.warn(text, stacklevel=2)
 
     def follow(self, prescribed: PrescribedField) -> None:
-        """Other nodes are prescribed from now on. The functions stay what they are."""
+        """Use a new set of prescribed nodes. The functions do not change."""
         self._prescribed, self.residuals = prescribed, prescribed.residuals(self.at_nodes, self.evaluator)
 
     @property
@@ -94,7 +95,8 @@ class SolidFunctions:
         return self._case.essential == "direct"
 
     def correction(self, position: np.ndarray, inertia: np.ndarray, motions: tuple[int, int]) -> ForceCorrection | None:
-        """The forces that make the field follow, where they do; see `ForceCorrection`."""
+        """Return the constraint forces for the prescribed field; None if nodal coefficients are prescribed directly, or no
+        node is prescribed. See `ForceCorrection`."""
         if self.prescribes_nodes or not len(self._prescribed.nodes):
             return None
         how = position, inertia, motions, self._case.essential == "ebciem"
@@ -102,10 +104,10 @@ class SolidFunctions:
             return ForceCorrection(self._prescribed, self.at_nodes, self.evaluator, *how)
 
     def face_shares(self, faces: np.ndarray) -> FaceShares:
-        """Means of the functions over outer faces, shape (f, 3)."""
+        """Return the means of the shape functions over outer faces, shape (f, 3)."""
         with refused(self._case):
             return face_shares(self.evaluator, self._mesh.nodes, faces, cells_of_faces(self._mesh.cells, faces))
 
     def skin_points(self, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()) -> SkinPoints:
-        """Build the points on the skin; see `skin_points`."""
+        """Build the surface points; see `skin_points`."""
         return skin_points(self._mesh, self.evaluator, mass, longest, closed)

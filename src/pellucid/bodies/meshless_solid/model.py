@@ -91,7 +91,7 @@ class MeshlessSolidCase(DampedModel):
 
     @property
     def _at_rest(self) -> Material:
-        """The material that bears the load at rest."""
+        """Return the material that carries the load at rest."""
         return self.material.hyperelastic() if isinstance(self.material, ViscoelasticMaterial) else self.material
 
     @property
@@ -200,8 +200,8 @@ class MeshlessSolidCase(DampedModel):
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def initial_stress_at(self, position: np.ndarray) -> np.ndarray | None:
-        """Stress at the start [Pa], shape (n, 6), at the quadrature points of `mesh_in_order` [m], shape (n, 3); None where
-        there is none. Initial fields are asked in the order of the mesh as it is given."""
+        """Return the initial stress [Pa], shape (n, 6), at the quadrature points of `mesh_in_order` [m], shape (n, 3); None
+        if there is none. Initial fields are evaluated in the original order of the mesh."""
         order = self._order_of_cells()
         places = np.empty((len(order), self.points_per_cell, 3))
         places[order] = position.reshape(places.shape)
@@ -253,5 +253,5 @@ class MeshlessSolidCase(DampedModel):
 
 @lru_cache(maxsize=8)
 def _selectable(mesh: SimplexMesh) -> Selectable:
-    """Found once for each mesh: reading a case asks for it several times."""
+    """Return the selectable sets of a mesh; cached, since reading a case requests them several times."""
     return Selectable.of_solid(mesh)

@@ -1,4 +1,4 @@
-"""Fields of a meshless solid at its nodes, as results show them."""
+"""Fields of a meshless solid at its nodes, for results."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -83,11 +83,11 @@ def _fields(block, solid, of_stress, of_stored, stress, stored):
 def nodal_field(
     name: str, mesh: SimplexMesh, solid: Solid, at_points: Callable[[int], AtPoints], law: Any, density: float
 ) -> np.ndarray:
-    """Density [kg/m³], Cauchy stress, pressure [Pa], strain energy of unit mass [J/kg] or of the node [J], `stored_energy`,
-    dissipated energy of unit mass [J/kg].
+    """Return a nodal field: density [kg/m³], Cauchy stress or pressure [Pa], strain energy per unit mass [J/kg],
+    `stored_energy` of the node [J], or dissipated energy per unit mass [J/kg].
 
-    Means over the cells about a node by their volumes; energies are shared out to the corners of the cells. law: the
-    hyperelastic one.
+    Values are volume-weighted averages over the cells around a node; energies are distributed among the corners of the
+    cells. law: the hyperelastic law.
     """
     if name == "density":
         if len(solid.block_volume):
@@ -109,7 +109,7 @@ def nodal_field(
 
 
 def _mean(mesh: SimplexMesh, of_cells: np.ndarray) -> np.ndarray:
-    """The mean of a quantity of the cells about each node by their volumes, shape (n,)."""
+    """Return the volume-weighted average of a cell quantity at each node, shape (n,)."""
     corners, volumes = mesh.cells.ravel(), np.repeat(mesh.volumes, 4)
     sums = np.bincount(corners, np.repeat(of_cells, 4) * volumes, len(mesh.nodes))
     return np.asarray(sums / np.bincount(corners, volumes, len(mesh.nodes)))

@@ -17,11 +17,11 @@ _ON_FACE = np.array(
 
 
 class PrescribedField:
-    """The nodes with a prescribed displacement, and the faces of the boundary on which it prescribes the field.
+    """The nodes with a prescribed displacement, and the boundary faces on which the field is prescribed.
 
-    number, shape (n, 3): along each axis 0 where a node is free, else 1 + the row of its support or motion; group, of the same
-    shape: one number for rows that never differ. displacement: prescribed so far [m], shape (rows, 3). faces: numbers of the
-    boundary faces that have all nodes in one group along an axis; held, shape (faces, 3): along which.
+    number, shape (n, 3): along each axis 0 if a node is free, else 1 + the row of its support or motion; group, shape (n,
+    3): one number for all rows that never differ; displacement: prescribed so far [m], shape (rows, 3); faces: numbers of
+    the boundary faces whose nodes are all in one group along an axis; held, shape (faces, 3): mask of these axes.
     """
 
     def __init__(self, mesh: SimplexMesh, number: np.ndarray, group: np.ndarray, n_rows: int) -> None:
@@ -35,8 +35,9 @@ class PrescribedField:
         self.faces, self.held = boundary[some], held[some]
 
     def disturbing(self, evaluator: Evaluator) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes of another group that are active on those faces on which the functions of any do not vanish, so that the field
-        differs there, and the numbers of these faces, both of shape (k,)."""
+        """Return nodes of another group whose shape functions disturb the prescribed field on faces, and the numbers of
+        these faces, shape (k,) each. All such nodes that are active on a face are returned if the functions of at least one
+        of them do not vanish there."""
         if not len(self.faces):
             return self.faces, self.faces
         rows = self._on_faces(evaluator)
@@ -55,8 +56,9 @@ class PrescribedField:
         return np.asarray(((self._group[node] != self._group[corner]) & self.held[face]).any(axis=1))
 
     def lone(self, values: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes of the boundary that are prescribed along an axis but on no face that is, and the largest share of nodes of
-        other groups in the field there, of shape (k,). values: functions at all nodes, shape (n, n)."""
+        """Return the boundary nodes that are prescribed along an axis but belong to no prescribed face, and the largest
+        weight of nodes of other groups in the field there, shape (k,) each. values: shape functions at all nodes, shape (n,
+        n)."""
         outer = np.zeros(self.number.shape, bool)
         outer[self.mesh.faces[0][self.mesh.boundary].ravel()] = True
         alone = outer & (self.number > 0)
@@ -81,12 +83,12 @@ class PrescribedField:
         return Residuals(self, (values[on_boundary], self.number[on_boundary]), (self._on_faces(evaluator), between))
 
     def at(self, number: np.ndarray) -> np.ndarray:
-        """The prescribed displacements [m] for numbers of shape (m, 3), 0 where free."""
+        """Return the prescribed displacements [m] for constraint numbers of shape (m, 3); 0 if free."""
         rows = np.concatenate([np.zeros((1, 3)), self.displacement])
         return np.asarray(np.take_along_axis(rows, number, axis=0))
 
     def _on_faces(self, evaluator: Evaluator) -> sparse.csr_array:
-        """Functions at places on the faces, in their order."""
+        """Return the shape functions at points on the prescribed faces, face by face."""
         faces, owners = self.mesh.faces
         places = np.einsum("qk,fki->fqi", _ON_FACE, self.mesh.nodes[faces[self.faces]]).reshape(-1, 3)
         n, normals = len(_ON_FACE), unit_normals(self.mesh.nodes, faces[self.faces])
@@ -94,7 +96,7 @@ class PrescribedField:
 
 
 class Residuals:
-    """|Σ_a p_a(x) u_a - ū| along the prescribed axes at nodes of the boundary, and at places on faces between them."""
+    """The residuals |Σ_a p_a(x) u_a - ū| along the prescribed axes, at boundary nodes and at points on faces between them."""
 
     def __init__(
         self,
@@ -107,7 +109,8 @@ class Residuals:
         self._prescribed, self._sets = prescribed, {"nodes": at_nodes, "between": between}
 
     def largest(self, displacement: np.ndarray) -> dict[str, float]:
-        """The largest [m] of each for displacements of the nodes [m], shape (n, 3); none where there are no such places."""
+        """Return the largest residual [m] at nodes and between them, for nodal displacements [m], shape (n, 3). A set
+        without points has no entry."""
         found = {}
         for name, (values, number) in self._sets.items():
             if len(number):
@@ -119,16 +122,16 @@ class Residuals:
 def values_at(
     mesh: SimplexMesh, evaluator: Evaluator, cells: np.ndarray, places: np.ndarray, normals: np.ndarray = NO_NORMALS
 ) -> sparse.csr_array:
-    """Functions at places [m], shape (m, 3), in cells, shape (m,), as a matrix of shape (m, n).
+    """Return the shape functions at positions [m], shape (m, 3), in cells, shape (m,), as a matrix of shape (m, n).
 
-    normals: of the faces on which the places lie, shape (m, 3), where they do.
+    normals: normals of the faces that contain the positions, shape (m, 3), if they are on faces.
     """
     rows = evaluate(evaluator, cells, places, False, normals)
     return sparse.csr_array((rows.values, rows.nodes, rows.row), shape=(len(cells), len(mesh.nodes)))
 
 
 def values_at_nodes(mesh: SimplexMesh, evaluator: Evaluator) -> sparse.csr_array:
-    """Functions at the nodes, shape (n, n)."""
+    """Return the shape functions at the nodes, shape (n, n)."""
     cells = np.zeros(len(mesh.nodes), np.int64)
     corners = mesh.cells.shape[1]
     cells[mesh.cells.ravel()] = np.repeat(np.arange(len(mesh.cells)), corners)

@@ -1,7 +1,7 @@
-"""A stress that a meshless solid has at the start, beside that of its law.
+"""An initial stress of a meshless solid, in addition to the stress of its law.
 
-It is a second Piola-Kirchhoff stress S₀ that stays what it was, of points in the reference configuration: P = P(F) + F S₀. At
-rest it is the Cauchy stress. It turns with the material, and is the derivative of an energy, S₀ : E with E = (FᵀF - I)/2.
+It is a constant second Piola-Kirchhoff stress S₀ of the points in the reference configuration: P = P(F) + F S₀. At rest it
+equals the Cauchy stress. It rotates with the material, and is the derivative of the energy S₀ : E with E = (FᵀF - I)/2.
 """
 
 from typing import Any, NamedTuple
@@ -25,7 +25,7 @@ class Prestressed(NamedTuple):
 
 
 def prestressed(solid: Solid, stress: np.ndarray | None) -> Solid:
-    """The solid with an initial stress of its points [Pa], shape (n, 6), if there is one."""
+    """Return the solid with an initial stress of its points [Pa], shape (n, 6); the solid itself if stress is None."""
     if stress is None:
         return solid
     lanes = np.zeros((len(solid.weights), 6))
@@ -59,7 +59,8 @@ def _find_stresses(points, first, n, solid, dt, keep, averaged, s):
 
 
 def with_prestress(found: AtPoints, solid: Solid, F: np.ndarray) -> AtPoints:
-    """Stresses and energies of points with the initial ones, if there are such; F: deformation gradients, shape (n, 3, 3)."""
+    """Return the stresses and energies of points including the initial stress, if there is one. F: deformation gradients,
+    shape (n, 3, 3)."""
     if not isinstance(solid.points, Prestressed):
         return found
     S = solid.points.stress[: len(F)][:, np.array(ROWS)]

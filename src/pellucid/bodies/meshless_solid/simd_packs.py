@@ -1,7 +1,7 @@
-"""Numbers of nodes at quadrature points, rearranged for kernels: packs of four points that share a list of nodes.
+"""Shape-function data at quadrature points, rearranged for kernels: packs of four points with a common list of nodes.
 
-A pack has four points of one cell or, with one point to a cell, those of four cells that stand next to each other in their
-order. Lanes without a point, at the end, have no weight.
+A pack has four points of one cell or, with one point per cell, the points of four cells that are adjacent in their order.
+Lanes without a point, at the end, have zero weight.
 """
 
 from math import frexp, ldexp
@@ -21,7 +21,7 @@ DIGITS = 24  # of a number in single precision
 
 
 class Source(NamedTuple):
-    """Lists of the cells and of the packs, and numbers at the points: of the nodes of the cell, component by component."""
+    """Node lists of the cells and of the packs, and data at the points: for each node of the cell, component by component."""
 
     n_points: int  # of a cell
     cells: Lists
@@ -30,7 +30,7 @@ class Source(NamedTuple):
 
 
 def pack_lists(cells: Lists, n_points: int) -> Lists:
-    """The nodes of each pack, from those of each cell in ascending order."""
+    """Return the nodes of each pack, from the nodes of each cell in ascending order."""
     count, n_cells = np.diff(cells.first), len(cells.first) - 1
     if n_points % LANES == 0:
         times = n_points // LANES
@@ -45,7 +45,7 @@ def pack_lists(cells: Lists, n_points: int) -> Lists:
 
 @kernel(inner=True)
 def _take(pack, source, parts, out):
-    """Fill out with the numbers of a pack: `parts` components of LANES points for each node, nothing where there is none."""
+    """Fill `out` with the data of a pack: `parts` components of LANES points for each node; zero for missing points."""
     nq, cells, packs = source.n_points, source.cells, source.packs
     start, end = packs.first[pack], packs.first[pack + 1]
     out[: parts * LANES * (end - start)] = 0.0
@@ -71,9 +71,9 @@ def _fill(chunk, source, parts, out):
 
 @kernel(inner=True)
 def _round_together(n, step, numbers):
-    """Round n numbers, a step apart, of which the sum is to vanish, to multiples of what their largest has in single precision.
+    """Round n numbers, a step apart, whose exact sum is zero, to multiples of the single-precision unit of the largest one.
 
-    The sums of the first ones are rounded: the differences of these add up to nothing, exactly.
+    The partial sums are rounded, so that the rounded numbers, their differences, sum to exactly zero.
     """
     largest = 0.0
     for k in range(n):
@@ -122,7 +122,7 @@ def _fill_gradients(chunk, source, position, longest, rounded, gradients, turns)
 
 
 def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray) -> np.ndarray:
-    """Pack one number per node of a point: LANES to an entry of their lists."""
+    """Pack one number per node and point: LANES numbers per entry of the node lists of the packs."""
     out, chunks = np.empty(LANES * len(packs.items)), -(-(len(packs.first) - 1) // CHUNK)
     _fill(chunks, Bundle(Source(n_points, cells, packs, numbers)), 1, out)
     return out
@@ -131,10 +131,11 @@ def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray)
 def pack_gradients(
     cells: Lists, packs: Lists, n_points: int, rows: np.ndarray, position: np.ndarray, storage: Any
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients as g_a and K: 3 × LANES numbers of a storage type to an entry of the lists, and 9 × LANES to a pack, K - I.
+    """Pack gradients as g_a and K.
 
-    rows: the gradients [1/m] as rows of shape functions have them; position: of the nodes [m], shape (n, 3). In single
-    precision g_a add up to nothing at each point, to the last bit.
+    Returns g_a, 3 × LANES numbers of type `storage` per entry of the node lists, and K - I, 9 × LANES numbers per pack.
+    rows: gradients [1/m] in rows of shape functions; position: nodal positions [m], shape (n, 3). In single precision the
+    g_a of each point sum to exactly zero.
     """
     n_packs = len(packs.first) - 1
     gradients, turns = np.empty(3 * LANES * len(packs.items), storage), np.zeros(9 * LANES * n_packs, storage)

@@ -1,11 +1,10 @@
-"""A meshless solid as kernels take it: functions and points in packs, packs in blocks.
+"""A meshless solid in the form for kernels: shape functions and points in packs, packs in blocks.
 
-Four points stand side by side in the lanes of a vector: a pack. Gradients are kept as ∇p_a = Kᵀ g_a, with g_a in single
-precision that add up to nothing to the last bit, and K, one to a point, that puts linear reproduction right to the precision
-of doubles: forces and torques of the whole solid vanish to round-off of doubles, whatever the precision of the g_a.
-
-Packs are shared out in blocks that do not depend on the threads. A block sums what it gives to its own nodes; each node then
-adds up what its blocks have, in their order.
+A pack is four points in the lanes of a vector. Gradients are stored as ∇p_a = Kᵀ g_a. The g_a are in single precision and
+sum to exactly zero; K, one per point, restores linear reproduction to double precision. Forces and torques of the whole
+solid therefore vanish to double-precision round-off, whatever the precision of the g_a. Packs are divided into blocks that
+do not depend on the number of threads. A block sums the forces on its own nodes; each node then sums the contributions of
+its blocks in a fixed order.
 """
 
 from typing import Any, NamedTuple
@@ -25,7 +24,7 @@ NODAL, WEIGHT, STRESS, STORED, RATIO, COLUMNS = 9, 10, 11, 20, 21, 22  # of a ba
 
 
 class Blocks(NamedTuple):
-    """The nodes of each block of packs, and the places of each node in the blocks."""
+    """The nodes of each block of packs, and the positions of each node in the blocks."""
 
     first: np.ndarray  # (blocks + 1,)
     nodes: np.ndarray  # those of block b from first[b] to first[b + 1]
@@ -34,8 +33,8 @@ class Blocks(NamedTuple):
 
 
 class Functions(NamedTuple):
-    """Lists of nodes of the packs, and what belongs to each entry: its node's place in the block, times the lanes, and numbers
-    of the points of the pack, component by component."""
+    """Node lists of the packs, and data of each entry: the position of its node in the block, times the number of lanes,
+    and values at the points of the pack, component by component."""
 
     first: np.ndarray  # (packs + 1,)
     place: np.ndarray
@@ -43,7 +42,7 @@ class Functions(NamedTuple):
 
 
 class Elastic(NamedTuple):
-    """Stresses of points that follow from the deformation alone."""
+    """Points whose stresses depend on the deformation only."""
 
     law: Any
 
@@ -77,8 +76,8 @@ def deformation_gradients(solid: Solid, n_cells: int) -> np.ndarray:
 
 
 def inversion(mesh: SimplexMesh, solid: Solid) -> tuple[str, int] | None:
-    """Describe the place of an inverted point or of a non-positive mean volume ratio around a node, with a node of it; None
-    if there is none."""
+    """Describe the location of an inverted point, or of a node with a non-positive mean volume ratio. Returns the text and
+    the number of a node there; None if there is none."""
     if not solid.sums[:, LEAST_J].min() > 0.0:
         ratios = np.linalg.det(deformation_gradients(solid, len(mesh.cells)))
         cell = int(np.argmin(ratios)) // solid.n_points

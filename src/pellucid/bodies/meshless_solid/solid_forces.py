@@ -1,4 +1,4 @@
-"""The forces of a hyperelastic meshless solid, their energy, and the frequency that bounds the step."""
+"""The forces of a hyperelastic meshless solid, their energy, and the frequency that limits the step."""
 
 from collections.abc import Mapping
 
@@ -16,14 +16,14 @@ class ElasticForces:
     """Internal forces of an elastic material: stresses depend on the deformation only."""
 
     def __init__(self, solid: Solid, initial_stress: np.ndarray | None = None) -> None:
-        """initial_stress: of the points [Pa], shape (n, 6)."""
+        """initial_stress: initial stress of the points [Pa], shape (n, 6)."""
         self.solid = prestressed(solid, initial_stress)
         self.bundle = Bundle(self.solid)
         self.arrays: Mapping[str, np.ndarray] = {}
         """The history of the points, by name."""
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
-        """Fill force (n, 3) [N] at displacements [m], shape (n, 3), that were reached in a step dt [s]."""
+        """Compute the forces `force` (n, 3) [N] at displacements [m], shape (n, 3), reached in a step dt [s]."""
         self._find(displacement, force, dt, False)
 
     def _find(self, displacement: np.ndarray, force: np.ndarray, dt: float, keep: bool) -> None:
@@ -32,17 +32,18 @@ class ElasticForces:
         internal_forces(len(solid.sums), len(solid.node_sums), self.bundle, dt, keep, force)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
-        """Forces at displacements that may be reached so fast; of what is hyperelastic they do not depend on it."""
+        """Compute the forces at trial displacements reached within the time of a frequency; hyperelastic forces do not
+        depend on it."""
         self.find(displacement, force, 0.0)
 
     def stored(self) -> float:
-        """Strain energy [J]."""
+        """Return the strain energy [J]."""
         nodal = float(self.solid.node_sums[:, ENERGY].sum()) if len(self.solid.block_volume) else 0.0
         return float(self.solid.sums[:, ENERGY].sum()) + nodal
 
     @property
     def lost(self) -> float | None:
-        """Energy that the material dissipated so far [J], of those that tell it apart."""
+        """Return the energy dissipated so far by the material [J]; None for materials that do not compute it."""
         return None
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
@@ -57,7 +58,7 @@ class ElasticForces:
         iteration.learn(force - there)
 
     def at_points(self, n: int) -> AtPoints:
-        """Stresses and energies at the n points."""
+        """Return the stresses and energies at the n points."""
         return with_prestress(
             self._of_law(n), self.solid, deformation_gradients(self.solid, n // self.solid.n_points).reshape(n, 3, 3)
         )

@@ -1,7 +1,7 @@
-"""The largest frequency of a solid about its present state, by power iteration: it bounds the step of central differences.
+"""The largest frequency of a solid around its present state, by power iteration; it limits the step of central differences.
 
-The iteration goes on during a run: one every `INTERVAL` steps, from the vector that the last one left, and one in each step
-while the frequency grows, as it does where a solid is crushed.
+The iteration continues during a run: one iteration every `INTERVAL` steps, starting from the vector of the last one, and
+one in each step while the frequency grows, for example while a solid is compressed.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,25 +14,28 @@ GROWING = 0.003  # relative growth of the frequency in an iteration after which 
 SMALL = 1e-7  # of the extent of the solid: the displacement with which forces are differenced
 
 Forces = Callable[[np.ndarray, np.ndarray, float], None]
-"""Fills internal forces [N] at displacements [m], both of shape (n, 3), that are reached in the time of a frequency [rad/s]."""
+"""Function that computes internal forces [N] at displacements [m], both of shape (n, 3), reached within the time of a
+frequency [rad/s]."""
 
 
 class PowerIteration:
-    """The fastest mode so far of nodes with an inertia [kg], shape (n,), that move where `free`, shape (n, 3).
+    """The estimate of the fastest mode of nodes with an inertia [kg], shape (n,), that are free along `free`, shape (n, 3).
+    extent: size of the solid [m].
 
-    extent: of the solid [m]. With v of unit length by the inertia M, the frequency is the root of the length of M⁻¹ K v, which
-    never passes the largest eigenvalue and is nearer to it than vᵀ K v.
+    With v of unit length in the norm of the inertia M, the estimate is the square root of the norm of M⁻¹ K v. Its square
+    never exceeds the largest eigenvalue and is closer to it than vᵀ K v.
 
-    Viscous forces: central differences with C by the velocity of half a step before, M a = -K u - C v, are stable for
-    4 M - dt² K - 2 dt C ≥ 0. With s = 2/dt the bound is where s² is the largest eigenvalue of M⁻¹ (K + s C): the stiffness in a
-    displacement that takes the time 1/s. So it is found with the vector; an error in s is halved, at least, each time.
-    For one mode of damping ratio ξ it is dt = 2/ω (√(1 + ξ²) - ξ).
+    Viscous forces: central differences with C at the velocity half a step before, M a = -K u - C v, are stable for 4 M -
+    dt² K - 2 dt C ≥ 0. With s = 2/dt, the limit is reached when s² is the largest eigenvalue of M⁻¹ (K + s C): the
+    stiffness for a displacement that takes the time 1/s. s is therefore computed together with the vector; each iteration
+    at least halves an error in s. For one mode of damping ratio ξ the limit is dt = 2/ω (√(1 + ξ²) - ξ).
     """
 
     def __init__(
         self, inertia: np.ndarray, free: np.ndarray, extent: float, shift: Callable[[np.ndarray], np.ndarray] | None = None
     ) -> None:
-        """shift: by what forces [N], shape (n, 3), change before they meet the inertia, where they do."""
+        """shift: function that returns the change of forces [N], shape (n, 3), before they are divided by the inertia; None
+        without it."""
         self._inertia, self.free, self._extent, self._shift = inertia[:, None], free, extent, shift
         self._vector = self._without_preference()
         self._scale = 1.0
@@ -44,12 +47,12 @@ class PowerIteration:
         return np.asarray(np.random.default_rng(0).standard_normal(self.free.shape) * self.free / np.sqrt(self._inertia))
 
     def renew(self) -> None:
-        """Look for the fastest mode from the start, with an iteration in each of the coming steps; until it is found, the
-        frequency does not fall."""
+        """Restart the search for the fastest mode, with an iteration in each of the coming steps; the frequency does not
+        decrease until the search is complete."""
         self._vector, self._waits, self._renewing = self._without_preference(), 0, ITERATIONS
 
     def is_due(self) -> bool:
-        """Return True if the coming step has an iteration; called once in each."""
+        """Return True if the coming step has an iteration; call this once per step."""
         self._waits -= 1
         return self._waits <= 0
 
@@ -90,9 +93,10 @@ class PowerIteration:
 def converge(
     iteration: PowerIteration, forces: Forces, displacement: np.ndarray, start: float = 0.0, renewed: int = ITERATIONS
 ) -> None:
-    """The first iterations about displacements [m], shape (n, 3), after which forces must be found again.
+    """Perform the first iterations around displacements [m], shape (n, 3).
 
-    start: what forces are told of the frequency at first; renewed: the iterations after which they are told what was found.
+    The forces must be computed again afterwards. start: initial frequency [rad/s] passed to `forces`; renewed: number of
+    iterations after which the frequency passed to `forces` is updated.
     """
     here, there, told = np.empty_like(displacement), np.empty_like(displacement), start
     for number in range(ITERATIONS):

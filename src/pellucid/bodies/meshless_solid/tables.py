@@ -23,8 +23,8 @@ STORAGE: Any = np.float32  # of gradients: doubles take a third more time and ne
 
 
 class Tables(NamedTuple):
-    """A solid as kernels take it; of each node the volume [m³], and Σ_q w |∇p_a| Σ_b |∇p_b| [m], which times a modulus bounds
-    its row of the stiffness; both of shape (n,)."""
+    """A solid for kernels; for each node the volume [m³], and Σ_q w |∇p_a| Σ_b |∇p_b| [m], which bounds its row of the
+    stiffness when multiplied by a modulus; shape (n,) each."""
 
     solid: Solid
     node_volume: np.ndarray
@@ -32,7 +32,7 @@ class Tables(NamedTuple):
 
 
 def at_quadrature_points(mesh: SimplexMesh, evaluator: Evaluator, n_points: int) -> PointRows:
-    """Shape functions and their gradients at so many points of each cell. Raises NoFunctions where there are none."""
+    """Return the shape functions and their gradients at n_points points of each cell. Raises NoFunctions if there are none."""
     return evaluate(evaluator, np.repeat(np.arange(len(mesh.cells)), n_points), quadrature_places(mesh, n_points))
 
 
@@ -44,11 +44,11 @@ def quadrature_places(mesh: SimplexMesh, n_points: int) -> np.ndarray:
 def make_tables(
     mesh: SimplexMesh, evaluator: Evaluator, law: Any, n_points: int, consistent: bool, averaged: bool, storage: Any = None
 ) -> Tables:
-    """Shape functions at the quadrature points of a mesh whose cells stand in spatial order.
+    """Compute the shape functions at the quadrature points of a mesh whose cells are in spatial order.
 
-    consistent: whether the gradients are corrected for consistent quadrature; averaged: whether the volume ratio is averaged
-    about the corners; storage: the type of numbers in which gradients are kept, `STORAGE` without it. Raises NoFunctions
-    where the approximant has none, Refusal where it gives a node no volume or the correction cannot be found.
+    consistent: True to correct the gradients for consistent quadrature; averaged: True to average the volume ratio around
+    the corners; storage: number type of the gradients, by default `STORAGE`. Raises NoFunctions if the approximant has no
+    functions, Refusal if a node has no volume or no correction exists.
     """
     weights = np.repeat(mesh.volumes / n_points, n_points)
     rows = at_quadrature_points(mesh, evaluator, n_points)
@@ -114,14 +114,15 @@ def _add_row_sums(row, nodes, gradients, weights, sums):
 
 
 def _measure_volumes(solid: Solid) -> None:
-    """The volume about each corner, added up as in a step: then the volume ratio at rest is 1 to the last bit."""
+    """Compute the volume around each corner with the same sums as in a step, so that the volume ratio at rest is exactly 1."""
     internal_forces(len(solid.sums), len(solid.node_sums), Bundle(solid), 0.0, False, np.zeros_like(solid.displacement))
     solid.volume.fill(0.0)
     np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)
 
 
 def make_blocks(packs: Lists, n_nodes: int) -> tuple[Blocks, np.ndarray]:
-    """Blocks of packs, and for each entry of their lists its node's place in the block, times the lanes of a vector."""
+    """Return the blocks of packs, and for each entry of their node lists the position of its node in the block, times the
+    lanes of a vector."""
     n_blocks = (len(packs.first) - 2) // PACKS + 1
     block = np.repeat(np.arange(len(packs.first) - 1) // PACKS, np.diff(packs.first))
     pairs, local = np.unique(block * n_nodes + packs.items, return_inverse=True)
@@ -133,7 +134,7 @@ def make_blocks(packs: Lists, n_nodes: int) -> tuple[Blocks, np.ndarray]:
 
 
 def _corners(mesh: SimplexMesh, blocks: Blocks, n_points: int, weights: np.ndarray) -> Functions:
-    """The linear functions of the corners in packs, times the weights."""
+    """Return the linear shape functions of the cell corners in packs, times the weights."""
     order, shares = np.argsort(mesh.cells, axis=1), TETRAHEDRON[n_points]
     cells = Lists(4 * np.arange(len(mesh.cells) + 1), np.take_along_axis(mesh.cells, order, axis=1).ravel())
     values = shares[:, order].swapaxes(0, 1) * weights.reshape(-1, n_points, 1)

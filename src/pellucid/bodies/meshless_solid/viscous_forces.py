@@ -1,8 +1,8 @@
-"""Internal forces of a meshless solid under a law whose points have a history.
+"""Internal forces of a meshless solid with a material law that has history variables.
 
-As in `forces`, but the stress of a point is that of its state, which goes on with the velocity gradient that takes the
-deformation gradient of the state, F₀, to the present one in a time dt, L = (F F₀⁻¹ - I)/dt: P = J σ F⁻ᵀ. Where the volume
-ratio is averaged, it is the volumetric part of the hyperelastic law inside that is; what is viscous has none.
+As in `forces`, except that the stress of a point is the stress of its state. The state is advanced over a time dt with the
+velocity gradient that maps its deformation gradient F₀ to the present one, L = (F F₀⁻¹ - I)/dt: P = J σ F⁻ᵀ. If the volume
+ratio is averaged, this applies to the volumetric part of the underlying hyperelastic law; the viscous part has none.
 """
 
 from typing import Any, NamedTuple
@@ -27,14 +27,14 @@ RETOLD = 3  # power iterations after which forces that diffuse are told the freq
 
 
 class Viscous(NamedTuple):
-    """A law with a history, and the state of its points at the start."""
+    """A law with history variables, and the initial state of its points."""
 
     law: Law
     state: PointState
 
 
 class History(NamedTuple):
-    """The states of the points of a solid, whose own law is the hyperelastic one."""
+    """The states of the points of a solid; the law of the solid itself is the hyperelastic one."""
 
     law: Any
     states: Any  # of the points, in arrays; those of the lanes without a point stand at their end
@@ -95,7 +95,7 @@ class ViscousForces(ElasticForces):
     def __init__(
         self, viscous: Viscous, solid: Solid, density: float, wave_number: float, initial_stress: np.ndarray | None = None
     ) -> None:
-        """wave_number: the largest [1/m] that waves in the solid can have, or a bound above it."""
+        """wave_number: largest wave number of waves in the solid [1/m], or an upper bound."""
         law, state = viscous
         arrays = initial_arrays(state, len(solid.weights))
         history = History(law, in_arrays(state, arrays), density)

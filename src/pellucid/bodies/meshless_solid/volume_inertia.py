@@ -1,10 +1,11 @@
-"""An inertia against changes of volume, for the way of nearly incompressible solids to a steady state.
+"""An inertia against changes of volume, to accelerate the relaxation of nearly incompressible solids.
 
-The step of a relaxation is bound by the bulk modulus, its way by the shear modulus: it takes steps in proportion to the root of
-their ratio. Equilibria do not depend on inertia, so that the nodes get M + β Kᵥ in place of M, where Kᵥ = Bᵀ D B is the
-stiffness against changes of the volumes about the nodes, B = ∂(V_a J̄_a)/∂u, D = U''/V_a. No frequency of volume passes
-β^(-1/2) then. The forces f act as M (M + β Kᵥ)⁻¹ f = f - Bᵀ y, (1/(β D) + B M⁻¹ Bᵀ) y = B M⁻¹ f (Woodbury), with a matrix of
-one row to a node, which is factored once and again where the deformation has made it a poor one.
+The step of a relaxation is limited by the bulk modulus, but the motion to equilibrium is governed by the shear modulus. The
+number of steps is proportional to the square root of their ratio. Equilibria do not depend on inertia, so that the nodes
+get M + β Kᵥ instead of M, where Kᵥ = Bᵀ D B is the stiffness against changes of the volumes around the nodes, B = ∂(V_a
+J̄_a)/∂u, D = U''/V_a. No volumetric frequency then exceeds β^(-1/2). The effective forces are M (M + β Kᵥ)⁻¹ f = f - Bᵀ y,
+(1/(β D) + B M⁻¹ Bᵀ) y = B M⁻¹ f (Woodbury), with a matrix of one row per node, which is factored once, and again when the
+deformation has made it inaccurate.
 """
 
 from collections.abc import Mapping
@@ -31,15 +32,15 @@ STRAIN = 1e-6  # with which U'' is differenced
 
 
 def pays(solid: Solid, shear: float) -> bool:
-    """Return True if a solid of this shear modulus [Pa] relaxes faster with it."""
+    """Return True if a solid of this shear modulus [Pa] relaxes faster with an inertia against changes of volume."""
     return len(solid.block_volume) > 0 and len(solid.volume) <= MOST_NODES and stiffness_of_volume(solid) > SOFT * shear
 
 
 class VolumeInertia:
     """Inertia against changes of volume, for a solid with averaged volume ratio.
 
-    inertia: M of the nodes [kg], shape (n,), which move where `free`, shape (n, 3); shear: modulus at rest [Pa]; frequency:
-    the largest one with M alone [rad/s].
+    inertia: M of the nodes [kg], shape (n,); free: mask of the free components, shape (n, 3); shear: shear modulus at rest
+    [Pa]; frequency: largest frequency with M alone [rad/s].
     """
 
     def __init__(self, solid: Solid, inertia: np.ndarray, free: np.ndarray, shear: float, frequency: float) -> None:
@@ -56,7 +57,7 @@ class VolumeInertia:
         self.renew()
 
     def renew(self) -> None:
-        """Find B in the present state."""
+        """Compute B in the present state."""
         self.displacement[:] = self._solid.displacement
         self._deformation, self._change = self._solid.deformation.copy(), 0.0
         self._rates = self._found.find()
@@ -77,7 +78,7 @@ class VolumeInertia:
         return self._change > self._tolerated
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """The displacements at which B was found, and its wear."""
+        """Return the displacements at which B was computed, and its error indicators."""
         return {"volume_inertia": self.displacement, "volume_wear": np.array([self._change, self.rate])}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -98,14 +99,14 @@ class VolumeInertia:
 
 
 def stiffness_of_volume(solid: Solid) -> float:
-    """U'' at rest [Pa]."""
+    """Return U'' at rest [Pa]."""
     higher, lower = (volumetric_stress(solid.law, 1.0 + strain) for strain in (STRAIN, -STRAIN))
     return float(higher - lower) / (2.0 * STRAIN)
 
 
 @kernel(inner=True)
 def _rates_of_pack(pack, block, solid, at, values):
-    """Fill in from `at` on what the points of a pack have of B."""
+    """Write the contributions of the points of a pack to B, starting at `at`."""
     k = 9 * LANES * pack
     C, K = cofactor(components(solid.deformation, k, LANES)), solid.turns
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
@@ -131,7 +132,8 @@ def _find_rates(block, solid, first, values):
 
 
 class VolumeRates:
-    """B: how the volumes about the nodes change with the numbers of the nodes, a matrix of always the same pattern."""
+    """B: the derivatives of the volumes around the nodes with respect to the nodal coefficients, a matrix with a constant
+    sparsity pattern."""
 
     def __init__(self, solid: Solid) -> None:
         self._solid, n = solid, len(solid.volume)
@@ -148,7 +150,7 @@ class VolumeRates:
         self._rows = 3 * np.searchsorted(pairs, np.arange(n + 1) * n)
 
     def find(self) -> sparse.csr_array:
-        """B in the present state [m²], shape (n, 3 n)."""
+        """Return B in the present state [m²], shape (n, 3 n)."""
         values, n = np.empty((int(self._first[-1]), 3)), len(self._solid.volume)
         _find_rates(len(self._solid.sums), Bundle(self._solid), self._first, values)
         sums = [np.bincount(self._place, values[:, d], len(self._columns) // 3) for d in range(3)]

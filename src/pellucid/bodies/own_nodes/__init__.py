@@ -1,1 +1,1 @@
-"""The equation of motion of nodes in the order of their mesh, which bodies with their own nodes share."""
+"""The equation of motion for bodies with their own nodes, in mesh order."""

@@ -47,14 +47,14 @@ class ExplicitNodes(
     TakesSecondImpulses,
     Relaxable,
 ):
-    """Nodes that move by their own forces; the grid, where there is one, serves contact.
+    """Nodes that move by their own forces; the grid, if there is one, is used for contact.
 
-    A step: `begin`, the conditions, `predict`, `correct` when contact is resolved, `update`. Nodes keep the order of the mesh.
-    A kind of body finds the internal forces, `motion.internal`, and its stresses and energies.
+    A step consists of `begin`, the conditions, `predict`, `correct` after contact was resolved, and `update`. Nodes are
+    stored in mesh order. Subclasses compute the internal forces, `motion.internal`, and stresses and energies.
     """
 
     contact_surface: PointsOfFaces | PointsOfNodes | None = None
-    """Surface by which others touch it, where that is not on the nodes of the grid."""
+    """Contact surface of the body; None if contact is computed on the grid nodes."""
     _contact_row = 0  # of the loads, of contact by surfaces
     contact_rate = 0.0
     """Reciprocal of the longest step for which the springs of contact are stable [1/s]."""
@@ -67,7 +67,8 @@ class ExplicitNodes(
         placement: Placement,
         volume: np.ndarray | None = None,
     ) -> None:
-        """position, velocity: shape (n, 3) [m], [m/s], kept as they are; mass and, but for membranes, volume: shape (n,)."""
+        """position, velocity: shape (n, 3) [m], [m/s], used without copying; mass: shape (n,) [kg]; volume: shape (n,)
+        [m³], None for membranes."""
         n, grid_case = len(mass), placement.grid_case
         self.arrays = {
             "id": np.arange(n),
@@ -154,7 +155,7 @@ class ExplicitNodes(
         self._left_grid = self.coupling.check_positions() if self.coupling else None
 
     def _count_power(self) -> None:
-        """Half the power of the internal forces where the step ended; none while the body is brought to rest."""
+        """Store half the power of the internal forces at the end of the step; zero during a relaxation."""
         self.totals.half_power = 0.0 if self.relaxes else 0.5 * self.motion.power()
 
     def renew_totals(self) -> None:
@@ -208,8 +209,8 @@ class ExplicitNodes(
         return isinstance(self.velocity_field, OwnNodesField) and self.velocity_field.touches_on_nodes
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Drop the contact surface if nothing touches it. Otherwise limit the step to that of the start, since contact
-        springs are as stiff as that step allows."""
+        """Drop the contact surface if no body touches it. Otherwise limit the step to the initial step, since the stiffness
+        of the contact springs is chosen for it."""
         surface = self.contact_surface
         if surface is None or not any(other is surface for other in touching):
             self.contact_surface, self.contact_rate = None, 0.0
@@ -226,7 +227,7 @@ class ExplicitNodes(
         return self.coupling
 
     def gather(self) -> np.ndarray:
-        """The velocity increments of contact over this step [m/s], shape (n, 3)."""
+        """Return the velocity increments from contact over this step [m/s], shape (n, 3)."""
         return self._coupled().gather()
 
     def take_second_impulses(self, dt: float) -> float:
@@ -236,17 +237,17 @@ class ExplicitNodes(
         return 0.0
 
     def scatter_momentum(self) -> None:
-        """Momentum to the grid, after the nodes' velocities changed."""
+        """Scatter the momentum to the grid, after the nodal velocities changed."""
         self._coupled().scatter_momentum()
 
     @property
     def mapped(self) -> Bundle:
-        """The nodes as the kernels over points take them."""
+        """The kernel bundle of the nodes as points of the grid."""
         return self._coupled().mapped
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs into which the index of the nodes is divided."""
+        """Number of slabs of the index of the nodes."""
         return self._coupled().n_slabs
 
     @abstractmethod

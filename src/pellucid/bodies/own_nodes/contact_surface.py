@@ -1,13 +1,15 @@
 """Contact surfaces of bodies with their own nodes.
 
-Solids, and membranes whose motion is prescribed, have points within the triangles between their nodes (`PointsOfFaces`). A
-triangle is divided into n² equal ones, as small as needed, with a point in the middle of each. Points follow the corners and
-pass forces on to them by their shares, so that they lie on the surface and other bodies do not pass between the nodes.
+Solids, and membranes with prescribed motion, have points within the triangles between their nodes (`PointsOfFaces`). A
+triangle is divided into n² equal ones, as small as needed, with a point at the centroid of each. Points move with the
+corners and distribute forces to them with their barycentric coordinates. They therefore lie on the surface, and other
+bodies do not pass between the nodes.
 
 Membranes that deform have points at their nodes (`PointsOfNodes`), because their mass is lumped there: a damper that is
-critical for the mass of a node stops it within a step. Points in the middle of triangles would leave patterns of nodes free
-that move no such point, and nodes would rebound. The nodes of quadrilaterals have points at places from which hourglass modes
-are filtered, and pass forces on by the same shares, so that what strikes single nodes does not excite these modes.
+critical for the mass of a node stops it within a step. Points at the centroids of triangles would not detect patterns of
+nodal motion that leave the centroids at rest, and nodes would rebound. The contact points of quadrilaterals are at nodal
+positions without hourglass modes, and distribute forces with the same weights, so that forces on single nodes do not excite
+these modes.
 """
 
 from collections.abc import Callable
@@ -28,10 +30,11 @@ LONGEST = 1.0  # cells: longest edge of the equal triangles
 
 
 class PointsOfFaces(ContactSurface):
-    """Points of triangles between the corners, n of them.
+    """n points within triangles.
 
-    triangles: corners, shape (t, 3); places, velocities: give those of the corners [m], [m/s], shape (n, 3); take: gives the
-    body forces on the corners [N], shape (n, 3). hard: whether all nodes follow prescribed motions.
+    triangles: corners, shape (t, 3); places, velocities: functions that return positions [m] and velocities [m/s] of the
+    corners, shape (n, 3); take: function that adds forces on the corners [N], shape (n, 3), to the body; hard: True if all
+    nodes follow prescribed motions.
     """
 
     serves_deformed = True
@@ -68,11 +71,11 @@ class PointsOfFaces(ContactSurface):
         self._weights = self.sizes()
 
     def weights(self) -> np.ndarray:
-        """The areas at the start [m²] where the body deforms."""
+        """The initial areas of the points [m²]; the present areas if the body is hard."""
         return self.sizes() if self.is_hard else self._weights
 
     def begin(self) -> None:
-        """Follow the corners; across thin axes nothing varies."""
+        """Move the points with the corners; all values are constant along thin axes."""
         places = self._places()
         self.place[...], self.velocity[...] = self._shares @ places, self._shares @ self._velocities()
         self.area[...] = self._part * vector_areas(places, self._triangles)[self._owner]
@@ -93,15 +96,15 @@ class PointsOfFaces(ContactSurface):
             self.triangles = self.triangles._replace(response=NodalResponse(sparse.csr_array(values), motion))
 
     def mass_per_area_of(self, values: sparse.csr_array, mass: np.ndarray) -> float:
-        """Return the mass per area of the surface that is fastest to respond to springs on all points [kg/m²].
+        """Return the smallest effective mass per area of the surface in contact with springs at all points [kg/m²].
 
-        It is 1/λ for the largest eigenvalue λ of M⁻¹ Sᵀ N A Nᵀ S, with the shares S of the nodes in the points, the normals N
-        and areas A of these.
+        It is 1/λ for the largest eigenvalue λ of M⁻¹ Sᵀ N A Nᵀ S, with the weights S of the nodes in the points, the
+        normals N and the areas A of the points.
 
         Parameters
         ----------
         values
-            Shares of the nodes in the corners, shape (corners, nodes).
+            Weights of the nodes in the corners, shape (corners, nodes).
         mass
             Masses M of the nodes [kg].
         """
@@ -122,9 +125,11 @@ def moving_triangles(
     velocities: Callable[[], np.ndarray],
     take: Callable[[np.ndarray], None],
 ) -> MovingTriangles | None:
-    """Return triangles between corners for contact of surfaces of triangles; of a band in a plane, one as deep as the cell.
+    """Return the triangles between corners for contact between surfaces of triangles; a band in a plane gets the depth of
+    the cell.
 
-    None where they have no contact: across several thin axes, and of surfaces that are no bands along the thin axis.
+    Returns None if such contact is not supported: with several thin axes, and for surfaces that are not bands along the
+    thin axis.
     """
     axes = np.flatnonzero(grid.thin)
     if not len(axes):
@@ -145,7 +150,7 @@ def moving_triangles(
 
 
 class NodalResponse:
-    """Response of points, which have shares of nodes of shape (m, nodes), to forces."""
+    """Response of points to forces. shares: weights of the nodes in the points, shape (m, nodes)."""
 
     def __init__(self, shares: sparse.csr_array, motion: NodalMotion) -> None:
         self.shares, self._to_nodes, self._motion = shares, sparse.csr_array(shares.T), motion
@@ -212,11 +217,11 @@ class PointsOfNodes(ContactSurface):
         self.begin()
 
     def weights(self) -> np.ndarray:
-        """Shares of the area at the start [m²]."""
+        """The initial nodal areas [m²]."""
         return self._weights
 
     def begin(self) -> None:
-        """Follow the nodes; nothing varies along thin axes."""
+        """Move the points with the nodes; all values are constant along thin axes."""
         places, velocities = self._places(), self._velocities()
         if self._smooth is not None:
             places, velocities = self._smooth @ places, self._smooth @ velocities
@@ -225,7 +230,8 @@ class PointsOfNodes(ContactSurface):
         self.area[:, self._thin] = 0.0
 
     def edges(self) -> np.ndarray:
-        """Longest of the sides of elements about each node [m], shape (n,); of a halved square the side, not the diagonal."""
+        """Return the length of the longest element side at each node [m], shape (n,). For a square cut into two triangles
+        it is the side, not the diagonal."""
         corners = np.where(self._thin, 0.0, self._places())[self._corners]
         sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         longest = np.zeros(len(self.place))
@@ -236,7 +242,7 @@ class PointsOfNodes(ContactSurface):
         return self._warning(nodes_about(self._grid, places).ravel())
 
     def add_forces(self, force: np.ndarray) -> None:
-        """Add forces to those on the nodes."""
+        """Add the contact forces to the forces on the nodes."""
         self._take(force if self._from_smooth is None else self._from_smooth @ force)
 
 
@@ -261,8 +267,8 @@ def _without_hourglass(quads: np.ndarray, places: np.ndarray) -> sparse.csr_arra
 
 
 def _middles(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The points of triangles that are divided along each edge into so many parts: in which triangle each lies, and its shares
-    of the corners, shape (m, 3)."""
+    """Return the contact points of triangles divided into n parts along each edge (`parts`): the triangle of each point,
+    shape (m,), and its barycentric coordinates, shape (m, 3)."""
     owners, shares = [], []
     for n in np.unique(parts):
         here = np.flatnonzero(parts == n)

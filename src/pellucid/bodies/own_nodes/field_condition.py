@@ -1,4 +1,4 @@
-"""The interface of conditions on the field that a body's own nodes span."""
+"""The interface of conditions on the interpolated field of a body with its own nodes."""
 
 from typing import Protocol
 
@@ -6,12 +6,12 @@ import numpy as np
 
 
 class FieldCondition(Protocol):
-    """Conditions on the field that the nodes span, where it does not take the nodes' values."""
+    """Conditions on the interpolated field, if it differs from the nodal values at the nodes."""
 
     def impulses(self, velocity: np.ndarray, inertia: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the impulses that enforce the prescribed values [N s]: by node, shape (2, n, 3), first of supports, then
-        of motions; and by row of these.
+        """Return the impulses that enforce the prescribed values [N s]: by node, shape (2, n, 3), for supports and for
+        motions; and by row.
 
-        velocity: of free nodes at the end of the step dt [s], shape (n, 3) [m/s]; inertia: shape (n,) [kg]; rows:
-        prescribed velocities, shape (rows, 3) [m/s].
+        velocity: velocities of free nodes at the end of the step dt [s], shape (n, 3) [m/s]; inertia: shape (n,) [kg];
+        rows: prescribed velocities, shape (rows, 3) [m/s].
         """

@@ -16,11 +16,11 @@ from pellucid.ranks.domain import domain
 
 
 class GridCoupling:
-    """The nodes of a body on the grid on which others may touch it.
+    """The nodes of a body on the grid for contact with other bodies.
 
-    It reads the body's arrays and keeps an index of its nodes by cell, so that these stay in the order of their mesh. It
-    scatters their mass and momentum and gathers the velocity increments of contact.
-    position, velocity: shape (n, 3) [m], [m/s]; mass and, but for membranes, volume: shape (n,) [kg], [m³].
+    Uses the arrays of the body and keeps an index of its nodes by cell, so that the nodes stay in mesh order. Scatters mass
+    and momentum, and gathers the velocity increments from contact. position, velocity: shape (n, 3) [m], [m/s]; mass: shape
+    (n,) [kg]; volume: shape (n,) [m³], None for membranes.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class GridCoupling:
         volume: np.ndarray | None = None,
         whole: bool = False,
     ) -> None:
-        """whole: whether each of several processes does the nodes of all slabs, and not those of its own alone."""
+        """whole: True if each process handles the nodes of all slabs, not only those of its own slabs."""
         self._whole = whole
         self.velocity_field, self.functions = velocity_field, functions
         self._points = PointArrays(position, velocity, mass)
@@ -52,7 +52,7 @@ class GridCoupling:
         self.sort()
 
     def sort(self) -> None:
-        """Renew the index."""
+        """Update the index."""
         ordered = {"order": self._order, "position": self._points.position[self._order]}
         self._spare = sort_by_nodes(ordered, self._spare, self.velocity_field.grid.lattice, self.functions, self.slabs)
         if domain.is_cut and not self._whole:
@@ -64,20 +64,21 @@ class GridCoupling:
         return self._shared.hand_over()
 
     def sort_if_needed(self) -> None:
-        """Renew the index where a node left its slab; to be called before the first scatter of a step."""
+        """Update the index if a node left its slab; call this before the first scatter of a step."""
         if domain.any(bool(self.slabs.left_slab.any())):
             self.sort()
 
     def scatter(self, force: np.ndarray | None = None) -> None:
-        """Mass and momentum of the nodes to the grid, and forces that act on them until the end of the step [N], (n, 3)."""
+        """Scatter mass and momentum of the nodes to the grid, and the forces on the nodes until the end of the step [N],
+        (n, 3)."""
         self.velocity_field.scatter(self.n_slabs, self.mapped, force)
 
     def scatter_momentum(self) -> None:
-        """Momentum alone, after the nodes' velocities changed."""
+        """Scatter the momentum only, after the nodal velocities changed."""
         self.velocity_field.scatter_momentum(self.n_slabs, self.mapped)
 
     def gather(self) -> np.ndarray:
-        """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
+        """Return the velocity increments of the nodes from contact in this step [m/s], shape (n, 3)."""
         if self.velocity_field.pressed:
             gather_vectors(self.n_slabs, self.mapped, self.velocity_field.grid.nodes.velocity_increment, self.increment)
             self._shared.fill(self.increment, self._order)
@@ -86,7 +87,7 @@ class GridCoupling:
         return self.increment
 
     def gather_second(self) -> np.ndarray:
-        """The second increments of this step [m/s], shape (n, 3)."""
+        """Return the second velocity increments of this step [m/s], shape (n, 3)."""
         second = np.empty_like(self.increment)
         gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
         return self._shared.fill(second, self._order)

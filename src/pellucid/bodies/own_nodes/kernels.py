@@ -1,10 +1,11 @@
-"""The equation of motion of nodes in the order of their mesh.
+"""The equation of motion of nodes in mesh order.
 
-The works of a step are those of its impulses along the mean of the velocities before and after it, so that their sum is the
-change of kinetic energy exactly. Nodes are shared out in chunks whose number does not depend on the threads.
+The work of an impulse is computed with the mean of the velocities before and after the step, so that the sum of all works
+is exactly the change of kinetic energy. Nodes are divided into chunks whose number does not depend on the number of
+threads.
 
-Damping is a drag on the nodes, -c m v with the mean velocity of the step: v⁺ = k v + g Δt f/m with k = (1 - cΔt/2)/(1 + cΔt/2)
-and g = 1/(1 + cΔt/2). Dynamic relaxation chooses k and g itself; without damping both are 1.
+Damping is a drag on the nodes, -c m v with the mean velocity of the step: v⁺ = k v + g Δt f/m with k = (1 - cΔt/2)/(1 +
+cΔt/2) and g = 1/(1 + cΔt/2). Dynamic relaxation chooses k and g itself; without damping both are 1.
 """
 
 from math import inf, sqrt
@@ -55,9 +56,10 @@ class NodeForces(NamedTuple):
 
 @kernel(inner=True)
 def _constrained(forces, p, d, old, new, gain, dt, chunk):
-    """The new velocity along d with the constraints of the node, the mean of it and the old one, and the constraints' impulse.
+    """Apply the constraints of node p along d.
 
-    Adds that impulse, and its work along the mean, to the works.
+    Returns the constrained velocity, the mean of it and the old one, and the constraint impulse. Adds this impulse, and its
+    work at the mean velocity, to the sums.
     """
     row, mean, reaction = forces.prescribed[p, d], 0.5 * (old + new), 0.0
     goal = forces.rows[row - 1, d] if row > 0 else 0.0
@@ -76,7 +78,7 @@ def _constrained(forces, p, d, old, new, gain, dt, chunk):
 
 @pointwise
 def _gained(forces, p, d, dt):
-    """The velocity that forces give node p along d, and the external forces [N]."""
+    """Return the velocity increment of node p along d by forces [m/s], and the external force [N]."""
     m, external = forces.inertia[p], 0.0
     for k in range(len(forces.loads)):
         external += forces.loads[k, p, d]
@@ -86,7 +88,7 @@ def _gained(forces, p, d, dt):
 
 @pointwise
 def _free(forces, p, d, drag, gained):
-    """The velocity of node p along d without what constrains it."""
+    """Return the velocity of node p along d without constraints [m/s]."""
     of_supports, of_motions = (forces.lead[0, p, d], forces.lead[1, p, d]) if len(forces.lead) > 0 else (0.0, 0.0)
     return drag.keep * forces.velocity[p, d] + drag.gain * (gained + of_supports + of_motions) + forces.increment[p, d]
 
@@ -101,7 +103,7 @@ def _rubbed(forces, p, drag, dt, chunk):
 
 @parallel_loop()
 def advance_velocities(chunk, forces, drag, dt):
-    """New velocities of the nodes: v + dt (f/m + g) + the increment by contact, damped, then the constraints.
+    """Update the nodal velocities: v + dt (f/m + g), damped, plus the increment from contact, then the constraints.
 
     Lian, Liu & Zhang 2014, eqs. 46 and 59. forces: the bundle of `NodeForces`; drag: a `Drag`.
     """
@@ -147,10 +149,11 @@ def advance_velocities(chunk, forces, drag, dt):
 
 @parallel_loop()
 def add_velocities(chunk, forces, change, dt):
-    """Add velocities [m/s], shape (n, 3), to those that were advanced; the work is that of contact.
+    """Add velocities [m/s], shape (n, 3), to the advanced nodal velocities; their work counts as contact work.
 
-    The elements are strained over the whole step along the new velocities, of which the internal forces have done no work yet:
-    half of it, with the forces at the start of the step, is taken from contact (`EnergyBudget` has the other in `staggering`).
+    The elements are strained over the whole step with the new velocities, on which the internal forces have not yet done
+    work. Half of this work, with the forces at the start of the step, is subtracted from the contact work (the other half
+    is `staggering` in `EnergyBudget`).
     """
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
         for d in range(3):
@@ -165,7 +168,8 @@ def add_velocities(chunk, forces, change, dt):
 
 @parallel_loop()
 def sum_momentum(chunk, velocity, mass, sums):
-    """Kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes into `sums`, shape (chunks, NODE_SUMS)."""
+    """Write the kinetic energy, momentum, Σ m|v| and the largest speed of each chunk of nodes to `sums`, shape (chunks,
+    NODE_SUMS)."""
     kinetic = px = py = pz = size = fastest = 0.0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(mass))):
         m, vx, vy, vz = mass[p], velocity[p, 0], velocity[p, 1], velocity[p, 2]
@@ -182,7 +186,8 @@ def sum_momentum(chunk, velocity, mass, sums):
 
 @parallel_loop()
 def advance_positions(chunk, position, velocity, dt, fault):
-    """New positions of the nodes; of each chunk the first whose position is no number, into `fault`, shape (chunks, 2)."""
+    """Update the nodal positions, and write the first node of each chunk with a position that is not finite to `fault`,
+    shape (chunks, 2)."""
     code = at_fault = 0
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(position))):
         total = 0.0

@@ -1,4 +1,4 @@
-"""The motion of a body's own nodes: external forces, supports and prescribed motions, works, and the faces of the grid."""
+"""The motion of a body's own nodes: external forces, supports, prescribed motions, works, and walls of the grid."""
 
 from collections.abc import Collection, Mapping, Sequence
 
@@ -18,10 +18,11 @@ from pellucid.reductions import ordered_sum
 
 
 class NodalMotion:
-    """Advances nodes with what acts on them; the body finds its internal forces, and contact the velocity increments.
+    """Advances the nodes of a body.
 
-    arrays: of the body, `position`, `velocity`, `mass`, and `prescribed`, which is filled here. grid: None where there is none;
-    thin: axes along which nothing moves. gravity [m/s²]; n_loads: channels of external forces; increment: by contact [m/s],
+    The body computes internal forces; contact provides velocity increments. arrays: arrays of the body, `position`,
+    `velocity`, `mass`, and `prescribed`, which is filled here; grid: None if there is none; thin: axes without motion;
+    gravity: [m/s²]; n_loads: number of channels of external forces; increment: velocity increments from contact [m/s],
     shape (n, 3).
     """
 
@@ -63,7 +64,7 @@ class NodalMotion:
     # supports and prescribed motions
 
     def add_supports(self, supports: Sequence[NodalSupport]) -> None:
-        """A support constrains its nodes; none passes a face of the grid that is a wall."""
+        """Set the supports of the nodes; nodes cannot pass faces of the grid that are walls."""
         self.supports = supports
         self._constrain()
 
@@ -74,12 +75,13 @@ class NodalMotion:
         self._prescribed[:] = prescribed
 
     def on_walls(self) -> list[np.ndarray]:
-        """The nodes that supports hold on walls of the grid that stand still, each set of shape (n,)."""
+        """Return the sets of nodes that supports constrain to fixed walls of the grid, each of shape (n,)."""
         walls = [(support, support.wall[0]) for support in self.supports if support.wall is not None]
         return [support.nodes for support, axis in walls if support.axes[axis] and support.velocity[axis] == 0.0]
 
     def on_symmetry_planes(self) -> np.ndarray:
-        """Return True if nodes lie on a face of the grid that a support holds along its normal alone, by axis, shape (n, 3)."""
+        """Return a mask of the nodes on a face of the grid where a support constrains only the normal direction, by axis,
+        shape (n, 3)."""
         found = np.zeros(self._arrays["position"].shape, bool)
         for row, support in enumerate(self.supports):
             if row not in self._gone and support.wall is not None and sum(support.axes) == 1:
@@ -92,7 +94,7 @@ class NodalMotion:
         self._constrain()
 
     def set_motion_velocities(self, velocity: np.ndarray) -> None:
-        """The velocities of the prescribed motions over this step [m/s], shape (motions, 3)."""
+        """Set the velocities of the prescribed motions in this step [m/s], shape (motions, 3)."""
         first = len(self.supports)
         self._prescribed[first : first + len(velocity)] = velocity
 
@@ -103,22 +105,23 @@ class NodalMotion:
 
     @property
     def rows(self) -> np.ndarray:
-        """The velocities of the supports, the motions and the thin axes over this step [m/s], shape (rows, 3)."""
+        """Velocities of the supports, the motions and the thin axes in this step [m/s], shape (rows, 3)."""
         return self._rows
 
     @property
     def motion_rows(self) -> tuple[int, int]:
-        """The first row of the motions, and that behind the last."""
+        """The first row of the motions, and the row after the last."""
         return len(self.supports), len(self.supports) + len(self.motions)
 
     @property
     def free(self) -> np.ndarray:
-        """Along which directions the nodes follow no row themselves, shape (n, 3)."""
+        """Mask of the components that are not prescribed at the node itself, shape (n, 3)."""
         prescribed = self._arrays["prescribed"]
         return np.asarray(prescribed == 0) if self._condition is None else np.ones(prescribed.shape, bool)
 
     def groups(self) -> np.ndarray:
-        """The numbers in `prescribed`, shape (n, 3), with one number for all supports of one velocity along an axis."""
+        """Return the numbers in `prescribed`, shape (n, 3), with one number for all supports that have the same velocity
+        along an axis."""
         first = np.zeros((len(self._rows) + 1, 3), np.int64)
         motions = range(*self.motion_rows)
         for axis in range(3):
@@ -128,7 +131,7 @@ class NodalMotion:
         return np.asarray(np.take_along_axis(first, self._arrays["prescribed"], axis=0))
 
     def _constrain(self) -> None:
-        """Number the constraints of the nodes: supports, prescribed motions, and last the thin axes."""
+        """Number the constraints of the nodes: supports, prescribed motions, and finally the thin axes."""
         a = self._arrays
         position, prescribed = a["position"], a["prescribed"]
         n_supports, n_rows = len(self.supports), len(self.supports) + len(self.motions) + 1
@@ -197,26 +200,26 @@ class NodalMotion:
         return np.asarray(force)
 
     def free_velocities(self, dt: float) -> np.ndarray:
-        """Return the velocities that the nodes have after a step dt [s] without contact [m/s], shape (n, 3).
+        """Return the nodal velocities after a step dt [s] without contact [m/s], shape (n, 3).
 
-        Nodes whose constraints lead them keep theirs.
+        Constrained components keep their velocities.
         """
         velocity = self._arrays["velocity"]
         keep, gain = self.drag
         return np.where(self.free, keep * velocity + dt * gain * self.forces() / self.inertia[:, None], velocity)
 
     def answers(self, dt: float) -> np.ndarray:
-        """Return the change of these by a unit of force on each node [m/s/N], shape (n, 3)."""
+        """Return the change of the nodal velocities over a step dt [s] per unit force on each node [m/s/N], shape (n, 3)."""
         return np.where(self.free, dt * self.drag.gain / self.inertia[:, None], 0.0)
 
     def drag_forces(self, dt: float) -> np.ndarray:
-        """Forces of the drag on free nodes, means over a step dt [s]: shape (n, 3) [N]."""
+        """Return the mean drag forces on free nodes over a step dt [s]: shape (n, 3) [N]."""
         keep, gain = self.drag
         momentum = self.inertia[:, None] * self._arrays["velocity"]
         return np.asarray((keep - 1.0) / dt * momentum + (gain - 1.0) * self.forces())
 
     def advance_velocities(self, dt: float) -> None:
-        """New velocities from all forces and the increments by contact."""
+        """Update the velocities with all forces and the increments from contact."""
         np.multiply(self._prescribed, self.load_rate, out=self._rows)
         of_rows = self._find_lead(self._condition, dt) if self._condition is not None else np.zeros(0)
         kernels.advance_velocities(self.chunks, self._forces, self.drag, dt)
@@ -241,15 +244,15 @@ class NodalMotion:
         )
 
     def add_velocities(self, change: np.ndarray, dt: float) -> None:
-        """Add velocities [m/s], shape (n, 3), that contact gives after velocities were advanced."""
+        """Add velocity increments from contact [m/s], shape (n, 3), to velocities that were already advanced."""
         kernels.add_velocities(self.chunks, self._forces, change, dt)
 
     def advance_positions(self, dt: float) -> None:
-        """New positions."""
+        """Update the positions."""
         kernels.advance_positions(self.chunks, self._arrays["position"], self._arrays["velocity"], dt, self._fault)
 
     def sum_momentum(self, totals: Totals) -> None:
-        """Kinetic energy and momentum."""
+        """Sum the kinetic energy and the momentum into `totals`."""
         kernels.sum_momentum(self.chunks, self._arrays["velocity"], self.inertia, self._sums)
         sums = ordered_sum(self._sums)
         totals.kinetic, totals.momentum_size = float(sums[KINETIC]), float(sums[SPEED])
@@ -263,14 +266,15 @@ class NodalMotion:
         return power(self.internal, self._arrays["velocity"])
 
     def fault(self) -> tuple[int, int] | None:
-        """The fault of the first node whose position is no number, and the node."""
+        """Return the fault code and number of the first node with a position that is not finite; None if there is none."""
         found = np.flatnonzero(self._fault[:, 0])
         return (int(self._fault[found[0], 0]), int(self._fault[found[0], 1])) if len(found) else None
 
     # works and impulses
 
     def work(self) -> StepWork:
-        """Work and impulses of this step; reactions to prescribed motions count as work of the motions, not of the supports."""
+        """Return the work and impulses of this step. Reactions to prescribed motions count as work of the motions, not of
+        the supports."""
         sums = ordered_sum(self._work)
         impulses = sums[self._columns + 1 :].reshape(-1, 3)
         n_supports, rows = len(self.supports), len(self._rows)

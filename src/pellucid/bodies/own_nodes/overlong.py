@@ -1,4 +1,4 @@
-"""Warnings of elements and faces that are too long for the cells on which they touch other bodies."""
+"""Warnings about elements and faces that are too long for the grid cells on which they touch other bodies."""
 
 from math import sqrt
 
@@ -9,12 +9,11 @@ from pellucid.contact.contact_surface import ContactSurface
 from pellucid.grid.lattice import Grid
 
 LONGEST = 1.5
-"""Cells: elements are at most one cell long at the start, and from two on, nodes of the grid between theirs have no contact.
-
-Longer faces of solids have more points, but only their corners carry a load.
-"""
+"""Longest admissible edge in cells. Elements are at most one cell long at the start; from two cells on, grid nodes between
+their nodes have no contact. Longer faces of solids have more points, but only their corners carry a load."""
 PASSES = sqrt(0.5)
-"""Edges of the elements of a sheet: half width of a body below which it may pass between four nodes at corners of a square."""
+"""Half-width of a body in edges of the elements of a sheet, below which it may pass between four nodes at the corners of a
+square."""
 WAYS = 12  # along a sheet, in which widths are measured
 SPACINGS = 2.5  # between points of a surface, over which one reaches
 HIGH = 2.0  # edges: height of the part of a body in front, whose width tells whether it passes between nodes
@@ -22,7 +21,7 @@ ABOUT = 3.0  # edges about the foremost place, within which such a part lies
 
 
 def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
-    """Return the 8 nodes of the grid about places [m], shape (n, 3), as numbers of shape (8, n)."""
+    """Return the 8 grid nodes around positions [m], shape (n, 3), as numbers of shape (8, n)."""
     lattice, thin = grid.lattice, grid.thin
     cell = np.floor((place - lattice.lower) * lattice.inverse_cell).astype(np.int64)
     cell = np.where(grid.periodic, cell % np.array(lattice.counts), cell)
@@ -32,11 +31,12 @@ def nodes_about(grid: Grid, place: np.ndarray) -> np.ndarray:
 
 
 def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid, nodes: np.ndarray, effect: str) -> str | None:
-    """Return a warning of the longest element near any of these nodes of the grid, shape (n,); None up to `LONGEST` cells.
+    """Return a warning about the longest element near any of the grid nodes `nodes`, shape (n,); None up to `LONGEST`
+    cells.
 
-    what: name of the elements, such as "body sheet touches another, its element"; corners: of these, shape (m, 3 or 4); place:
-    of the corners [m], shape (k, 3); effect: consequence and remedy.
-    Lengths along an axis that is one cell thick do not count: nothing varies there.
+    what: name of the elements, such as "body sheet touches another, its element"; corners: of the elements, shape (m, 3 or
+    4); place: positions of the corners [m], shape (k, 3); effect: consequence and remedy. Lengths along an axis that is one
+    cell thick are ignored.
     """
     lattice, thin = grid.lattice, grid.thin
     flat = np.where(thin, 0.0, place)[corners]
@@ -54,12 +54,14 @@ def find_overlong(what: str, corners: np.ndarray, place: np.ndarray, grid: Grid,
 
 
 def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -> str | None:
-    """Return a warning if the part of a body that comes to a sheet may pass between its nodes, or None.
+    """Return a warning if the approaching part of a body may pass between the nodes of a sheet, or None.
 
     Parameters
     ----------
+    sheet, other
+        Contact surfaces of the sheet and of the body.
     ahead
-        Distance by which the surfaces may come nearer until the next look [m].
+        Largest decrease of the distance of the surfaces until the next check [m].
     """
     edges, place = sheet.edges(), other.place[: len(other.place) - other.n_edge_points]
     margin = HIGH * float(edges.max()) + ahead
@@ -84,8 +86,8 @@ def passes_between(sheet: ContactSurface, other: ContactSurface, ahead: float) -
 
 
 def find_places_beside(sheet: ContactSurface, other: ContactSurface) -> np.ndarray:
-    """Return the places of the points of a sheet that lie beside another surface [m], shape (n, 3), whether or not they overlap
-    with it at this moment: no further from one of its points than these are from each other."""
+    """Return the positions of the points of a sheet that are close to another surface [m], shape (n, 3), whether or not
+    they overlap with it: within the point spacing of the other surface."""
     distance = float(np.max(other.reach)) / SPACINGS + float(np.max(sheet.half_width))
     lower, upper = other.place.min(axis=0) - distance, other.place.max(axis=0) + distance
     near = sheet.place[((sheet.place >= lower) & (sheet.place <= upper)).all(axis=1)]
@@ -96,7 +98,8 @@ def find_places_beside(sheet: ContactSurface, other: ContactSurface) -> np.ndarr
 
 
 def _find_width(place: np.ndarray, normal: np.ndarray, is_plane: bool) -> float:
-    """Return the least width of places [m], shape (n, 3), across a normal, among `WAYS`; in a plane, in that plane."""
+    """Return the smallest width of a set of positions [m], shape (n, 3), perpendicular to a normal, among `WAYS`
+    directions; in a plane problem, the width in the plane."""
     tangents = np.linalg.svd(normal[None])[2][1:]
     angle = np.pi * np.arange(WAYS) / WAYS
     widths = np.ptp(place @ (np.stack([np.cos(angle), np.sin(angle)], axis=1) @ tangents).T, axis=0)
@@ -104,7 +107,8 @@ def _find_width(place: np.ndarray, normal: np.ndarray, is_plane: bool) -> float:
 
 
 def describe_passage(body: str, sheet: str, width: float, where: str, edge: float) -> str:
-    """Return the warning that a body of a width [m] may pass through a sheet with such edges [m]; where: a place."""
+    """Return the warning that a body with a width [m] may pass through a sheet with this edge length [m]. where: text that
+    describes the location."""
     return (
         f"body {body} comes to membrane {sheet} with a part of {width:.3g} m in width {where}, and the edges of the elements "
         f"are {edge:.3g} m long there: it can pass between the nodes, which alone touch others; use elements with edges "

@@ -1,4 +1,4 @@
-"""Supports that prescribed motions overrule: where both prescribe a node along an axis, the motion counts."""
+"""Supports that are overruled by prescribed motions: if both prescribe a node along an axis, the motion applies."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,7 +20,8 @@ class Overruled(NamedTuple):
     axes: tuple[int, ...]
 
     def differ(self, velocity: np.ndarray) -> list[str]:
-        """The axes along which velocities of the motions [m/s], shape (motions, 3), are not those of the support."""
+        """Return the axes along which the velocity of the motion differs from that prescribed by the support. velocity:
+        velocities of all motions [m/s], shape (motions, 3)."""
         pairs = ((axis, self.support.velocity[axis], float(velocity[self.motion, axis])) for axis in self.axes)
         return ["xyz"[axis] for axis, one, other in pairs if abs(one - other) > ALIKE * max(abs(one), abs(other))]
 

@@ -1,7 +1,7 @@
-"""Faces of the grid that let no node of a body through, and rub where they press on one: kernels.
+"""Kernels for nodes at walls of the grid, with friction.
 
-A node that would pass a wall is stopped at it, by the impulse P. Friction then stops its motion along the wall, by at most μ P
-(see `pellucid.grid.supports`).
+A node that would pass a wall is stopped at the wall by an impulse P. Friction then reduces its motion along the wall, by an
+impulse of at most μ P (see `pellucid.grid.supports`).
 """
 
 from math import sqrt
@@ -14,8 +14,8 @@ SHORT = 1.0 - 1e-9  # of the way to a wall: rounding must not move a node throug
 
 @pointwise
 def at_wall(forces, place, d, new, dt):
-    """The wall that a node would pass with the velocity `new` along d, 0 or 1 + its row, the velocity that it then has, and the
-    end of d at which the wall is."""
+    """Return the wall that a node would pass with the velocity `new` along d, as 0 or 1 + its row; the velocity of the node
+    after that; and the end of axis d at which the wall is."""
     walls, rows = forces.walls, forces.rows
     row, goal, end = 0, 0.0, 0
     below, above = forces.faces[d, 0] - place, forces.faces[d, 1] - place
@@ -36,11 +36,10 @@ def _stopped(forces, p, d, new, dt):
 
 @pointwise
 def friction_of_walls(forces, p, free, gain, dt, chunk):
-    """Return the velocity change of node p by the friction of walls, along x, y, z [m/s]; `free`: its velocity without
-    walls.
+    """Return the velocity change of node p by friction on walls, along x, y, z [m/s].
 
-    Adds its impulses to the works, and the work on the walls; the work on the node is to be subtracted from the heat of
-    friction. gain: see `Drag`.
+    Adds the friction impulses to the sums, and the work on the walls. The caller subtracts the work on the node from the
+    heat of friction. free: velocity of the node without walls; gain: see `Drag`.
     """
     m, first = forces.inertia[p] / gain, FIRST_LOAD + len(forces.loads) + 1
     x, y, z = 0.0, 0.0, 0.0

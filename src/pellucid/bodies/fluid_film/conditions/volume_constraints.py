@@ -25,7 +25,7 @@ class VolumeCase(Model):
     )
 
     def problems(self, path: Path, plane: bool, keeps_area: bool) -> Iterator[Finding]:
-        """Report a reduced volume above that of a sphere or circle, a change of volume without a duration, and a change of
+        """Report a reduced volume above 1 (a sphere or circle), a change of volume without a duration, and a change of
         volume at free area."""
         if self.reduced is None:
             if self.over is not None:

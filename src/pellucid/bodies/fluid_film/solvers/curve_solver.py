@@ -107,7 +107,7 @@ def _factors(matrix: csc_matrix) -> SuperLU:
 
 
 def _parted(resistance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return orthonormal bases, in columns, of the motions with resistance and of those without."""
+    """Return two orthonormal bases, in columns: the motions with resistance, and the motions without."""
     values, modes = np.linalg.eigh(resistance)
     free = values < FREE * values[-1]
     return modes[:, ~free], modes[:, free]

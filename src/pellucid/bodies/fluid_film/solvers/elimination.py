@@ -70,7 +70,7 @@ def dissected(links: csr_array, places: np.ndarray) -> list[Supernode]:
 
 
 class Elimination:
-    """The fronts of matrices with d × d blocks at linked nodes; computed once for all of these matrices."""
+    """The fronts of all matrices with d × d blocks at linked nodes; computed only once."""
 
     def __init__(self, links: csr_array, places: np.ndarray, indptr: np.ndarray, indices: np.ndarray, d: int) -> None:
         supernodes = dissected(links, places)

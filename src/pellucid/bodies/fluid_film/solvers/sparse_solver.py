@@ -173,7 +173,7 @@ class Projection:
 
 def _free_motions(system: System, known: np.ndarray) -> np.ndarray:
     """Return the rigid motions that leave the prescribed components at rest, orthonormal, shape (k, 3 n). known: mask of
-    these components, shape (3 n,)."""
+    the prescribed components, shape (3 n,)."""
     x = system.x
     offset = x - x.mean(axis=0)
     motions = [np.tile(axis, (len(x), 1)) for axis in np.eye(3)] + [np.cross(axis, offset) for axis in np.eye(3)]

@@ -29,7 +29,7 @@ class FilmGeometry(Protocol):
     nodes: np.ndarray
     """Numbers of the nodes of each element, shape (e, m). Elements with fewer nodes repeat one, with zero functions."""
     axes: tuple[int, ...]
-    """The d axes of space in which the film lies."""
+    """The d axes of space along which the film extends."""
     held: np.ndarray
     """Mask of the components that cannot move, such as those perpendicular to an axis of symmetry, shape (n, d)."""
     shares: Shares

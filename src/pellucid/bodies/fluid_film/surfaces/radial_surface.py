@@ -2,9 +2,9 @@
 
 The stencils of nearest nodes change from triangle to triangle, and a single interpolant would jump. The interpolants of the
 three corners are therefore blended: N_I = Σ_a b_a N_I^(a), with the barycentric coordinates b_a, over a parameter triangle
-whose edges are curved like the surface; flat ones would give areas no better than those of the triangles. The surface
-passes through its nodes. The functions do not change while the nodes move, as in the mesh of an isoparametric element:
-rigid motions are in the kernel of all rows. They are recomputed when nodes have moved far relative to each other.
+whose edges are curved like the surface; with flat edges the areas would be only as accurate as the areas of the triangles.
+The surface passes through its nodes. The functions do not change while the nodes move, as in the mesh of an isoparametric
+element: rigid motions are in the kernel of all rows. They are recomputed when nodes have moved far relative to each other.
 """
 
 from collections.abc import Mapping

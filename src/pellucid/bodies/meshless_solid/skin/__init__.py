@@ -1,1 +1,1 @@
-"""The surface of a meshless solid, by which others touch it."""
+"""The contact surface of a meshless solid."""

@@ -1,4 +1,4 @@
-"""Points on the outer faces of a solid, by which others touch it."""
+"""Contact points on the outer faces of a solid."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,10 +15,10 @@ SMALLEST = 1e-12  # share that is kept: functions of nodes off a face vanish on 
 
 
 class SkinPoints(NamedTuple):
-    """m points of the surface: the nodes on it, and where faces are longer than asked, points on a lattice in these.
+    """m points of the surface: its nodes and, on faces longer than the limit, points of a lattice.
 
-    The mass of a point is that with which it meets others, a share of the masses of the nodes that move it: of node a all
-    points together have Σ_k S_ka m_k ≤ m_a, so that contact adds no energy.
+    The mass of a point is its effective mass in contact, a share of the masses of the nodes that move it. For each node a,
+    Σ_k S_ka m_k ≤ m_a, so that contact adds no energy.
     """
 
     values: sparse.csr_array  # (m, n) S_ka = p_a(x_k)
@@ -31,9 +31,10 @@ class SkinPoints(NamedTuple):
 def skin_points(
     mesh: SimplexMesh, evaluator: Evaluator, mass: np.ndarray, longest: float, closed: Sequence[np.ndarray] = ()
 ) -> SkinPoints:
-    """Points no further apart than `longest` [m] on the outer faces of a mesh whose nodes have masses [kg], shape (n,).
+    """Return points at most `longest` [m] apart on the outer faces of a mesh with nodal masses [kg], shape (n,).
 
-    closed: sets of nodes, each shape (n,), on walls that they do not leave: between these are no faces that others meet.
+    closed: node sets on walls that the nodes do not leave, masks of shape (n,); faces between nodes of one set have no
+    contact.
     """
     faces = outer_faces(mesh.cells)
     behind = [on_wall[faces].all(axis=1) for on_wall in closed]
@@ -75,8 +76,8 @@ def skin_points(
 
 
 def _lattice(n: int) -> tuple[list[tuple[np.ndarray, float]], np.ndarray]:
-    """Points of a triangle that n² equal triangles divide, by the shares of its corners, with the part of its area of each;
-    the corners of the equal triangles, shape (n², 3)."""
+    """Return the points of a triangle divided into n² equal triangles, as pairs of barycentric coordinates and fraction of
+    the area; and the corners of the equal triangles, shape (n², 3)."""
     found: list[tuple[np.ndarray, float]] = []
     number: dict[tuple[int, int], int] = {}
     for i in range(n + 1):
@@ -91,7 +92,8 @@ def _lattice(n: int) -> tuple[list[tuple[np.ndarray, float]], np.ndarray]:
 
 
 def _least_depth(values: sparse.csr_array, share: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Mass over area of each point [kg/m²], the least among the nodes that move it, each of which has m_a / Σ_k S_ka A_k."""
+    """Return the mass per area of each point [kg/m²]: the smallest value of m_a / Σ_k S_ka A_k among the nodes a that move
+    it."""
     of_node = values.T @ share
     depth = np.where(of_node > 0.0, mass / np.where(of_node > 0.0, of_node, 1.0), np.inf)
     return np.minimum.reduceat(depth[values.indices], values.indptr[:-1])

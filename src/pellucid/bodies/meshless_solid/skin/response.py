@@ -21,8 +21,8 @@ from pellucid.jit import kernel
 
 @kernel()
 def _list_weights(mapped, slot, near, listed, first, column, weight):
-    """The points that have weight at numbered nodes into `listed`, where each one's weights begin into `first`, the numbers of
-    the nodes and the weights; how many points."""
+    """List the points with weight at numbered nodes: their numbers into `listed`, the starts of their entries into `first`,
+    and numbers of the nodes and weights into `column` and `weight`. Returns the number of points."""
     functions, lattice, x = mapped.functions, mapped.lattice, mapped.points.position
     n = entries = 0
     for p in range(len(x)):
@@ -45,10 +45,10 @@ def _list_weights(mapped, slot, near, listed, first, column, weight):
 
 
 class SkinResponse:
-    """Velocities of nodes of the grid with which a body responds there.
+    """Response of a body at grid nodes in contact.
 
-    surface: of its points, with masses [kg], shape (m,); values: S_ka, shape (m, n); inertia: of its nodes [kg], shape (n,);
-    prescribed: 0 where they are free, shape (n, 3).
+    surface: transfers of its surface points; mass: masses of these points [kg], shape (m,); values: S_ka, shape (m, n);
+    inertia: of the nodes of the body [kg], shape (n,); prescribed: 0 for free components, shape (n, 3).
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class SkinResponse:
         self._column, self._weight = np.empty(most, np.int64), np.empty(most)
 
     def begin(self, at: np.ndarray) -> None:
-        """Contact asks at these nodes of the grid, shape (k,), from now on, after their momentum was advanced."""
+        """Start the response at these grid nodes, shape (k,); called after their momentum was advanced."""
         K = self._matrix(at)
         used, column = np.unique(K.indices, return_inverse=True)
         self._from_body = sparse.csr_array((K.data, column, K.indptr), shape=(len(at), len(used)))
@@ -87,7 +87,7 @@ class SkinResponse:
         return sparse.csr_array(sparse.csr_array(points.T) @ self._values[listed])
 
     def give(self) -> None:
-        """Set the velocities of these nodes to the response of the body to the increments so far."""
+        """Set the velocities of these grid nodes to the response of the body to the velocity increments so far."""
         nodes, at = self._nodes, self._at
         of_body = self._mobility * (self._to_body @ nodes.velocity_increment[at])
         nodes.velocity[at] = self._trial + self._share * (self._from_body @ of_body)

@@ -1,13 +1,14 @@
-"""Contact of a body whose nodes span a field: through the material on its surface.
+"""Contact of a body with nodal shape functions through the material on its surface.
 
-Others touch the material, x_k = Σ_a S_ka x_a with S_ka = p_a(X_k), not the numbers x_a, which may lie off the surface. Points
-on the outer faces (`skin_points`), with velocities Σ_a S_ka v_a, go to the grid: the material within a cell of the surface is
-not held, as it would be were all nodes mapped. What contact gives the points comes back by the same shares,
-m_a Δv_a = Σ_k S_ka m_k Δv_k, which keeps momentum since Σ_a S_ka = 1.
+Contact applies to material points, x_k = Σ_a S_ka x_a with S_ka = p_a(X_k), not to the nodal coefficients x_a, which may
+lie off the surface. Points on the outer faces (`skin_points`) with velocities Σ_a S_ka v_a are scattered to the grid.
+Material within a cell of the surface is therefore not held in contact, as it would be if all nodes were scattered. Velocity
+increments from contact are mapped back with the same weights, m_a Δv_a = Σ_k S_ka m_k Δv_k, which conserves momentum since
+Σ_a S_ka = 1.
 
-The velocity of a node of the grid is a mean, and mapping an increment to the points and back gives part of it alone:
-Δv_I = Σ_k N_I m_k (SΔv)_k / m_I. Were that left, points under a lasting load would creep into the other body. So the nodes of
-the grid take the velocities with which the body responds, and contact goes on from there (`skin_response`).
+The velocity of a grid node is a mean, and mapping an increment to the points and back returns only a part of it: Δv_I = Σ_k
+N_I m_k (SΔv)_k / m_I. Without a correction, points under a lasting load would creep into the other body. The grid nodes
+therefore get the velocities of the body's response, and contact continues from these (`skin_response`).
 """
 
 from collections.abc import Mapping
@@ -30,10 +31,10 @@ from pellucid.state import of_owner, with_owner
 
 
 class Skin(WarnsOfContact):
-    """The surface of a body on the grid on which others may touch it: what contact knows of the body.
+    """The surface of a body on the grid for contact with other bodies.
 
-    coupling: of the numbers of the nodes; arrays: of the body, with masses; volume: of the nodes, shape (n,) [m³]; at_nodes:
-    values of the functions at the nodes, shape (n, n).
+    coupling: transfers of the nodal coefficients; arrays: arrays of the body, including masses; volume: nodal volumes,
+    shape (n,) [m³]; at_nodes: values of the shape functions at the nodes, shape (n, n).
     """
 
     is_surface = False
@@ -69,10 +70,10 @@ class Skin(WarnsOfContact):
         self._first = True
 
     def surface_of(self, grid: Grid, loads: np.ndarray, motion: NodalMotion, hard: bool) -> PointsOfFaces:
-        """Return the points by which others touch the body.
+        """Return the contact points of the body.
 
-        Their forces are added to loads on the nodes [N], shape (n, 3), which move so. hard: whether all of these are
-        prescribed.
+        Their forces are added to `loads` on the nodes [N], shape (n, 3). motion: motion of the nodes under these loads;
+        hard: True if all nodes are prescribed.
         """
 
         def take(force: np.ndarray) -> None:
@@ -94,24 +95,25 @@ class Skin(WarnsOfContact):
             self._everywhere[:] = self._all @ self._position
 
     def begin(self) -> None:
-        """Renew the indices where points left their slabs."""
+        """Update the index by cell if points left their slabs."""
         if self._field.touches_on_nodes:
             self.surface.sort_if_needed()
             self.whole.sort_if_needed()
 
     def scatter(self, force: np.ndarray) -> None:
-        """Mass and momentum of the points to the grid, and forces on the nodes until the end of the step [N], (n, 3)."""
+        """Scatter mass and momentum of the points to the grid, and the forces on the nodes until the end of the step [N],
+        (n, 3)."""
         self._first = True
         self._v[:] = self._values @ self._velocity
         self.surface.scatter(self._point_mass * (self._values @ (force / self._mass)))
 
     def scatter_momentum(self) -> None:
-        """Momentum alone, after the nodes' velocities changed."""
+        """Scatter the momentum only, after the nodal velocities changed."""
         self._v[:] = self._values @ self._velocity
         self.surface.scatter_momentum()
 
     def gather(self) -> np.ndarray:
-        """Velocity increments that contact gave the nodes in this step [m/s], shape (n, 3)."""
+        """Return the velocity increments of the nodes from contact in this step [m/s], shape (n, 3)."""
         if not self._field.pressed:
             self._increment.fill(0.0)
             return self._increment
@@ -134,23 +136,23 @@ class Skin(WarnsOfContact):
         self._first = False
 
     def finish(self) -> None:
-        """The body takes its increments from the nodes, whatever their velocities."""
+        """Do nothing: the body gathers its increments from the grid nodes independently of their velocities."""
 
     # what detection asks
 
     @property
     def n_points(self) -> int:
-        """Number of points of all of the body."""
+        """Number of points of the whole body."""
         return len(self._everywhere)
 
     @property
     def mapped(self) -> Bundle:
-        """The points of all of the body."""
+        """The kernel bundle of the points of the whole body."""
         return self.whole.mapped
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs into which these are divided."""
+        """Number of slabs of the points of the whole body."""
         return self.whole.n_slabs
 
     def half_width(self) -> tuple[float, float, float]:
@@ -165,7 +167,7 @@ class Skin(WarnsOfContact):
     # step and checkpoint
 
     def update(self) -> None:
-        """Follow the nodes to new places."""
+        """Move the points with the nodes."""
         self._follow()
         if self._field.touches_on_nodes:
             for coupling in (self.surface, self.whole):
@@ -179,7 +181,7 @@ class Skin(WarnsOfContact):
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore a checkpoint, after the numbers of the nodes."""
+        """Restore a checkpoint; call it after the nodal coefficients were restored."""
         self._follow()
         self.surface.restore(of_owner("skin/surface", arrays))
         self.whole.restore(of_owner("skin/whole", arrays))
