@@ -114,13 +114,13 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._sort()
 
     def _bind(self) -> None:
-        """Bind the arrays, which stay the same objects in any order. Points have no stress if elements have."""
+        """Bind the arrays, which remain the same objects when points are sorted. Points have no stress if elements have it."""
         a = self.arrays
         self.points = PointArrays(**{name: a[name] for name in PointArrays._fields if name in a})
         self._affine = a.get("affine")
 
     def carry_rotation(self) -> None:
-        """Give the points affine velocity fields that the constraint of the body sets, instead of velocities from the
+        """Add affine velocity fields to the points, set by the constraint of the body, instead of velocities from the
         nodes."""
         if self._affine is None:
             self.arrays["affine"] = np.zeros((len(self.arrays["mass"]), FIELD_ENERGY + 1))
@@ -178,7 +178,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._make_bundles()
 
     def apply_volume_correction(self, dt: float) -> None:
-        """Add the work of the pressure on the difference between the volume growth of the points and that of full cells."""
+        """Add the work of the pressure on the difference between the volume growth of the points and the growth of full
+        cells."""
         if self.keeps_heat and self._cells is not None:
             full_cells.apply_volume_correction(self.n_slabs, self.mapped, self._cells.found, self.kept_energy(), dt)
             self.totals.stored += float(self.sums()[GAINED])  # for USF, as in `end_grid_to_particle`
@@ -295,7 +296,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         scatter_vectors(self.n_slabs, self.mapped, force, self.velocity_field.load_row(column - FIRST_LOAD))
 
     def begin_grid_to_particle(self, dt: float, remap: bool) -> None:
-        """G2P of velocities; if `remap`, P2G of the momentum of free points. The energy lost by the transfer becomes heat."""
+        """Gather velocities (G2P); if `remap`, scatter the momentum of free points (P2G). The energy lost by the transfer
+        becomes heat."""
         if self.rigid is None:
             each_point(self._velocity_pass(), dt, FIRST if remap and self.constraint is None else 0)
         if self.is_led(by_slabs=True):
@@ -416,7 +418,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return fsum(part for parts in domain.group.each(exact_parts(self._there("mass"))) for part in parts)
 
     def signal_limit(self) -> StepLimit:
-        """Return the step limit by signals, without that of prescribed motion."""
+        """Return the step limit by signals; prescribed motion is not included."""
         return super().step_limit()
 
     def complete(self) -> None:

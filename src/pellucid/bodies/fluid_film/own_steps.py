@@ -42,7 +42,7 @@ class OwnSteps:
     def __init__(self, balance: FilmBalance, goals: Goals, how: "FluidFilmCase", arrays: dict[str, np.ndarray]) -> None:
         self._balance, self._goals, self._how, self._arrays = balance, goals, how, arrays
         self.fault: str | None = None
-        """Why it cannot go on, where it cannot."""
+        """Reason why the film cannot be moved further; None if it can."""
 
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
         """Move the film over a step dt of the run that begins at time `elapsed` [s], and return the operators at the end.

@@ -208,7 +208,8 @@ class MaterialPoints(
         return np.asarray(self.arrays["position"][stored[numbers]])
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """P2G of mass, momentum and internal forces. A body that is not strained keeps its initial stress (usually zero)."""
+        """Scatter mass, momentum and internal forces to the grid (P2G). A body that is not strained keeps its initial
+        stress (usually zero)."""
         if force and not self._strains:
             if self._stressed is None:
                 self._stressed = domain.any(bool(self._there("stress").any()))
@@ -378,7 +379,7 @@ class MaterialPoints(
         return entered
 
     def _stored_in(self, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Internal or strain energies of points with such arrays [J], shape (n,)."""
+        """Return the internal or strain energies of points with these arrays [J], shape (n,)."""
         kind = self.material.energy_field
         if kind in arrays:
             return np.asarray(arrays["mass"] * arrays[kind])

@@ -3,8 +3,8 @@
 Lattice cells at the boundary are sampled by sub-points, which give the fraction of the cell inside the region. A lattice
 point inside the region gets the fraction of its own cell. Slivers of cells whose own point is outside are added to the
 nearest points inside (equally near points share them), so that no mass is missing or counted twice. All volumes are then
-scaled to the exact measure of the region: the measure of the shape minus the exact measures of excluded shapes that lie in
-a box. The measures of other excluded shapes are estimated from the samples.
+scaled to the measure of the region: the measure of the shape minus the measures of the excluded shapes. The latter are
+exact if the shape is a box that contains the excluded shape, and otherwise estimated from the samples.
 """
 
 from collections.abc import Iterator, Sequence
@@ -155,8 +155,8 @@ class FilledRegion:
 def _slivers(
     centres: np.ndarray, middle: np.ndarray, kept: np.ndarray, slivers: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Assign slivers to the nearest points with their shares. Equally near points share, so that symmetric shapes stay
-    symmetric."""
+    """Assign slivers to the nearest points. Returns the slivers, their points, and the fraction of each sliver for each
+    point. Equally near points share a sliver, so that symmetric shapes stay symmetric."""
     from scipy.spatial import cKDTree
 
     count = min(NEIGHBOURS, len(kept))

@@ -23,7 +23,7 @@ class OpenFaces:
         self._open = np.zeros((3, 2), dtype=bool)
 
     def add(self, faces: Iterable[tuple[int, int]]) -> None:
-        """Open faces, each given by an axis and an end: 0 lower, 1 upper."""
+        """Mark faces as open, each given by an axis and an end: 0 lower, 1 upper."""
         for axis, end in faces:
             self._open[axis, end] = True
 

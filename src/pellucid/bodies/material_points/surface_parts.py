@@ -39,7 +39,7 @@ class SurfaceParts:
         self._lower, self._periods = np.array(grid.lower, float), np.array(grid.periods(), float)
         self._tree = cKDTree(self._begun)
         self.hosts = np.asarray(self._tree.query(self._place)[1], np.int64).reshape(-1)
-        """Numbers of the material points that carry the places, shape (m,)."""
+        """Numbers of the material points with which the surface points move, shape (m,)."""
         self._host = self._begun[self.hosts]  # places of these, without jumps over seams [m]
         self._searched = self._host.copy()
 

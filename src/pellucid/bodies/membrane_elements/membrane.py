@@ -18,7 +18,7 @@ class ElementMembrane(Body, Membrane):
         return self.surface.cells
 
     def half_width(self) -> tuple[float, float, float]:
-        """Contact offset of the body."""
+        """Return the contact offset of the body."""
         return self.surface.contact_reach, 0.0, 0.0
 
     def check(self, n_steps: int, time: float) -> None:

@@ -62,8 +62,8 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         if any(grid_case.thin()):
             self._closed = is_loop(surface.vertices, surface.cells.surface(), grid_case)
         self.node_velocity = arrays["velocity"].copy()
-        """Velocity of the nodes in the last step, in the order of the mesh [m/s], shape (n, 3). It is that of the grid which
-        strains the elements: forces on the nodes of the grid do work along it."""
+        """Straining velocity of the nodes in the last step, in mesh order [m/s], shape (n, 3). Nodal forces on the grid do
+        work on this velocity."""
         self._contact_rate = 0.0
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 

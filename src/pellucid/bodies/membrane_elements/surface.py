@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pellucid.bodies.membrane_elements.model import MembraneElementsCase
 
 FIELDS = ("id", "position", "velocity", "mass", "thickness", "stress", "tension", "strain_energy", "density", "pressure")
-"""The fields that results show."""
+"""Names of the fields in results."""
 OVERLONG = (
     "other bodies can pass between nodes that are more than two cells apart; refine the elements, or use a larger grid.cell"
 )
@@ -56,9 +56,9 @@ class ElementSurface:
         tense = prestretch(case.material.law, case.tension, case.thickness, case.inflation)
         self.law = tense.law
         self.thickness = case.thickness / tense.ratio
-        """At rest [m]."""
+        """Thickness at rest [m]."""
         self.contact_reach = case.contact_reach
-        """Distance from the mid-surface at which others touch it [m]."""
+        """Distance from the mid-surface at which contact with other bodies begins [m]."""
         self.areal_density = case.material.density * case.thickness
         self._wave = wave_in_shape(self.law, tense.shape, case.material.density)  # at the start
         self._control = case.hourglass.control()
@@ -72,7 +72,7 @@ class ElementSurface:
         volume = thickness * self.mesh.areas(self.vertices)
         mass = case.material.density * volume
         self.node_mass = self.mesh.at_nodes(mass)
-        """Of the nodes in the order of the mesh [kg], shape (n,)."""
+        """Nodal masses in mesh order [kg], shape (n,)."""
         direction = case.material.direction
         self._rest = tense.stretch * rest_gradients(self.vertices[mesh.triangles], direction)
         plane_stress = np.tile(tense.stress, (m, 1))
@@ -205,7 +205,7 @@ class ElementSurface:
 
     @property
     def field_names(self) -> list[str]:
-        """The fields that results show."""
+        """Return the names of the fields in results."""
         lost = ("dissipated_energy",) if "dissipated_energy" in self.arrays else ()
         return [*FIELDS, *lost, *(("curvature", "bending_energy") if self.bending is not None else ())]
 

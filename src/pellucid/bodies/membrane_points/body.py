@@ -53,7 +53,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         tense = prestretch(case.material.law, case.tension, case.thickness, case.inflation)
         self.law: Any = tense.law
         self.thickness = case.thickness / tense.ratio
-        """At rest [m]."""
+        """Thickness at rest [m]."""
         self._contact_reach = case.contact_reach
         self.areal_density = case.material.density * case.thickness
         vertices, self._triangles = case.surface.triangulate()

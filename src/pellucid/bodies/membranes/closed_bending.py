@@ -66,7 +66,7 @@ class Bending:
         self.reference = np.zeros(n)
         self.energies = np.zeros(n)
         self.rate = 0.0
-        """Half the largest eigenfrequency of the nodes [1/s], or more."""
+        """Upper bound of half the largest eigenfrequency of the nodes [1/s]."""
         self._bent: tuple[np.ndarray, np.ndarray] | None = None  # the positions and the reference of what was found last
         self.bind(np.arange(n))
 

@@ -63,8 +63,7 @@ class ClampEdges(NamedTuple):
 def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarray, held: np.ndarray) -> ClampEdges:
     """Find the edges between clamped triangles whose nodes are all prescribed, and triangles that are not clamped.
 
-    triangles: (t, 3); position: (n, 3) [m]; led: mask of the clamped triangles, (t,); held: mask of the prescribed nodes,
-    (n,).
+    triangles: (t, 3); position: (n, 3) [m]; clamped triangles: mask `led`, (t,); prescribed nodes: mask `held`, (n,).
     """
     t = len(triangles)
     chosen, partner = pair_edges(triangles)
@@ -84,8 +83,8 @@ class Extension:
     membrane."""
 
     def __init__(self, grid: Grid, edges: ClampEdges, degree: int, held: np.ndarray, free: np.ndarray) -> None:
-        """held, free: masks of the nodes that are fixed along all axes, and of those that are free along all axes, shape
-        (nodes,)."""
+        """held: mask of the nodes that are fixed along all axes; free: mask of the nodes that are free along all axes;
+        shape (nodes,)."""
         lattice = grid.lattice
         cell, lower, strides = lattice.cell, np.array(lattice.lower), np.array(lattice.strides)
         last = np.array(lattice.counts)
@@ -146,7 +145,7 @@ class Extension:
 
     def extend(self, velocity: np.ndarray) -> np.ndarray:
         """Add the extrapolated normal velocities of the prescribed nodes to the nodal velocities [m/s], shape (nodes, 3).
-        Returns the previous velocities of these nodes."""
+        Returns the velocities of the prescribed nodes before the change."""
         known = domain.of_nodes(velocity[self._sources], self._sources)
         theirs = known[np.searchsorted(self._sources, self.donors)]
         along = np.sum(self._weights * np.einsum("gkd,gd->gk", theirs, self.normal), axis=1)
@@ -157,7 +156,7 @@ class Extension:
 
 def _find_feet(edges: ClampEdges, position: np.ndarray, within: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Return the projections of positions onto the lines of the nearest edges (`within`: onto the edges themselves), and
-    the numbers of these edges."""
+    the edge numbers."""
     square = np.sum(edges.along**2, axis=1)
     nearest, number = np.full(len(position), np.inf), np.zeros(len(position), int)
     foot = np.zeros(position.shape)
@@ -185,7 +184,7 @@ class BendsOnGrid(PointsOnGrid):
 
     @property
     def resistance(self) -> Resistance | None:
-        """The bending of the membrane; None if it has no bending resistance."""
+        """The bending of the membrane; None without bending resistance."""
         raise NotImplementedError
 
     @property

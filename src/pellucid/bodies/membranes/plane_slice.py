@@ -25,7 +25,7 @@ def slice_factor(vertices: np.ndarray, grid: GridCase | None) -> float:
 
 
 def is_loop(vertices: np.ndarray, triangles: np.ndarray, grid: GridCase) -> bool:
-    """Return True if a band in a plane encloses an area: it has no rims except those normal to the thin axis."""
+    """Return True if a band in a plane encloses an area, i.e. its only rims are normal to the thin axis."""
     bands = _bands(vertices, grid)
     if len(bands) != 1:
         return False

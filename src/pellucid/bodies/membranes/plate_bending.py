@@ -54,14 +54,14 @@ class PlateBending:
         first, second, third = (vertices[corner] for corner in triangles.T)
         normals = np.cross(second - first, third - first)
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-        """At the start, shape (t, 3)."""
+        """Unit normals of the triangles at the start, shape (t, 3)."""
         self.rigidity, self.poisson_ratio = rigidity, poisson_ratio
         self._relaxed: tuple[float, np.ndarray | None] = (0.0, None)
         self._where = np.arange(len(vertices))
         self._bent: np.ndarray | None = None  # the positions of what was found last
         self.energies = np.zeros(len(vertices))
         self.rate = 0.0
-        """Half the largest eigenfrequency of the nodes [1/s], or more."""
+        """Upper bound of half the largest eigenfrequency of the nodes [1/s]."""
         self.support(no_supports(len(triangles), len(vertices)))
 
     def relax(self, curvature: float = 0.0, shape: np.ndarray | None = None) -> None:

@@ -238,8 +238,8 @@ def _corners_in(first: np.ndarray, second: np.ndarray, chi: np.ndarray, psi: np.
 
 
 def _find_shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs (shared hinge, other hinge), shape (2, k), in which the fold of the other hinge shifts the angles at
-    the shared one away from half its fold, and the coefficients c, shape (k,)."""
+    """Return pairs (shared hinge, other hinge), shape (2, k), and their coefficients c, shape (k,): the fold of the other
+    hinge shifts the angles at the shared hinge away from half its fold."""
     shared = np.flatnonzero(mesh.is_shared)
     both = np.stack([mesh.left[0, shared], mesh.right[0, shared]], axis=1)
     uneven = 0.5 * (mesh.shares(shared, *mesh.left[:, shared]) - mesh.shares(shared, *mesh.right[:, shared]))

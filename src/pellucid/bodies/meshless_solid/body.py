@@ -123,7 +123,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._bound_step()
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """If inertia is `scaled`, set nodal masses from the bounds on the rows of the stiffness; the total mass is
+        """Set nodal masses from the bounds on the rows of the stiffness if inertia is `scaled`; the total mass is
         unchanged. Nearly incompressible solids get an inertia against changes of volume."""
         if scaled:
             row_sums = self._functions.tables.row_sums

@@ -21,7 +21,8 @@ class PrescribedField:
 
     number, shape (n, 3): along each axis 0 if a node is free, else 1 + the row of its support or motion; group, shape (n,
     3): one number for all rows that never differ; displacement: prescribed so far [m], shape (rows, 3); faces: numbers of
-    the boundary faces whose nodes are all in one group along an axis; held, shape (faces, 3): mask of these axes.
+    the boundary faces whose nodes are all in one group along an axis; held: mask of the axes for which this is so, shape
+    (faces, 3).
     """
 
     def __init__(self, mesh: SimplexMesh, number: np.ndarray, group: np.ndarray, n_rows: int) -> None:
@@ -35,9 +36,9 @@ class PrescribedField:
         self.faces, self.held = boundary[some], held[some]
 
     def disturbing(self, evaluator: Evaluator) -> tuple[np.ndarray, np.ndarray]:
-        """Return nodes of another group whose shape functions disturb the prescribed field on faces, and the numbers of
-        these faces, shape (k,) each. All such nodes that are active on a face are returned if the functions of at least one
-        of them do not vanish there."""
+        """Return nodes of another group whose shape functions disturb the prescribed field on faces, and the face numbers,
+        shape (k,) each. All such nodes that are active on a face are returned if the functions of at least one of the nodes
+        do not vanish there."""
         if not len(self.faces):
             return self.faces, self.faces
         rows = self._on_faces(evaluator)

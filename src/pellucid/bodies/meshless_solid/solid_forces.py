@@ -20,7 +20,7 @@ class ElasticForces:
         self.solid = prestressed(solid, initial_stress)
         self.bundle = Bundle(self.solid)
         self.arrays: Mapping[str, np.ndarray] = {}
-        """The history of the points, by name."""
+        """History variables of the points, by name."""
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
         """Compute the forces `force` (n, 3) [N] at displacements [m], shape (n, 3), reached in a step dt [s]."""

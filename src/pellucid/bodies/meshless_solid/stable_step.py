@@ -41,7 +41,7 @@ class PowerIteration:
         self._scale = 1.0
         self._waits, self._renewing = INTERVAL, 0
         self.frequency = 0.0
-        """The largest angular frequency that was found last [rad/s]."""
+        """Latest estimate of the largest angular frequency [rad/s]."""
 
     def _without_preference(self) -> np.ndarray:
         return np.asarray(np.random.default_rng(0).standard_normal(self.free.shape) * self.free / np.sqrt(self._inertia))

@@ -50,9 +50,9 @@ class VolumeInertia:
         squared = frequency * frequency * min(1.0, 2.0 * shear / self._bulk)  # 1/β: what shear alone would have
         self._compliance = squared * solid.volume / self._bulk
         self.displacement = np.zeros_like(free, float)
-        """Of the nodes where B was found [m], shape (n, 3)."""
+        """Nodal displacements at which B was computed [m], shape (n, 3)."""
         self._alone, self.rate = 0.5 * frequency, 0.0
-        """After nodes were let go, how often a second B is worn: it bounds the steps then [1/s]."""
+        """After a release of nodes, the rate at which B becomes inaccurate [1/s]; it limits the step then."""
         self._tolerated = WORN * (shear / self._bulk) ** 0.5
         self.renew()
 

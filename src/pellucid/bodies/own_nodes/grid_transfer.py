@@ -33,7 +33,7 @@ class GridCoupling:
         volume: np.ndarray | None = None,
         whole: bool = False,
     ) -> None:
-        """whole: True if each process handles the nodes of all slabs, not only those of its own slabs."""
+        """whole: True if each process handles the nodes of all slabs, not only of its own slabs."""
         self._whole = whole
         self.velocity_field, self.functions = velocity_field, functions
         self._points = PointArrays(position, velocity, mass)
@@ -42,7 +42,7 @@ class GridCoupling:
         self._order = np.arange(len(mass))
         self._spare = np.zeros(0, np.int64)
         self.increment = np.zeros((len(mass), 3))
-        """Of the nodes' velocities by contact over this step [m/s], shape (n, 3)."""
+        """Velocity increments of the nodes from contact in this step [m/s], shape (n, 3)."""
         grid, index = velocity_field.grid, ByIndex(self._order)
         self.slabs = slabs_of(grid.lattice, functions)
         self._shared = WholePoints(self.slabs)

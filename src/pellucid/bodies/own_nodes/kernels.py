@@ -56,10 +56,10 @@ class NodeForces(NamedTuple):
 
 @kernel(inner=True)
 def _constrained(forces, p, d, old, new, gain, dt, chunk):
-    """Apply the constraints of node p along d.
+    """Apply the constraints of node p along d. Returns the constrained velocity, the mean of the old and the constrained
+    velocity, and the constraint impulse.
 
-    Returns the constrained velocity, the mean of it and the old one, and the constraint impulse. Adds this impulse, and its
-    work at the mean velocity, to the sums.
+    Adds this impulse, and its work at the mean velocity, to the sums.
     """
     row, mean, reaction = forces.prescribed[p, d], 0.5 * (old + new), 0.0
     goal = forces.rows[row - 1, d] if row > 0 else 0.0

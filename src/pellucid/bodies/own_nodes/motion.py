@@ -38,7 +38,7 @@ class NodalMotion:
         n = len(arrays["mass"])
         self._arrays, self._grid, self._thin, self._full_gravity = arrays, grid, thin, np.array(gravity, float)
         self.gravity = self._full_gravity.copy()
-        """Gravity that acts now [m/s²], shape (3,)."""
+        """Gravity that is applied in this step [m/s²], shape (3,)."""
         self.gravity_share = 1.0
         self._increment, self._columns = increment, FIRST_LOAD + n_loads
         self.internal, self.loads = np.zeros((n, 3)), np.zeros((n_loads, n, 3))
@@ -51,14 +51,14 @@ class NodalMotion:
         self._condition: FieldCondition | None = None
         self._lead = np.zeros((0, 0, 0))
         self.inertia: np.ndarray = arrays["mass"]
-        """Of the nodes [kg], shape (n,): their masses but where a steady state scales them (`scale_inertia`)."""
+        """Inertia of the nodes [kg], shape (n,): their masses, unless a relaxation scales them (`scale_inertia`)."""
         self.drag = UNDAMPED
         self.load_rate = 1.0
-        """How fast the loads change, in simulated time over that of the step: what is prescribed as a velocity goes with it."""
+        """Ratio of load time to simulated time in this step; prescribed velocities are multiplied by it."""
         self.top_speed = 0.0
-        """The largest speed that a condition prescribes [m/s]."""
+        """Largest speed prescribed by a condition [m/s]."""
         self.crossing = 0.0
-        """Return the rate at which nodes cross cells of the grid [1/s]; none passes a cell in a step."""
+        """Largest rate at which nodes cross cells of the grid [1/s]; no node may cross more than a cell in a step."""
         self._constrain()
 
     # supports and prescribed motions

@@ -47,8 +47,8 @@ def _list_weights(mapped, slot, near, listed, first, column, weight):
 class SkinResponse:
     """Response of a body at grid nodes in contact.
 
-    surface: transfers of its surface points; mass: masses of these points [kg], shape (m,); values: S_ka, shape (m, n);
-    inertia: of the nodes of the body [kg], shape (n,); prescribed: 0 for free components, shape (n, 3).
+    surface: transfers of the surface points; mass: masses of the surface points [kg], shape (m,); values: S_ka, shape (m,
+    n); inertia: of the nodes of the body [kg], shape (n,); prescribed: 0 for free components, shape (n, 3).
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class SkinResponse:
         return sparse.csr_array(sparse.csr_array(points.T) @ self._values[listed])
 
     def give(self) -> None:
-        """Set the velocities of these grid nodes to the response of the body to the velocity increments so far."""
+        """Set the velocities of the grid nodes in contact to the response of the body to the velocity increments so far."""
         nodes, at = self._nodes, self._at
         of_body = self._mobility * (self._to_body @ nodes.velocity_increment[at])
         nodes.velocity[at] = self._trial + self._share * (self._from_body @ of_body)

@@ -6,7 +6,7 @@ Material within a cell of the surface is therefore not held in contact, as it wo
 increments from contact are mapped back with the same weights, m_a Δv_a = Σ_k S_ka m_k Δv_k, which conserves momentum since
 Σ_a S_ka = 1.
 
-The velocity of a grid node is a mean, and mapping an increment to the points and back returns only a part of it: Δv_I = Σ_k
+The velocity of a grid node is a mean, and mapping an increment to the points and back returns only a part: Δv_I = Σ_k
 N_I m_k (SΔv)_k / m_I. Without a correction, points under a lasting load would creep into the other body. The grid nodes
 therefore get the velocities of the body's response, and contact continues from these (`skin_response`).
 """
