@@ -12,7 +12,7 @@ from pellucid.parts.part import Parts
 
 
 class DampedModel(BodyModel):
-    """A body whose motion a drag may slow; what the drag takes is `damping_heat`."""
+    """A body with optional drag on its motion; the energy that the drag dissipates is `damping_heat`."""
 
     damping: float = parameter("1/s", "rate of a mass-proportional drag; steady states choose their own", 0.0, ge=0)
     damping_until: float | None = parameter("s", "time at which the drag ends; default: never", None, gt=0)
@@ -24,7 +24,7 @@ class DampedModel(BodyModel):
         return self
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body whose motion a condition prescribes as a whole."""
+        """Report damping of a body that is rigid or has a fully prescribed motion."""
         yield from super().problems(path, parts)
         if self.damping > 0.0 and (self.is_rigid or is_driven(self.name, parts)):
             text = f"body {self.name} is {'rigid' if self.is_rigid else 'fully prescribed'}: a drag on its points has no effect"

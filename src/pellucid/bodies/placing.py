@@ -72,5 +72,5 @@ def _seam_problems(
 
 
 def longest_edge(places: np.ndarray) -> float:
-    """Return the longest edge of all elements [m]; places of their corners: shape (m, corners, 3)."""
+    """Return the longest edge of all elements [m]. places: positions of their corners, shape (m, corners, 3)."""
     return float(np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).max(initial=0.0))

@@ -359,7 +359,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         totals.momentum = sums[MOMENTUM_X : MOMENTUM_X + 3].copy()
 
     def update_positions(self, dt: float) -> None:
-        """Move the points. If a constraint keeps the grid from straining the points, it sets all of their positions."""
+        """Move the points. If a constraint prevents straining by the grid, it sets all positions."""
         if self.constraint is None or self.constraint.strains:
             self._move_by_nodes(dt)
         self.prescribe_positions()

@@ -179,7 +179,7 @@ class FluidFilm(
             of.restore({name.removeprefix(f"{part}."): array for name, array in arrays.items() if name.startswith(f"{part}.")})
 
     def _stateful(self) -> "dict[str, FilmGeometry | FilmSolver]":
-        """Return the parts whose state is more than the nodes."""
+        """Return the geometry and the solver, which have state arrays in addition to the nodes."""
         return {"geometry": self.geometry, "solver": self.balance.solver}
 
     # results

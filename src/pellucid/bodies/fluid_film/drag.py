@@ -1,4 +1,4 @@
-"""The drag of the fluid about a film as the user describes it."""
+"""The drag of the fluid around a film, as the user describes it."""
 
 from pellucid.model import Model, parameter
 

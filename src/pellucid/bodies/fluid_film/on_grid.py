@@ -135,7 +135,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
     # contact
 
     def make_contact_surface(self, column: int) -> PointsOfNodes | None:
-        """Return points on the film at its nodes, which take the forces."""
+        """Return contact points on the film at its nodes; contact forces act on these nodes."""
 
         def take(force: np.ndarray) -> None:
             load = self.velocity_field.load_row(column - FIRST_LOAD)

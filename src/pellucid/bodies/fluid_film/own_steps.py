@@ -121,7 +121,8 @@ class OwnSteps:
 
 
 def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:
-    """Describe a film that is stretched beyond the range of the model, with the place. o: operators of the present state."""
+    """Return a description, with the position, if the film is stretched beyond the range of the model; None otherwise. o:
+    operators of the present state."""
     geometry, rest = balance.geometry, balance.material.density
     density = balance.densities(o, arrays["part_mass"])
     if density.min() >= THINNEST * rest:

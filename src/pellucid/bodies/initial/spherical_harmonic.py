@@ -30,7 +30,7 @@ class SphericalHarmonic(InitialField):
         return self
 
     def at(self, position: np.ndarray) -> np.ndarray:
-        """Return the concentration, shape (n,), at positions [m], shape (n, 3); none may be the centre."""
+        """Return the concentration, shape (n,), at positions [m], shape (n, 3). No position may be the centre."""
         offset = position - np.array(self.centre)
         x, y, z = (offset / np.linalg.norm(offset, axis=1)[:, None]).T
         m = abs(self.order)

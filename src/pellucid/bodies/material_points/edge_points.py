@@ -1,9 +1,9 @@
 """Contact points on the sharp edges and corners of a body that does not deform.
 
 The points of a face lie half a spacing inside its edges. Alone, they would let a block tip about a line inside the face.
-The edges therefore have their own points: one at each corner, and a row along each edge from end to end. Their total area
-is one and a half times what a box that rests on one of its sides needs to carry as much load on its rim as on the rest of
-that side.
+The edges therefore have their own points: one at each corner, and a row along each edge from end to end. For a box at rest
+on one of its sides, their total area is one and a half times the area with which rim and interior of that side carry equal
+loads.
 """
 
 from typing import NamedTuple

@@ -170,8 +170,8 @@ def turned(turn, local, rate, spin, half):
     """Return the rotation of the material relative to the bisector, as (cosine, sine), at the middle and at the end of a
     step.
 
-    The bisector of tangents that are not orthogonal does not rotate exactly with the material: stretching turns it. spin:
-    of the material [1/s]; half: half the step [s].
+    The bisector of tangents that are not orthogonal does not rotate exactly with the material: stretching rotates it. spin:
+    spin of the material [1/s]; half: half the step [s].
     """
     c, p, cr, pr = local[0], local[1], rate[0], rate[1]
     x0, y0 = bisector(c[0] - half * cr[0], c[1] - half * cr[1], p[0] - half * pr[0], p[1] - half * pr[1])

@@ -120,7 +120,7 @@ def _unfolded(x, places, e):
 
 @parallel_loop()
 def _bend_hinges(chunk, of, x):
-    """Compute l φ of each hinge, and the magnitudes of ∂φ/∂x at its corners."""
+    """Compute l φ of each hinge, and ½ l times the sum of |∂φ/∂x| over its corners."""
     places, bent = of.places, of.bent
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
         along, left, right, n1, n2 = _unfolded(x, places, e)

@@ -61,9 +61,10 @@ class ClampEdges(NamedTuple):
 
 
 def find_clamp_edges(triangles: np.ndarray, position: np.ndarray, led: np.ndarray, held: np.ndarray) -> ClampEdges:
-    """Find the edges between clamped triangles whose nodes are all prescribed, and triangles that are not clamped.
+    """Return the edges between clamped triangles with only prescribed nodes, and triangles that are not clamped.
 
-    triangles: (t, 3); position: (n, 3) [m]; clamped triangles: mask `led`, (t,); prescribed nodes: mask `held`, (n,).
+    triangles: (t, 3); position: (n, 3) [m]; the last two arguments are the masks of the clamped triangles, (t,), and of the
+    prescribed nodes, (n,).
     """
     t = len(triangles)
     chosen, partner = pair_edges(triangles)

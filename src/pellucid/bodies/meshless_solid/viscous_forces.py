@@ -105,7 +105,7 @@ class ViscousForces(ElasticForces):
         self._diffuses = diffusivity(law, density) > 0.0  # faster strain is stiffer without end
 
     def find(self, displacement: np.ndarray, force: np.ndarray, dt: float) -> None:
-        """Fill forces and advance the viscous states. A step with dt = 0 keeps states and forces."""
+        """Compute the forces and advance the viscous states. A step with dt = 0 does not change states or forces."""
         self._find(displacement, force, dt, True)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:

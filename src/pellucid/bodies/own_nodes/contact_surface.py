@@ -175,15 +175,15 @@ class PointsOfNodes(ContactSurface):
     cells
         Elements of the membrane.
     places, velocities, vector_areas
-        Functions that return the places [m], velocities [m/s] and shares of the vector area [m²] of the nodes, shape (n, 3).
+        Functions that return nodal positions [m], velocities [m/s] and vector areas [m²], shape (n, 3).
     weights
-        Shares of the area of the nodes at the start [m²], shape (n,).
+        Initial nodal areas [m²], shape (n,).
     take
         Function that adds forces on the nodes [N], shape (n, 3).
     warning
         `contact_warning` of the body.
     shares
-        Shares of the nodes in the contact points, shape (n, n), where these do not lie at the nodes.
+        Weights of the nodes in the contact points, shape (n, n); None if the points are at the nodes.
     """
 
     serves_deformed = True
@@ -247,10 +247,11 @@ class PointsOfNodes(ContactSurface):
 
 
 def _without_hourglass(quads: np.ndarray, places: np.ndarray) -> sparse.csr_array | None:
-    """Return shares of nodes in contact points without the hourglass modes of quadrilaterals, shape (n, n); None without these.
+    """Return the weights of nodes in contact points that contain no hourglass modes of quadrilaterals, shape (n, n); None
+    without quadrilaterals.
 
-    Of each corner the mean over its quadrilaterals of (γ·x) γ is subtracted, with the unit vector γ that is orthogonal to all
-    linear fields in the plane of the four corners. Linear fields are left as they are.
+    From each corner, the mean of (γ·x) γ over its quadrilaterals is subtracted, with the unit vector γ that is orthogonal
+    to all linear fields in the plane of the four corners. Linear fields are unchanged.
     """
     if not len(quads):
         return None

@@ -179,7 +179,7 @@ class NodalMotion:
         self.loads[column - FIRST_LOAD] += force
 
     def share_gravity(self, share: float) -> None:
-        """Apply a share of gravity."""
+        """Apply a fraction of gravity."""
         self.gravity_share, self.gravity[:] = share, share * self._full_gravity
 
     def scale_inertia(self, inertia: np.ndarray) -> None:

@@ -1,8 +1,8 @@
 """Rows that map nodal velocities to rates at the quadrature points of a film: strain rate, change of curvature, slope.
 
-A row holds the factors of the velocity components of the nodes of an element, node by node, so that `row · v` is the rate.
-The same rows give the virtual power and, squared, the dissipation. The operator is therefore symmetric, and rigid motions
-have no strain rate to round-off.
+A row contains the factors of the velocity components of the nodes of an element, node by node, so that `row · v` is the
+rate. The virtual power uses the same rows, and the dissipation their squares. The operator is therefore symmetric, and
+rigid motions have no strain rate, to round-off.
 """
 
 from typing import NamedTuple
