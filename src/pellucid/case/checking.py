@@ -1,4 +1,4 @@
-"""Data checked against the model of a case: the case, or everything that is wrong with the data."""
+"""Check of data against the model of a case: returns the case, or all findings in the data."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -16,7 +16,7 @@ CaseType = TypeVar("CaseType", bound=BaseModel)
 
 
 def checked(model: type[CaseType], data: dict[str, Any]) -> tuple[CaseType | None, list[Finding]]:
-    """The case, or what is wrong: in tables, and between those that are right in themselves."""
+    """Return the case, or None and all findings: errors within tables, and conflicts between the valid tables."""
     try:
         return model.model_validate(data), []
     except ValidationError as error:
@@ -26,7 +26,8 @@ def checked(model: type[CaseType], data: dict[str, Any]) -> tuple[CaseType | Non
 
 
 def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, Any]) -> CaseType:
-    """The case of some data with `settings` put at their dotted keys; problems name the setting. Raises CaseError."""
+    """Return the case for data with `settings` applied at their dotted keys. Raises CaseError, whose problems name the
+    setting."""
     paths: dict[str, Path] = {}
     problems: list[Problem] = []
     for key, value in settings.items():
@@ -44,18 +45,19 @@ def changed(model: type[CaseType], data: dict[str, Any], settings: Mapping[str, 
 
 
 def related(one: Path, other: Path) -> bool:
-    """Return True if one path leads through the other."""
+    """Return True if one of the two paths is a prefix of the other."""
     length = min(len(one), len(other))
     return one[:length] == other[:length]
 
 
 def setting(key: str, value: Any) -> str:
-    """A setting as it is written on the command line."""
+    """Return a setting as text of the command line."""
     return f"--set {key}={value if isinstance(value, str) else shown(value)}"
 
 
 def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list[Path]) -> None:
-    """Remove the keys that only the former kind has where a `kind` was set, so that the new kind starts from its defaults."""
+    """Remove the keys that only the previous kind of a table has where a setting changed `kind`. The new kind starts from
+    its defaults."""
     for path in paths:
         if path[-1] == "kind" and (known := schema_of(model).keys_at(path[:-1], data)):
             table = value_at(path[:-1], data)
@@ -64,7 +66,7 @@ def forget_other_kinds(model: type[BaseModel], data: dict[str, Any], paths: list
 
 
 def _at_setting(found: Finding, data: Any, settings: Mapping[str, Any], paths: Mapping[str, Path]) -> Problem:
-    """A problem laid at the door of the setting that touches its place, else of all settings together."""
+    """Return a problem that names the setting at or above its path, or all settings if there is no such setting."""
     item = problem(found, data)
     near = [key for key, path in paths.items() if related(path, found.path)] or list(settings)
     return Problem(item.text, item.key, item.value, item.remedy, None, " ".join(setting(key, settings[key]) for key in near))

@@ -1,4 +1,4 @@
-"""The columns of a history that plots and checks may name, known before the run, with their units."""
+"""Columns of the history that plots and checks may name, with their units; they are known before the run."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -22,7 +22,8 @@ MOMENTUM, ENERGY = "kg m/s", "J"
 
 
 def unit_of(name: str, parts: Parts) -> str | None:
-    """The SI unit of a column of the history, "" for a pure number; None where there is none of this name."""
+    """Return the SI unit of a column of the history, "" for a dimensionless number; None if there is no column of this
+    name."""
     probe = parts.named(Probe, name)
     if probe is not None:
         return probe.unit
@@ -37,14 +38,14 @@ def unit_of(name: str, parts: Parts) -> str | None:
 
 
 def beyond_end(time: float, path: Path, parts: Parts) -> Iterator[Finding]:
-    """The finding that a run does not reach a time [s]."""
+    """Yield a finding if a time [s] is later than the end of the run."""
     clock: Any = parts.sections["time"].items[0]
     if hasattr(clock, "passed") and clock.passed(time):
         yield Finding(path, f"{time:g} s is later than time.end = {clock.end:g} s", "Set a time up to time.end.")
 
 
 def unknown_column(name: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """The finding that the history will have no column of this name; none while a probe or condition is wrong."""
+    """Yield a finding if the history will have no column of this name; no finding while a probe or condition is invalid."""
     sound = parts.are_sound(Probe) and parts.are_sound(Condition)
     if sound and unit_of(name, parts) is None:
         names = [*parts.names(Probe), "time", *other_columns(parts)]

@@ -1,4 +1,4 @@
-"""Translation of pydantic's errors to problems in the user's words: key as written, value, limit, remedy."""
+"""Translation of pydantic's errors to problems for the user: key as written, value, limit, remedy."""
 
 from collections import defaultdict
 from collections.abc import Mapping
@@ -65,7 +65,8 @@ def explain(error: ValidationError, data: Any, schema: Schema) -> list[Finding]:
 
 
 def written_path(location: tuple[int | str, ...], kind: str, data: Any) -> Path:
-    """pydantic's location without the names of the alternatives that it tried, which the user never wrote."""
+    """Return the location in a pydantic error without the names of the alternatives that pydantic tried, which are not in
+    the case."""
     path: Path = ()
     for part in location:
         following = value_at((part,), data)
@@ -76,7 +77,7 @@ def written_path(location: tuple[int | str, ...], kind: str, data: Any) -> Path:
 
 
 def value_at(path: Path, data: Any) -> Any:
-    """The value at a path, or MISSING."""
+    """Return the value at a path, or MISSING."""
     for part in path:
         is_key = isinstance(data, dict) and part in data
         is_item = isinstance(data, (list, tuple)) and part in range(len(data))
@@ -88,7 +89,7 @@ def value_at(path: Path, data: Any) -> Any:
 
 
 def problem(found: Finding, data: Any) -> Problem:
-    """A finding with its key and value as the user wrote them."""
+    """Return a finding as a problem, with key and value as the user wrote them."""
     path = found.path
     if path[-1:] == (0,) and isinstance(value_at(path[:-1], data), str):
         path = path[:-1]  # one name where there may be a list
@@ -97,7 +98,7 @@ def problem(found: Finding, data: Any) -> Problem:
 
 
 def dotted(path: Path, data: Any) -> str:
-    """A path as a dotted key; list items by their name where they have one."""
+    """Return a path as a dotted key, with list items by name if they have a name, else by index."""
     parts = []
     for part in path:
         data = data[part] if value_at((part,), data) is not MISSING else None

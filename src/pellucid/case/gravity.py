@@ -1,4 +1,4 @@
-"""Gravity that changes in time, as the user describes it."""
+"""Data model of gravity that changes in time."""
 
 from collections.abc import Iterator
 
@@ -10,10 +10,10 @@ from pellucid.parts.part import Part, Parts
 
 
 class GravityAmplitude(Amplitude, Part):
-    """The share of gravity that acts, as a function of time: straight lines between instants, constant before and behind."""
+    """Factor on gravity as a function of time: piecewise linear, constant before the first and after the last time."""
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report missing gravity, steady states, and fluids that start at rest under another share."""
+        """Report missing gravity, steady states, and hydrostatic fluids if the factor at time 0 is not 1."""
         if parts.gravity is not None and not any(parts.gravity):
             yield Finding(path, "the case has no gravity", "Add `gravity`, such as [0, -9.81, 0] m/s^2, or remove this key.")
         if parts.one(SteadyCase) is not None:

@@ -1,4 +1,5 @@
-"""The files that a case depends on beside its own: tables of motions, surfaces, extensions, what registers its kinds."""
+"""Files that a case depends on in addition to the case file: tables of motions, surfaces, extensions, files that register
+kinds."""
 
 import hashlib
 from collections.abc import Iterator
@@ -13,15 +14,18 @@ from pellucid.users.users_code import file_of, is_own
 
 
 def digests(case: Case) -> dict[str, str]:
-    """SHA-256 of every input file, by its path: a run goes on only with the files that it began with. The folder of an earlier
-    run is none: its state is needed at the start alone; nor are measured curves, which the run does not see."""
+    """Return the SHA-256 of every input file, by path. A run can be resumed only with unchanged input files.
+
+    The folder of an earlier run is not included, since its state is needed only at the start. Measured curves are not
+    included either, since they do not affect the run.
+    """
     data = {key: value for key, value in case.to_data().items() if key not in ("plot", "check")}
     paths = sorted(path for path in {*case.extensions, *_paths(data)} if not Path(path).is_dir())
     return {path: hashlib.sha256(Path(path).read_bytes()).hexdigest() for path in paths}
 
 
 def users_kinds(case: Case) -> dict[str, str]:
-    """The file that registered each kind, reduction and quantity that a case names and pellucid does not bring."""
+    """Return the file that registered each user-defined kind, reduction and quantity of a case, by name."""
     found = {}
     for probe in case.probe:
         if probe.reduce not in OWN_REDUCTIONS:

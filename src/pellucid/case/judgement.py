@@ -1,4 +1,4 @@
-"""Checks of a case: a number of the history, or its distance from a measured curve, beside a reference."""
+"""Checks of a case: comparison of a number of the history with a reference, or of a column with a measured curve."""
 
 from collections.abc import Iterator
 from typing import ClassVar, Literal
@@ -11,23 +11,23 @@ from pellucid.parts.part import Part, Parts
 from pellucid.units import UnitError, to_si
 
 Quantity = float | str
-"""A number in SI units, or a text with its unit: that of the column is known when all of the case is."""
+"""A number in SI units, or a text with its unit. The unit of the column is known when the whole case has been read."""
 
 
 def in_si(value: Quantity, unit: str) -> float:
-    """The number in an SI unit. Raises UnitError."""
+    """Return a quantity in this SI unit. Raises UnitError."""
     return to_si(value, unit) if isinstance(value, str) else value
 
 
 class Passing(Model):
-    """The instant at which a column first has a value, coming from either side: for curves along another quantity than time."""
+    """Event at which a column first reaches a value, from either side. It allows checks against another quantity than time."""
 
     column: str = parameter("", "name of a probe or of another column of the history")
     reaches: Quantity = parameter("", "value, in SI units or as text with a unit")
 
 
 class Check(Part):
-    """A metric of the run: it stands in the report, and `pellucid verify` and `converge` take it."""
+    """Metric of a run, for the report and for `pellucid verify` and `pellucid converge`."""
 
     unique_name: ClassVar[bool] = True
 
@@ -77,7 +77,7 @@ class Check(Part):
         return self.take.startswith("time-of")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report unknown columns, quantities of another dimension, and files without such a curve."""
+        """Report unknown columns, quantities of another dimension, and files without the curve."""
         yield from unknown_column(self.column, (*path, "column"), parts)
         if self.at is not None:
             yield from beyond_end(self.at, (*path, "at"), parts)

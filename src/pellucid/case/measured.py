@@ -1,4 +1,4 @@
-"""Measured curves: two columns of a CSV file, with their units in it."""
+"""Measured curves: two columns of a CSV file that also contains their units."""
 
 import csv
 import re
@@ -12,12 +12,12 @@ from pellucid.model import InputFile, Model, parameter
 from pellucid.units import UnitError, to_si
 
 NAMED = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
-"""A name of a column, perhaps with its unit: "force [mN]"."""
+"""Pattern of a column name, optionally with a unit: "force [mN]"."""
 EXAMPLE = 'such as "time [ms], force [mN]", or a second row such as "ms, mN"; use 1 for a pure number'
 
 
 class CurveError(UsageError):
-    """A file that has no such curve. Its text names the file, and line and column where they are known."""
+    """Error in the file of a measured curve. The message gives the file, and the line and column if they are known."""
 
 
 class Table(NamedTuple):
@@ -25,14 +25,14 @@ class Table(NamedTuple):
 
     path: Path
     units: dict[str, str]
-    """As the file says them, "" where it does not."""
+    """Units as written in the file, "" if the file has none."""
     values: dict[str, np.ndarray]
-    """Of shape (n,) each."""
+    """Columns by name, shape (n,) each."""
     lines: list[int]
-    """Of the file, of the rows."""
+    """Line number in the file for each row."""
 
     def column(self, name: str, unit: str) -> np.ndarray:
-        """The numbers of a column in an SI unit, "" for pure numbers. Raises CurveError."""
+        """Return a column in an SI unit, "" for dimensionless numbers, shape (n,). Raises CurveError."""
         if name not in self.values:
             raise CurveError(f"{self.path}:1: no column is named {name}; available: {', '.join(self.values)}")
         said, wanted = self.units[name].strip("-"), "" if unit == "1" else unit
@@ -47,9 +47,9 @@ class Table(NamedTuple):
 
 
 class MeasuredCurve(Model):
-    """Two columns of a CSV file with a row of names, which remarks behind # may precede. The unit of each stands in brackets
-    behind its name, or in a second row, with or without # before it, as in the history of a run; "1" is that of a pure
-    number."""
+    """Two columns of a CSV file. A row of names comes first, after optional comment lines that start with #. The units are
+    in brackets behind the names, or in a second row, with or without # before it, as in the history of a run; "1" is the
+    unit of a dimensionless number."""
 
     path: InputFile = parameter("", "CSV file")
     x: str = parameter("", "name of the column of x values (default: first column)", "")
@@ -64,8 +64,8 @@ class MeasuredCurve(Model):
         return self.label or Path(self.path).stem.replace("_", " ")
 
     def read(self, x_unit: str, y_unit: str) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """Abscissae, values and their deviations, where there are any, in these SI units, each of shape (n,); the abscissae
-        ascend. Raises CurveError."""
+        """Return x values in ascending order, y values, and standard deviations (or None) in these SI units, each of shape
+        (n,). Raises CurveError."""
         table = read_table(Path(self.path))
         names = list(table.values)
         if len(names) < 2:
@@ -77,7 +77,7 @@ class MeasuredCurve(Model):
 
 
 def read_table(path: Path) -> Table:
-    """The columns of a CSV file. Raises CurveError for a file that is not there or holds something else."""
+    """Read the columns of a CSV file. Raises CurveError for a missing or invalid file."""
     try:
         rows = list(enumerate(csv.reader(path.read_text("utf-8-sig").splitlines()), 1))
     except (OSError, UnicodeDecodeError, csv.Error) as error:

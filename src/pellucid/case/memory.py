@@ -1,4 +1,4 @@
-"""Memory check of a case; a case that does not fit is still valid, for another machine."""
+"""Memory estimate and memory check of a case. A case that does not fit this machine is still valid for another machine."""
 
 import os
 from math import prod
@@ -21,7 +21,7 @@ POINT_BYTES = 450  # position, velocity, state of the law, and the second copy t
 
 
 def check_memory(case: "Case") -> None:
-    """Raise CaseError where nodes, points and tables of shape functions together need more than the physical memory."""
+    """Raise CaseError if the nodes, points and tables of shape functions need more than the physical memory."""
     there, needed = physical_memory(), memory_estimate(case)
     nodes, points = n_nodes(case), n_points(case)
     tables = table_bytes(case)
@@ -47,7 +47,8 @@ def check_memory(case: "Case") -> None:
 
 
 def _blame_points(case: "Case", text: str, room: float) -> None:
-    """Raise CaseError where no cell is large enough, but a body of fewer points in a cell would fit into the room [bytes]."""
+    """Raise CaseError if no cell size reduces the memory enough, but fewer points per cell of the largest body would fit
+    into `room` [bytes]."""
     counts = [body.with_others(case.body).n_points(case.grid_or_none) for body in case.body]
     largest = max(range(len(counts)), key=counts.__getitem__)
     body = case.body[largest]
@@ -80,7 +81,7 @@ def table_bytes(case: "Case") -> float:
 
 
 def n_nodes(case: "Case") -> float:
-    """Number of nodes of the grid that are stored: all of them once for each velocity field."""
+    """Return the number of stored nodes: nodes of the grid times number of velocity fields."""
     if case.grid_or_none is None:
         return 0.0
     axes = zip(case.grid.counts(), case.grid.thin(), case.grid.is_periodic(), strict=True)
@@ -88,12 +89,13 @@ def n_nodes(case: "Case") -> float:
 
 
 def n_points(case: "Case") -> float:
-    """Number of points of all bodies, from the measure of their shapes: good to a layer of points."""
+    """Return the number of points of all bodies, estimated from the volumes of their shapes; accurate to one layer of
+    points."""
     return sum(body.with_others(case.body).n_points(case.grid_or_none) for body in case.body)
 
 
 def physical_memory() -> int | None:
-    """Memory of this machine [bytes]; None where the system does not tell."""
+    """Return the physical memory of this machine [bytes]; None if the system does not report it."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):

@@ -1,4 +1,4 @@
-"""Pictures and films of a case: which bodies, coloured by what, when, from where, and where they are cut open."""
+"""Data models of pictures and films: bodies, quantity shown by colour, times, camera, and planes of cuts and slices."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
@@ -15,13 +15,13 @@ from pellucid.parts.part import Parts
 from pellucid.state import FIELDS
 
 DERIVED = {"speed": "m/s", "displacement": "m", "load": "Pa", "normal_velocity": "m/s", "bodies": ""}
-"""What is worked out of fields, with units: the load is the pressure of fluids and von Mises' equivalent stress of solids, the
-normal velocity that of surfaces in space; bodies have a colour each."""
+"""Quantities derived from fields, with their units. The load is the pressure of fluids and the von Mises stress of solids;
+the normal velocity is that of surfaces in space; `bodies` gives each body a colour."""
 Names = Annotated[tuple[str, ...], BeforeValidator(one_or_several)]
 
 
 def _one_or_several_times(times: Any) -> Any:
-    """Times of which a case may say a single one without brackets."""
+    """Return times as a tuple; a case may give a single time without brackets."""
     return (times,) if isinstance(times, int | float) else times
 
 
@@ -48,7 +48,8 @@ class CutCase(Model):
 
 
 class SliceCase(Model):
-    """A plane of bodies in space, beside which points lay at the start: they are drawn as dots, seen along the axis."""
+    """A plane slice of bodies in space. Points that were within the slice at the start are drawn as dots, seen along the
+    viewing axis."""
 
     across: Literal["x", "y", "z"] = parameter("", "viewing axis, normal to the plane")
     at: float = parameter("m", "coordinate of the plane along the viewing axis")
@@ -135,7 +136,7 @@ class Pictured(Figure):
 
 
 class Picture(Pictured):
-    """A figure of the report, `figures/NAME.png`: bodies at some instants side by side."""
+    """A figure of the report, `figures/NAME.png`: bodies at several times, one picture for each."""
 
     instants: AtLeastOne | None = parameter(
         "", "number of recorded frames, evenly spaced from the first to the last (default: 4)", None
@@ -152,7 +153,7 @@ class Picture(Pictured):
             raise ValueError("`instants` cannot be combined with `times`, `largest` or `smallest`; remove `instants`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report unknown columns too. For times beyond the end, the last frame is shown."""
+        """Report also unknown columns. For times beyond the end, the last frame is shown."""
         yield from super().problems(path, parts)
         for key in ("largest", "smallest"):
             if (name := getattr(self, key)) is not None:
@@ -160,7 +161,7 @@ class Picture(Pictured):
 
 
 class Film(Pictured):
-    """A film of the report, `figures/NAME.gif`: bodies at many instants, one after the other."""
+    """A film of the report, `figures/NAME.gif`: bodies at many times."""
 
     pictures: AtLeastTwo = parameter(
         "", "draw at most this many of the recorded frames, evenly spaced from the first to the last", 40

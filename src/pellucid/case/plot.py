@@ -1,4 +1,4 @@
-"""Plots of a case: columns of the history against time or each other, with measured curves beside."""
+"""Data models of plots: columns of the history against time or each other, with measured curves."""
 
 from collections.abc import Iterator
 from typing import Annotated
@@ -16,7 +16,7 @@ Names = Annotated[tuple[str, ...], BeforeValidator(one_or_several), Field(min_le
 
 
 def unit_problems(unit: str, wanted: str | None, path: Path) -> Iterator[Finding]:
-    """A unit in which a quantity of the SI unit `wanted` cannot be shown."""
+    """Yield a finding if a quantity with the SI unit `wanted` cannot be converted to a unit."""
     if not unit or wanted is None:
         return
     try:
@@ -26,17 +26,17 @@ def unit_problems(unit: str, wanted: str | None, path: Path) -> Iterator[Finding
 
 
 RESERVED = "where_it_stopped", "energies", "momentum", "probes", "conditions", "profiles_of_points"
-"""Figures that every report may have; the names of others begin with "bodies"."""
+"""Names of figures that every report may have; names that start with "bodies" are also reserved."""
 
 
 class Figure(Part):
-    """A figure of the report, with a name of its own."""
+    """A figure of the report, with a unique name."""
 
     name: str = name_parameter("name of the figure")
     title: str = parameter("", "caption in the report", "")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a name that another figure has."""
+        """Report a name that is already used or reserved."""
         taken = self.name in RESERVED or self.name.startswith("bodies")
         if taken or sum(other.name == self.name for other in parts.of(Figure)) > 1:
             why = "this name is reserved for a figure of the report" if taken else "another figure has this name"
@@ -44,7 +44,7 @@ class Figure(Part):
 
 
 class Panel(Model):
-    """Axes of a plot: columns of the history against time or another column, and curves from files beside."""
+    """Axes of a plot: columns of the history against time or another column, and measured curves from files."""
 
     x: str = parameter("", "column of the history on the x axis", "time")
     y: Names = parameter("", "columns of the history on the y axis: probes, energies or momenta, all with the same unit")
@@ -66,7 +66,7 @@ class Panel(Model):
             raise ValueError("`difference` requires a `measured` curve; add one, or remove `difference`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Columns that the history will not have, units of another dimension, files without such a curve."""
+        """Report unknown columns, units of another dimension, and files without the curve."""
         wrong = list(unknown_column(self.x, (*path, "x"), parts))
         for name in self.y:
             wrong += unknown_column(name, (*path, "y"), parts)
@@ -94,7 +94,7 @@ class Plot(Panel, Figure):
     beside: tuple[Panel, ...] = parameter("", "additional panels of the figure", ())
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report faults of its name and its panels."""
+        """Report problems of the name and the panels."""
         yield from Figure.problems(self, path, parts)
         yield from Panel.problems(self, path, parts)
         for number, panel in enumerate(self.beside):

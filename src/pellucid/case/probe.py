@@ -1,4 +1,4 @@
-"""Probes: columns of `history.csv`, and the ways to make one number of a field that they can name."""
+"""Probes: columns of `history.csv`, and the registered reductions and quantities that they can name."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -19,7 +19,8 @@ from pellucid.units import check_si
 from pellucid.users.users_code import WrongArray, as_array, failing_as, file_of, is_own
 
 Fetch = Callable[[str], np.ndarray]
-"""A field of a body by its name; one order of the points for all fields: for users' functions that of the points' numbers."""
+"""Function that returns a field of a body by name. All fields have the same order of points; for user-defined functions
+this is the order of the point numbers."""
 
 
 ReductionFunction = Callable[[np.ndarray], Any]  # makes one number of the values of all points, shape (n,)
@@ -27,12 +28,12 @@ QuantityFunction = Callable[[Fetch], np.ndarray]
 
 
 class Quantity(NamedTuple):
-    """A function that works out a field of a body from those that it has."""
+    """A derived field of a body: a function that computes it from other fields, and its description."""
 
     function: Callable[[Fetch], np.ndarray]
     field: Field
     of_surface: bool = False
-    """True if the function also asks for `TRIANGLES`, those of the body's surface, shape (t, 3), by numbers of its points."""
+    """True if the function also requires `TRIANGLES`: the triangles of the body's surface, shape (t, 3), as point numbers."""
 
 
 REDUCTIONS: Registry[ReductionFunction] = Registry("reduction")
@@ -44,7 +45,8 @@ PLACED = ("count", "nearest", "point")  # what needs a key of its own beside the
 
 
 def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:
-    """Decorator: let probes name a function that makes one number of the values of all points, shape (n,)."""
+    """Decorator that registers a reduction for probes: a function that reduces the values of all points, shape (n,), to one
+    number."""
     if not isinstance(name, str):
         raise TypeError(f'write `@reduction("name")` above {getattr(name, "__name__", name)}')
     _check_name("reduction", name)
@@ -64,10 +66,10 @@ def _check_name(what: str, name: str) -> None:
 
 
 def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callable[[QuantityFunction], QuantityFunction]:
-    """Decorator: let probes name a field that a function works out from those of a body.
+    """Decorator that registers a quantity for probes: a function that computes a field from other fields of a body.
 
-    The function takes `field`, which gives fields by name, and returns an array of shape (n,), or (n, components) where there
-    are 3 or 6 of them. unit: in SI units, such as "m/s". Raises ValueError for another number of components or another unit.
+    The function receives `field`, which returns fields by name, and returns an array of shape (n,), or (n, components) for
+    3 or 6 components. unit: SI unit, such as "m/s". Raises ValueError for another number of components or another unit.
     """
     if components not in (1, 3, 6):
         raise ValueError(f'the quantity "{name}" has {components} components; use 1, 3 (a vector) or 6 (a symmetric tensor)')
@@ -86,7 +88,8 @@ def quantity(name: str, unit: str, meaning: str, components: int = 1) -> Callabl
 def surface_quantity(
     name: str, unit: str, meaning: str, components: tuple[str, ...] = ()
 ) -> Callable[[QuantityFunction], QuantityFunction]:
-    """Decorator: the same of a body's surface, whose triangles `field(TRIANGLES)` gives; components: names, if several."""
+    """Decorator that registers a quantity of a body's surface, whose triangles are `field(TRIANGLES)`; components: names of
+    several components."""
 
     def add(function: QuantityFunction) -> QuantityFunction:
         known = Field(max(1, len(components)), unit, meaning, components)
@@ -127,11 +130,11 @@ COLUMNS = (
     *("outflow_energy", "outflow_work", "outflow_points", "outflow_mass"),
     *("artificial_heat", "transfer_error", "time_integration_error", "energy_error", "momentum_x", "momentum_y", "momentum_z"),
 )
-"""Columns of the history that probes cannot be called."""
+"""Columns of the history whose names probes cannot have."""
 
 
 def other_columns(parts: Parts) -> list[str]:
-    """The columns that the history of a case may have beside those of probes."""
+    """Return the columns that the history of a case may have in addition to its probes."""
     conditions = conditions_in_case(parts)
     loads = (name for condition in conditions if (name := condition.load_channel()) is not None)
     channels = (channel.name for condition in conditions for channel in condition.channels())
@@ -140,7 +143,7 @@ def other_columns(parts: Parts) -> list[str]:
 
 
 class Probe(Part):
-    """A column of `history.csv`: a field of a body reduced to one number, or a reaction, at each probe instant."""
+    """A column of `history.csv`: a field of a body reduced to one number, or a reaction, at the time of each row."""
 
     unique_name: ClassVar[bool] = True
 
@@ -194,7 +197,7 @@ class Probe(Part):
 
     @property
     def unit(self) -> str:
-        """SI unit of its column, "" for a pure number."""
+        """SI unit of the column, "" for a dimensionless number."""
         if self.body is None:
             return "N m" if self.quantity == "torque" else "N"
         return "" if self.reduce == "count" else self.field().unit
@@ -237,7 +240,7 @@ class Probe(Part):
             yield Finding((*path, "condition"), text, hint(self.condition or "", names) or "Add this `name` to the condition.")
 
     def _no_turning_motion(self, names: list[str]) -> tuple[str, str]:
-        """Return what a torque needs, and what to do."""
+        """Return problem and remedy for a torque whose condition is not a motion of a rigid body."""
         text = f"`torque` requires a [[motion]] of a rigid body, but `{self.condition}` is not one"
         if names:
             return (
@@ -253,18 +256,19 @@ class Probe(Part):
 
     @property
     def of_surface(self) -> bool:
-        """True if its quantity is of the body's surface, and not of its points."""
+        """True if the quantity belongs to the surface of the body, not to its points."""
         quantity = QUANTITIES.entries.get(self.quantity)
         return quantity is not None and quantity.of_surface
 
     @property
     def runs_users_code(self) -> bool:
-        """True if its quantity or its reduction is not of the package."""
+        """True if the quantity or the reduction is user-defined."""
         quantity = QUANTITIES.entries.get(self.quantity)
         return self.reduce not in OWN_REDUCTIONS or (quantity is not None and not is_own(file_of(quantity.function)))
 
     def values(self, fetch: Fetch) -> np.ndarray:
-        """The quantity of every point, shape (n,) or (n, components), from the fields that `fetch` gives by name."""
+        """Return the quantity of every point, shape (n,) or (n, components), computed from the fields that `fetch` returns
+        by name."""
         own = QUANTITIES.entries.get(self.quantity)
         if own is None:
             return fetch(self.quantity)
@@ -273,7 +277,8 @@ class Probe(Part):
         return _checked(f'the quantity "{self.quantity}" of body {self.body}', own.function, fetch, shape)
 
     def reduced(self, values: np.ndarray) -> float:
-        """The number that the registered reduction makes of the values of all points, shape (n,). Raises RunStopped."""
+        """Return the values of all points, shape (n,), reduced to one number by the registered reduction. Raises
+        RunStopped."""
         what = f'the reduction "{self.reduce}" of the probe {self.name}'
         return float(_checked(what, REDUCTIONS.entries[self.reduce], values, ()))
 

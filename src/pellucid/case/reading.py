@@ -1,4 +1,4 @@
-"""Reading a case: TOML text to a `Case`, every problem of the file reported together."""
+"""Read a case: convert TOML text to a `Case`, and report all problems of the file together."""
 
 import re
 import tomllib
@@ -53,7 +53,7 @@ def load(case: "str | FilePath", settings: Mapping[str, Any] | None = None, quic
 
 
 def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any], quick: bool) -> Case:
-    """Read a case whose file is faulty as it stands, with settings put in before it is checked. Raises CaseError as `load`."""
+    """Read a case whose file is invalid, with settings applied before the check. Raises CaseError as `load`."""
     data, lines = _parse(text, filename, folder)
     coarse = data.get("quick", {}) if quick else {}
     chosen = {**(coarse if isinstance(coarse, dict) else {}), **settings}
@@ -81,7 +81,7 @@ def _corrected(text: str, filename: str, folder: str, settings: Mapping[str, Any
 
 
 def located(error: CaseError, case: str, quick: bool = False, settings: Sequence[str] = ()) -> CaseError:
-    """Add to errors of the set-up the line of the case or the setting that caused them."""
+    """Return an error of the set-up, completed with the line of the case or the setting that caused it."""
     text, filename = _source(case)
     data, lines = parsed(text), key_lines(text)
     own = [(find(data, key), setting(key, value)) for key, value in map(parse_setting, settings)]
@@ -96,7 +96,7 @@ def located(error: CaseError, case: str, quick: bool = False, settings: Sequence
 
 
 def _source(case: "str | FilePath") -> tuple[str, str]:
-    """The text of a case and the name of its file."""
+    """Return the text of a case and the name of its file."""
     if catalogue.has(str(case)):
         return catalogue.text(str(case)), f"{case}.toml"
     path = FilePath(case)
@@ -114,7 +114,7 @@ def _source(case: "str | FilePath") -> tuple[str, str]:
 
 
 def loads(text: str, filename: str = "", folder: str = "") -> Case:
-    """The case of a TOML text; `filename` is for messages, relative paths in it start from `folder`.
+    """Read a case from TOML text; `filename` is used in messages, relative paths start from `folder`.
 
     Raises CaseError as `load` does.
     """
@@ -150,7 +150,7 @@ def _resolve_paths(data: Any, folder: str) -> None:
 
 
 def _quick_findings(case: Case) -> list[Finding]:
-    """Return the faults of the quick settings of a valid case."""
+    """Return the findings in the quick settings of a valid case."""
     found = []
     try:
         case.quick_variant()
@@ -168,12 +168,12 @@ def _at_line(found: Finding, data: Any, lines: Mapping[Path, int]) -> Problem:
 
 
 def _line(path: Path, lines: Mapping[Path, int]) -> int | None:
-    """The line of a path, or of the innermost table around it that has one."""
+    """Return the line number of a path, or of the innermost enclosing table with a known line; None if there is none."""
     return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
 
 
 def _about(line: str, column: int) -> str:
-    """A line about one of its columns, from 1 on, with dots for what is left out of a long one."""
+    """Return the part of a line around a column (from 1), with dots where a long line is cut."""
     start, end = max(0, column - SHOWN), column + SHOWN
     return f"{'...' if start > 0 else ''}{line[start:end].strip()}{'...' if end < len(line) else ''}"
 

@@ -1,4 +1,4 @@
-"""The JSON schema of a table, and the way through it along the keys that a user wrote."""
+"""JSON schema of a table, and access to its parts by the keys that a user wrote."""
 
 from functools import lru_cache
 from typing import Any
@@ -31,7 +31,7 @@ class Schema:
         return node
 
     def keys_at(self, path: Path, data: Any) -> list[str]:
-        """The keys that the table at `path` may have; none where there is no table."""
+        """Return the keys that the table at `path` may have; an empty list if there is no table."""
         value = data
         try:
             for part in path:
@@ -41,12 +41,12 @@ class Schema:
         return list(self._choice(self.field_at(path, data), value).get("properties", {}))
 
     def kinds(self, node: dict[str, Any], key: str = "kind") -> list[str]:
-        """The kinds of table among which the key `kind` chooses, of which a table has a key."""
+        """Return the kinds of tables that a field accepts, of those that have the key `key`."""
         tables = (self._choice(option, None).get("properties", {}) for option in node.get("oneOf", ()))
         return [kind["const"] for table in tables if key in table and "const" in (kind := table.get("kind", {}))]
 
     def lengths(self, node: dict[str, Any]) -> list[tuple[int, int | None]]:
-        """The fewest and the most items that a list may have, None without a limit, for each kind of list that fits a field."""
+        """Return the smallest and largest number of items (None: no limit) for each type of list that a field accepts."""
         if "$ref" in node:
             return self.lengths(self.whole["$defs"][node["$ref"].rpartition("/")[2]])
         options = node.get("anyOf", node.get("oneOf"))
@@ -62,7 +62,7 @@ class Schema:
         return "prefixItems" not in node and bool(items) and "properties" in self._choice(items, None)
 
     def _choice(self, node: dict[str, Any], value: Any) -> dict[str, Any]:
-        """Follow references and choose among alternatives the one that fits the value best."""
+        """Return the schema after following references; of several alternatives, the one that fits the value best."""
         if "$ref" in node:
             return self._choice(self.whole["$defs"][node["$ref"].rpartition("/")[2]], value)
         options = [self._choice(option, value) for option in node.get("anyOf", node.get("oneOf", ()))]
@@ -77,7 +77,7 @@ class Schema:
 
 
 def schema_of(model: type[BaseModel]) -> Schema:
-    """The schema of a model with all kinds that are registered at the moment."""
+    """Return the schema of a model with all kinds that are registered now."""
     return _made(model, Registry.changes)
 
 

@@ -1,4 +1,5 @@
-"""The parts of a case by its data model: which keys hold tables, of which class, one or a list of them."""
+"""The parts of a case by its data model: the keys that hold tables, the class of these tables, and whether a key holds a
+list."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -19,12 +20,12 @@ class Place(NamedTuple):
     adapter: TypeAdapter[Any]
     is_list: bool
     is_optional: bool
-    """Whether a case can do without the table."""
+    """True if the table is optional."""
 
 
 @cache
 def places(case: type[BaseModel]) -> dict[str, Place]:
-    """The keys of a case that hold tables with a class of their own."""
+    """Return the keys of a case that hold tables with their own class, with type and attribute."""
     found = {}
     for attribute, field in case.model_fields.items():
         item = field.annotation
@@ -38,7 +39,7 @@ def places(case: type[BaseModel]) -> dict[str, Place]:
 
 
 def parts_of(case: BaseModel) -> Parts:
-    """The parts of a case, each of which is right in itself."""
+    """Return the parts of a valid case."""
     sections = {}
     for key, place in places(type(case)).items():
         value = getattr(case, place.attribute)
@@ -48,7 +49,7 @@ def parts_of(case: BaseModel) -> Parts:
 
 
 def parts_in(case: type[BaseModel], data: Mapping[str, Any]) -> Parts:
-    """The parts of the data of a case; of what is wrong in itself its name alone, or None."""
+    """Return the parts of the data of a case; an invalid part is represented by its name, or None."""
     sections = {}
     for key, place in places(case).items():
         if place.is_list:

@@ -1,4 +1,4 @@
-"""Settings: dotted keys such as `body.driver.material.eos.gamma` put into the data of a case."""
+"""Settings: values at dotted keys such as `body.driver.material.eos.gamma`, applied to the data of a case."""
 
 import difflib
 import re
@@ -16,9 +16,9 @@ _BROKEN = re.compile(r"""^["'\[{]|^[^"]*"$|^[^']*'$""")  # begins a text, list o
 
 
 def parse_setting(text: str) -> tuple[str, Any]:
-    """Split "grid.cell=0.02" into the key and its value, read as TOML or else as plain text.
+    """Split a setting such as "grid.cell=0.02" into its key and its value, read as TOML or else as plain text.
 
-    Raises CaseError where there is no "=" or no key, or the value begins or ends as TOML and is none.
+    Raises CaseError if "=" or the key is missing, or if the value starts or ends like TOML but is not valid.
     """
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
@@ -31,7 +31,7 @@ def parse_setting(text: str) -> tuple[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """Read a value in TOML syntax; what is none is plain text, so that `trilinear` and `3 kPa` need no quotes."""
+    """Read a value in TOML syntax; other text is returned as it is, so that `trilinear` and `3 kPa` need no quotes."""
     try:
         return parsed(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
@@ -39,7 +39,7 @@ def parse_value(text: str) -> Any:
 
 
 def split_key(key: str) -> list[str]:
-    """The parts of a dotted key; quotes keep dots inside a part together."""
+    """Return the parts of a dotted key; a quoted part may contain dots. Raises CaseError."""
     parts = ["".join(groups) for groups in _PART.findall(key)]
     if not parts or _PART.sub("", key) != "." * (len(parts) - 1):
         raise CaseError(f"`{cut(key)}` is not a dotted key such as grid.cell or body.driver.material.density")
@@ -49,7 +49,7 @@ def split_key(key: str) -> list[str]:
 
 
 def find(data: Mapping[str, Any], key: str) -> Path:
-    """The path of a dotted key in `data`, list items by number; what is not there stays as it is written."""
+    """Return the path of a dotted key in `data`, with list items by index; parts that do not exist remain as written."""
     here: Any = data
     path: Path = ()
     for part in split_key(key):
@@ -63,10 +63,10 @@ def find(data: Mapping[str, Any], key: str) -> Path:
 
 
 def put(data: dict[str, Any], key: str, value: Any) -> Path:
-    """Set `key` in the nested tables and lists of `data`, in place; returns the path that it names.
+    """Set the value of `key` in the nested tables and lists of `data`, in place, and return its path.
 
-    Tables on the way are made where they are missing; a list item is named by its number or its `name`.
-    Raises CaseError where the key leads through a value that is no table or to a list item that is not there.
+    Missing tables on the path are created; a list item is selected by its index or its `name`. Raises CaseError if the path
+    contains a value that is not a table, or a list item that does not exist.
     """
     *way, last = split_key(key)
     here: Any = data

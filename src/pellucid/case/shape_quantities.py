@@ -1,6 +1,7 @@
-"""Quantities of surfaces that probes can name: area, enclosed volume, and the ellipsoid of what a surface encloses.
+"""Quantities of surfaces that probes can name: area, enclosed volume, and the ellipsoid with the inertia of the enclosed
+volume.
 
-Every point has the number of the whole body, so that any reduction of the probe gives it.
+Every point has the value of the whole body, so that any reduction of the probe returns it.
 """
 
 import numpy as np

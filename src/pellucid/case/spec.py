@@ -1,4 +1,4 @@
-"""A case: everything that a run needs, as data. The same classes are the case file and the Python interface."""
+"""Data model of a case. The same classes define the case file and the Python interface."""
 
 from collections.abc import Iterator, Mapping
 from html import escape
@@ -44,16 +44,16 @@ from pellucid.users.extensions import ExtensionError, load_file, load_installed
 
 ZERO = (0.0, 0.0, 0.0)
 STEP_MARGIN = 0.05
-"""By which a fixed step may exceed the stable one."""
+"""Largest relative amount by which a fixed step may exceed the stable step."""
 MOST_FRAMES, MOST_ROWS = 100_000, 10_000_000
 MOST_STEPS = 1e12
-"""More than any run can take."""
+"""Largest number of steps of a run."""
 ROUNDING = 1e-12
-"""Of the end, by which a time may miss it."""
+"""Relative tolerance of the end time."""
 
 
 class TimeCase(Part):
-    """The clock: order of the step, length of the run, choice of the step, transfer of velocities."""
+    """Time stepping: order of the operations in a step, end time, choice of the step, transfer of velocities."""
 
     scheme: Literal["musl", "usf", "usl"] = parameter(
         "", "order of the operations in a step: update of stress after (musl, usl) or before (usf) the momentum", "musl"
@@ -65,15 +65,15 @@ class TimeCase(Part):
     flip_fraction: float = parameter("", 'fraction of FLIP in the transfer "blend"; the rest is PIC', 0.99, ge=0, le=1)
 
     def reached(self, time: float) -> bool:
-        """Return True if a run that is at `time` [s] is at its end, or beyond it."""
+        """Return True if a time [s] is at or beyond the end of the run."""
         return time >= self.end * (1.0 - ROUNDING)
 
     def passed(self, time: float) -> bool:
-        """Return True if it is beyond its end."""
+        """Return True if a time [s] is beyond the end of the run."""
         return time * (1.0 - ROUNDING) > self.end
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a fixed step above the stable step of the start, and a choice of the step together with steady states."""
+        """Report a fixed step above the stable step at the start, and a chosen step together with steady states."""
         if parts.one(SteadyCase) is not None:
             text = "the step of a relaxation to steady states is chosen automatically"
             if self.step is not None:
@@ -121,15 +121,15 @@ class OutputCase(Part):
     checkpoint: float = parameter("s", "wall-clock time between checkpoints", 30.0, gt=0)
 
     def rows_every(self, end: float) -> float:
-        """Time between rows of the history [s] of a run to `end` [s]."""
+        """Return the time between rows of the history [s] for a run to `end` [s]."""
         return self.history or end / 200
 
     def frames_every(self, end: float) -> float:
-        """Time between frames of the fields [s] of a run to `end` [s]."""
+        """Return the time between frames of the fields [s] for a run to `end` [s]."""
         return self.frames or end / 10
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report too many outputs: their space in the files is reserved when the run begins."""
+        """Report too many rows or frames, since their space in the files is reserved at the start of the run."""
         time = parts.one(TimeCase)
         rows = ("history", self.history, MOST_ROWS, "rows of history.csv")
         frames = ("frames", self.frames, MOST_FRAMES, "frames of the fields")
@@ -147,7 +147,7 @@ class EnergyCase(Part):
     stop: float = parameter("", "relative error that stops the run", 0.10, gt=0)
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a run that stops before it warns."""
+        """Report a limit for warnings above the limit at which the run stops."""
         if self.warn > self.stop:
             text = f"is above energy.stop = {self.stop:g}, so the run would stop without a warning"
             yield Finding((*path, "warn"), text, f"Set it to at most {self.stop:g}, or increase energy.stop.")
@@ -204,7 +204,7 @@ class Case(Model):
 
     @property
     def largest_gravity(self) -> float:
-        """Return the largest gravity of the run [m/s²]."""
+        """Largest gravity of the run [m/s²]."""
         return hypot(*self.gravity) * (self.gravity_amplitude.largest if self.gravity_amplitude else 1.0)
 
     @model_validator(mode="before")
@@ -232,24 +232,23 @@ class Case(Model):
 
     @property
     def grid(self) -> GridCase:
-        """The grid of a case that has one."""
+        """The grid of the case. Raises ValueError if the case has no grid."""
         if self.grid_or_none is None:
             raise ValueError("this case has no grid")
         return self.grid_or_none
 
     @property
     def thin(self) -> tuple[bool, bool, bool]:
-        """Axes that are one cell thick; all False without a grid."""
+        """Mask of the axes along which the grid is one cell thick; all False without a grid."""
         return (False, False, False) if self.grid_or_none is None else self.grid_or_none.thin()
 
     @property
     def periods(self) -> Vector:
-        """Return the period along each axis [m]; 0 along axes that are not periodic."""
+        """Period along each axis [m]; 0 along axes that are not periodic."""
         return (0.0, 0.0, 0.0) if self.grid_or_none is None else self.grid_or_none.periods()
 
     def conditions(self) -> dict[type[Condition], tuple[Condition, ...]]:
-        """Return the conditions on the bodies by class; damping of bodies first, rigidity last, since it receives all
-        impulses."""
+        """Return the conditions on the bodies by class; damping comes first, rigidity last, since it receives all impulses."""
         led = {body.name: tuple(motion for motion in self.motion if motion.body == body.name) for body in self.body}
         if self.steady is not None:
             led |= {body.name: self._without_turns(led[body.name]) for body in self.body if body.is_rigid}
@@ -271,25 +270,26 @@ class Case(Model):
         return first | acting | {Rigid: rigid}
 
     def _without_turns(self, motions: tuple[Motion, ...]) -> tuple[Motion, ...]:
-        """Return motions of a rigid body that hold it against rotations where none of them says anything of these."""
+        """Return the motions of a rigid body; if none of them mentions rotations, the last one is changed to prevent all
+        rotations."""
         if not motions or any(motion.turns_about() or motion.hold_rotation is not None for motion in motions):
             return motions
         return (*motions[:-1], motions[-1].model_copy(update={"hold_rotation": ("x", "y", "z")}))
 
     def _growing(self, condition: Condition) -> Condition:
-        """The condition; one that would act in full at once grows with the loads of a steady state."""
+        """Return the condition; if it would act fully at once, return a copy that grows with the loads of a steady state."""
         at_once = getattr(condition, "rise", None) == 0.0 and getattr(condition, "amplitude", None) is None
         return condition.model_copy(update={"rise": self.time.end}) if at_once else condition
 
     def with_settings(self, settings: Mapping[str, Any]) -> "Case":
-        """The case with values put at dotted keys, such as {"grid.cell": 0.02, "body.driver.velocity": [1, 0, 0]}.
+        """Return the case with values set at dotted keys, such as {"grid.cell": 0.02, "body.driver.velocity": [1, 0, 0]}.
 
-        Raises CaseError naming the setting where the key or the value is impossible.
+        Raises CaseError, which names the setting, if a key or value is invalid.
         """
         return changed(type(self), self.to_data(), settings)
 
     def quick_variant(self) -> "Case":
-        """The case with its own quick settings, for a run within seconds; the case itself where it has none."""
+        """Return the case with its quick settings, for a run within seconds; the case itself if it has none."""
         return self.with_settings(self.quick) if self.quick else self
 
     def __repr__(self) -> str:
@@ -299,7 +299,7 @@ class Case(Model):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """The case in a notebook: title, bodies and clock, and the whole file folded."""
+        """Return HTML for notebooks: title, bodies, time, and the folded case file."""
         from pellucid.case.writing import dumps
 
         rows = [(f"body {body.name}", body.kind) for body in self.body]
@@ -311,18 +311,18 @@ class Case(Model):
         return f"<b>{escape(self.title)}</b><table>{table}</table>{whole}"
 
     def to_data(self) -> dict[str, Any]:
-        """The case as plain tables, lists, texts and numbers in SI units, defaults included, None left out."""
+        """Return the case as plain tables, lists, texts and numbers in SI units, including defaults, without None."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON schema of a case file, with all kinds that are registered at the moment."""
+    """Return the JSON schema of a case file, with all kinds that are registered now."""
     load_installed()
     return schema_of(Case).whole
 
 
 def required(case: object) -> Case:
-    """A case, as what runs one needs it. Raises UsageError for anything else, such as the name of one."""
+    """Return the argument if it is a `Case`. Raises UsageError for anything else, such as the name of a case."""
     if isinstance(case, Case):
         return case
     text = f"{case!r} is not a case"

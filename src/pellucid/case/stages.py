@@ -1,4 +1,4 @@
-"""Stages before or instead of the clock: steady states, settling, the state of an earlier run."""
+"""Stages before or instead of time stepping: steady states, settling, and the initial state from an earlier run."""
 
 from bisect import bisect_left
 from collections.abc import Iterator
@@ -14,14 +14,14 @@ from pellucid.parts.condition import Condition, is_driven
 from pellucid.parts.part import Part, Parts
 
 SAME_LEVEL = 1e-6
-"""Share of the time of the loads by which two equilibria must lie apart."""
+"""Smallest difference of the times of two equilibria, as a fraction of the end time of the loads."""
 
 
 class SteadyCase(Part):
-    """States of rest under loads, by dynamic relaxation.
+    """Steady states under loads, by dynamic relaxation.
 
-    Time is that of the loads alone: they grow from time 0 to `time.end` in load steps, and results are those of the
-    equilibria. Inertia and damping serve the way there and have no part in these.
+    Time refers to the loads only: the loads grow from time 0 to `time.end` in load steps, and results are equilibria. The
+    inertia and damping of the relaxation do not affect the results.
     """
 
     load_steps: int = parameter("", "number of equilibria (load steps) at equal intervals of time", 1, ge=1, le=100_000)
@@ -52,9 +52,9 @@ class SteadyCase(Part):
     )
 
     def levels(self, end: float) -> list[float]:
-        """Return the times of the loads at the start and at each equilibrium, in load steps of equal length.
+        """Return the load levels of the start and of each equilibrium, in units of load steps of equal length.
 
-        end: of the loads [s]. Times of `at` that agree with another equilibrium are left out.
+        end: end time of the loads [s]. Times in `at` that agree with another equilibrium are omitted.
         """
         regular = [float(number) for number in range(self.load_steps + 1)]
         own = sorted(time / end * self.load_steps for time in self.at)
@@ -99,12 +99,12 @@ class SteadyCase(Part):
 
 
 def _is_tool(body: BodyModel, parts: Parts) -> bool:
-    """Return whether a body of points on the grid is rigid, or follows a motion as a whole."""
+    """Return True if a body of points on the grid is rigid or follows a motion as a whole."""
     return body.is_rigid or (body.deforms_in_contact and not body.owns_nodes(True) and is_driven(body.name, parts))
 
 
 def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report a rigid body that motions do not prescribe completely."""
+    """Report a rigid body whose motion is not fully prescribed."""
     motions = [motion for motion in parts.of(Motion) if motion.body == body.name]
     along = {axis for axis, counts in enumerate(parts.active_axes) if counts}
     about = {axis for axis in range(3) if not (along ^ {0, 1, 2}) - {axis}}
@@ -131,10 +131,10 @@ def _tool_problems(body: BodyModel, path: Path, parts: Parts) -> Iterator[Findin
 
 
 class SettleCase(Part):
-    """Settling: before the clock starts, bodies come to rest in equilibrium with what acts at time 0.
+    """Settling: before time stepping starts, bodies come to rest in equilibrium with the loads at time 0.
 
-    They move by their own equations, and lose all velocity whenever their kinetic energy passes a peak. Time stands still for
-    loads and motions.
+    The bodies move by their own equations, and lose all velocity whenever their kinetic energy passes a peak. The time of
+    loads and motions stays at 0.
     """
 
     share: float = parameter(
@@ -174,10 +174,10 @@ class SettleCase(Part):
 
 
 class StartCase(Part):
-    """Bodies begin in the state that bodies of the same names had in an earlier run; time, works and impulses begin at zero.
+    """Start from an earlier run: bodies begin in the state of the bodies with the same names in that run.
 
-    Places, velocities and what the material carries come from that run; grid, supports, motions and loads are those of the
-    case, whose regions choose among the points where they are then.
+    Time, work and impulses start at zero. Positions, velocities and the state of the material come from the earlier run;
+    grid, supports, motions and loads come from the case, and its regions select points by their positions in that state.
     """
 
     path: InputFile = parameter("", "folder of the earlier run, relative to the folder of the case file")

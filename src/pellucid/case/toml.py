@@ -1,4 +1,4 @@
-"""TOML text to tables, within what a case can need, and the line of each key for error messages."""
+"""Read TOML text to tables, with limits on its depth, and find the line of each key for error messages."""
 
 import re
 import tomllib
@@ -8,11 +8,12 @@ from typing import Any
 from pellucid.findings import Path
 
 DEEPEST = 32
-"""Tables and lists within one another."""
+"""Largest depth of nested tables and lists."""
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """The tables of a TOML text. Raises `tomllib.TOMLDecodeError` also for what is too deep or a number too long to be read."""
+    """Return the tables of a TOML text. Raises `tomllib.TOMLDecodeError`, also for text nested too deeply and for numbers
+    with too many digits."""
     try:
         data = tomllib.loads(text)
         deep = _is_deeper(data)
@@ -45,7 +46,7 @@ _SCALAR = re.compile(r"[^,\]}#\n]+")
 
 
 def key_lines(text: str) -> dict[Path, int]:
-    """The line, from 1, of every key, table and list item of a valid TOML text: ("body", 0, "shape") -> 12."""
+    """Return the line number (from 1) of every key, table and list item of a valid TOML text: ("body", 0, "shape") -> 12."""
     return _Scanner(text).scan()
 
 

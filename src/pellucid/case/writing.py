@@ -1,4 +1,4 @@
-"""Writing a case: a `Case` to TOML, without loss."""
+"""Write a case: convert a `Case` to TOML, without loss."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -7,7 +7,7 @@ if TYPE_CHECKING:
 
 
 def dumps(case: "Case") -> str:
-    """The case as TOML in SI units, every default written out, so that `loads(dumps(case)) == case`."""
+    """Return the case as TOML text in SI units, including all defaults, so that `loads(dumps(case)) == case`."""
     import tomlkit
 
     document = tomlkit.document()

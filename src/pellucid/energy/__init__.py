@@ -1,5 +1,5 @@
-"""The balance of mass, momentum and energy: works of a step by their causes (`works`), and their sums (`budget`),
-judged by what is `at_stake`."""
+"""Balance of mass, momentum and energy: the work of each cause in a step (`works`), its sums over the run (`budget`), and
+the energy to which errors are compared (`at_stake`)."""
 
 from pellucid.energy.at_stake import energy_at_stake
 from pellucid.energy.budget import FIRST_JUDGED, AngularBalance, AngularMomentum, EnergyBudget, Totals

@@ -7,20 +7,23 @@ import numpy as np
 from pellucid.energy.budget import Balanced
 
 ROUNDING_SHARE = 1e-8
-"""Of internal energy. Most of that of a fluid moves nothing; what it gives to others is judged as energy that moved. But where
-nothing moves, the rounding of sums must not count as an error: half a unit in the last place of double precision, 1.1e-16 in
-each step, adds up to 1e-10 of it in 1e6 steps that all round one way, and that is then 1 % of what is at stake."""
+"""Fraction of the internal energy that counts as energy at stake. Most of the internal energy of a fluid does not cause
+motion, and the part that is exchanged counts as energy that moved. But in a case without motion, the rounding of sums must
+not count as an error: half a unit in the last place of double precision, 1.1e-16 in each step, adds up to 1e-10 of the
+internal energy in 1e6 steps that all round in the same direction. This is 1 % of the energy at stake then."""
 
 ROUNDING_STRAIN = 1e-7
-"""Of solids and membranes. Many laws find the strain energy of a small strain as the difference of numbers of the size of the
-moduli, such as tr b - 3 - 2 ln J, and half a unit in the last place of these is some 5e-17 m c²: as much as a strain of 1e-8
-stores. That is 1 % of what this strain would store, m c²/2 times its square."""
+"""Strain whose energy covers the rounding of the strain energy of solids and membranes. Many laws compute the energy of a
+small strain as a difference of numbers of the size of the moduli, such as tr b - 3 - 2 ln J. Half a unit in the last place
+of these numbers is about 5e-17 m c²: as much as a strain of 1e-8 stores. It is 1 % of the energy of this strain, m c²/2
+times its square."""
 
 
 def energy_at_stake(bodies: Sequence[Balanced], gravity: tuple[float, float, float], wave_speeds: Sequence[float]) -> float:
-    """Strain energy, potential energy above the lowest point of all bodies, and what covers the rounding of stored energy [J].
+    """Return the energy that the bodies could release [J]: strain energy, potential energy above the lowest point of all
+    bodies, and an allowance for the rounding of the stored energy.
 
-    wave_speeds: of pressure waves in each body [m/s], 0 where none cross it.
+    wave_speeds: speed of pressure waves in each body [m/s], 0 if no waves cross it.
     """
     strain = 0.0
     for body, speed in zip(bodies, wave_speeds, strict=True):

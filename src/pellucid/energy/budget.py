@@ -1,5 +1,5 @@
-"""The balance of mass, momentum and energy of a run, from the totals of its bodies and the works of its steps; that of the
-angular momentum of bodies on which nothing acts from outside."""
+"""Balance of mass, momentum and energy of a run, computed from the totals of the bodies and the work of the steps, and
+balance of the angular momentum of bodies without external forces."""
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
@@ -20,20 +20,20 @@ from pellucid.energy.works import (
 )
 
 ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses", "left_momentum", "entered_momentum"
-"""Of the balance, which a checkpoint keeps as lists."""
+"""Names of the arrays of the balance, which a checkpoint stores as lists."""
 
 ISOLATED = 1e-9  # of the largest Σ m|v|: impulses that add up to less are rounding
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
 
 
 class Totals:
-    """Sums over a body: its state as a whole, renewed in each step.
+    """Sums over the points or nodes of a body, computed in each step.
 
-    kinetic [J]; momentum, shape (3,), and momentum_size, Σ m|v| [kg m/s]; affine: of the kinetic energy that of the affine
-    fields of APIC [J]; stored: internal or strain energy in all, and of it those `parts` that have an entry of their own [J];
-    half_power: half the power of the internal forces where the step ended, with a minus where points are strained before the
-    momentum equation [W], see `EnergyBudget`; heating: power of the artificial viscosity [W]; rate: the reciprocal of the
-    largest stable step [1/s].
+    Attributes: kinetic [J]; momentum, shape (3,), and momentum_size, Σ m|v| [kg m/s]; affine: kinetic energy of the affine
+    fields of APIC, included in `kinetic` [J]; stored: total internal or strain energy [J]; parts: components of `stored`
+    that are separate entries of the balance, by name [J]; half_power: half the power of the internal forces at the end of
+    the step, negative if points are strained before the momentum equation [W], see `EnergyBudget`; heating: power of the
+    artificial viscosity [W]; rate: reciprocal of the largest stable step [1/s].
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,8 @@ class Totals:
         self.parts: dict[str, float] = {}
 
     def give(self, left: Passed, affine: float) -> None:
-        """Without what points take along that leave; affine: of their kinetic energy that of affine fields [J]."""
+        """Subtract the momentum and energies of points that left; affine: the part of their kinetic energy in affine fields
+        [J]."""
         self.kinetic, self.affine = self.kinetic - left.kinetic, self.affine - affine
         self.stored, self.half_power = self.stored - left.stored, self.half_power - left.half_power
         self.momentum = self.momentum - left.momentum
@@ -76,17 +77,19 @@ class Balanced(Protocol):
 
 
 class EnergyBudget:
-    """Energies and momentum after each step, against external work and losses, the `channels` of the run with their columns.
+    """Energies and momentum after each step, compared with the external work and losses of the `channels` of the run, which
+    are given with their columns.
 
-    Velocities and stresses of a step are half a step apart. What the forces f of the new stress would add to the kinetic
-    energy in that half, f·v Δt/2, goes to and fro with the stored energy: `staggering` is the sum of its changes, with the sign
-    of the lead (of symplectic Euler schemes this is the modified energy: Hairer, Lubich & Wanner 2006, Geometric Numerical
-    Integration, section IX.3).
+    Velocities and stresses of a step are half a step apart. The forces f of the new stress would change the kinetic energy
+    in this half step by f·v Δt/2. This energy is exchanged with the stored energy and back. `staggering` is the sum of its
+    changes, positive if the velocities are ahead of the stresses (for symplectic Euler schemes this is the modified energy:
+    Hairer, Lubich & Wanner 2006, Geometric Numerical Integration, section IX.3).
 
-    What is left has two causes that are kept apart: `transfer`, kinetic energy lost or won when velocities go between points
-    and grid that no work or heat explains, and `time_integration`, the work of internal forces that the stored energy does
-    not show. They are of the method and vanish under refinement. Their sum is judged by `energy_scale`, the largest energy that
-    moved so far, at least what is `at_stake` at the start [J].
+    The remaining error is split by its two causes. `transfer` is the kinetic energy lost or gained in transfers of velocity
+    between points and grid, without the work and heat that are counted. `time_integration` is the difference between the
+    change of the stored energy and the work of the internal forces. Both are errors of the method and vanish under
+    refinement. Their sum is compared with `energy_scale`: the largest energy that moved so far, at least the energy
+    `at_stake` at the start [J].
     """
 
     def __init__(
@@ -121,9 +124,10 @@ class EnergyBudget:
         dt: float,
         weight: float = 1.0,
     ) -> None:
-        """Add a step: the bodies at its end, its work, and the impulses of named contacts, (3,) each [N s].
+        """Add a step to the balance: the bodies at its end, its work, and the impulses of named contacts by name, shape
+        (3,) each [N s].
 
-        weight: what its impulses count in the reactions, where the time of the loads is not that of the steps.
+        weight: factor on the impulses in the reactions if the time of the loads differs from the time of the steps.
         """
         kinetic, stored, half_power, heating, size = self._sums(bodies)
         works = done.works.tolist()
@@ -150,9 +154,9 @@ class EnergyBudget:
         self.momentum_scale = max(self.momentum_scale, size, float(self.exchanged.max()))
 
     def let_go(self, bodies: Sequence[Balanced], left: Passed, dt: float) -> None:
-        """Points have left after a step dt [s] that was recorded; bodies: without them.
+        """Subtract points that left after a recorded step dt [s]; bodies: their state without these points.
 
-        They take what their velocities were ahead of their stresses along, too: no error changes.
+        The staggering energy of the points is also removed, so that no error changes.
         """
         staggered = dt * left.half_power
         self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
@@ -167,7 +171,7 @@ class EnergyBudget:
         self.left_stored += left.stored
 
     def let_in(self, bodies: Sequence[Balanced], entered: Passed) -> None:
-        """Points have come in after a step that was recorded; bodies: with them."""
+        """Add points that entered after a recorded step; bodies: their state with these points."""
         self.kinetic, self.stored, self.half_power, _, _ = self._sums(bodies)
         self.stored_by_kind = self._stored_by_kind(bodies)
         self.sums[INFLOW_ENERGY.name] += entered.kinetic + entered.stored
@@ -196,9 +200,9 @@ class EnergyBudget:
                 sums[name] = [so_far + more for so_far, more in zip(before, (weight * impulse).tolist(), strict=True)]
 
     def reactions(self, support_names: Sequence[str | None]) -> dict[str, np.ndarray]:
-        """Impulses so far [N s], shape (3,), of motions, and of the supports and contacts that have a name.
+        """Return the impulses so far [N s], shape (3,), by name, of motions and of named supports and contacts.
 
-        Those of supports of one name add up.
+        Impulses of supports with the same name are summed.
         """
         result = {name: np.array(impulse) for name, impulse in self.named_impulses.items()}
         for name, impulse in zip(support_names, self.support_impulses, strict=False):
@@ -207,10 +211,12 @@ class EnergyBudget:
         return result
 
     def energies(self) -> dict[str, float]:
-        """The balance at the end of the last step recorded [J]: kinetic, internal and strain energy, with parts of the latter
-        that have entries of their own (work against hourglass modes, energy that damage took); the work of each channel;
-        heat of the artificial viscosity, which is part of the internal energy; what velocities are ahead of stresses; the
-        two errors of the method."""
+        """Return the entries of the balance at the end of the last recorded step by name [J].
+
+        The entries are: kinetic, internal and strain energy, with separate entries for components of the strain energy
+        (work against hourglass modes, energy dissipated by damage); the work of each channel; heat of the artificial
+        viscosity, which is part of the internal energy; the staggering energy; the two errors of the method.
+        """
         return {
             "kinetic": self.kinetic,
             **self.stored_by_kind,
@@ -229,14 +235,18 @@ class EnergyBudget:
 
     @property
     def made(self) -> float:
-        """Energy that channels which can only take it have given beyond what they took [J]."""
+        """Energy gained by the bodies from channels that can only remove energy [J]; it is an error of the method."""
         channels = (channel for channel in ONLY_TAKE if channel in self.channels)
         return sum(max(channel.sign * self.sums[channel.name], 0.0) for channel in channels)
 
     def energy_error(self) -> float:
-        """Energy that no channel explains, and what is `made` by those that can only take it, relative to what is at stake: the
-        largest energy that moved so far, and at least what was stored as strain and by gravity at the start, with a share of
-        the internal energy and of what small strains would store that covers their rounding (`pellucid.energy.at_stake`)."""
+        """Return the relative error of the energy balance: the energy that no channel explains plus `made`, divided by
+        `energy_scale`.
+
+        The scale is the largest energy that moved so far, but at least the strain and potential energy at the start, with
+        an allowance for the rounding of the internal energy and of the energy of small strains
+        (`pellucid.energy.at_stake`).
+        """
         change = self.kinetic - self.initial["kinetic"] + self.stored - self.initial["stored"] + self.staggering
         error = change - sum(channel.sign * self.sums[channel.name] for channel in self.channels)
         return float((error + self.made) / self.energy_scale) if self.energy_scale > 0.0 else 0.0
@@ -247,13 +257,16 @@ class EnergyBudget:
         return bool(np.all(self.exchanged <= ISOLATED * self.momentum_scale))
 
     def lost_entries(self) -> list[str]:
-        """The entries of the balance that are no finite numbers."""
+        """Return the names of the entries of the balance that are not finite."""
         entries = {"kinetic": self.kinetic, "stored": self.stored, **self.sums, "staggering": self.staggering}
         return [name for name, amount in entries.items() if not isfinite(amount)]
 
     def conservation(self, bodies: Sequence[Balanced]) -> dict[str, float]:
-        """Relative errors of mass, momentum and energy; of momentum by the largest of Σ m|v| and the sum of the sizes of all
-        impulses from outside, which may cancel: what passes through a body from a push to its support rounds as it is large."""
+        """Return the relative errors of mass, momentum and energy by name.
+
+        The error of momentum is relative to the larger of Σ m|v| and the sum of the magnitudes of all external impulses.
+        These impulses may cancel, but their rounding errors grow with their magnitudes.
+        """
         lost = np.abs(self._momentum(bodies) - self.initial_momentum - self.impulse).max()
         brought = self.initial["mass"] + self.entered_mass
         return {
@@ -301,23 +314,23 @@ class EnergyBudget:
 
 
 class AngularMomentum(NamedTuple):
-    """Angular momentum about a place, and its size."""
+    """Angular momentum about a point, and the sum of its magnitudes."""
 
     vector: np.ndarray  # (3,) Σ m r × v, with that of the points about themselves [N m s]
     size: float  # Σ m |r| |v| [N m s]
 
 
 class Turning(Protocol):
-    """Interface of a body for the balance."""
+    """Interface of a body for the balance of angular momentum."""
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum: ...
     def stored_field(self, name: str) -> np.ndarray: ...
 
 
 class AngularBalance:
-    """Angular momentum of all bodies about their common centre at the start.
+    """Balance of the angular momentum of all bodies about their common centre of mass at the start.
 
-    axes: about which they can turn. The error is relative to the largest Σ m |r| |v| that was seen.
+    axes: axes about which the bodies can rotate. The error is relative to the largest Σ m |r| |v| so far.
     """
 
     def __init__(self, bodies: Sequence[Turning], axes: Sequence[int]) -> None:
@@ -329,7 +342,8 @@ class AngularBalance:
         self._initial, self._scale = self._sum(bodies)
 
     def error(self, bodies: Sequence[Turning]) -> float:
-        """Change of the angular momentum since the start, relative to the largest Σ m |r| |v|; 0 where nothing moves."""
+        """Return the change of the angular momentum since the start, relative to the largest Σ m |r| |v|; 0 if nothing
+        moves."""
         now, size = self._sum(bodies)
         scale = max(self._scale, size)
         return float(np.abs(now - self._initial)[self._axes].max(initial=0.0) / scale) if scale > 0.0 else 0.0
@@ -344,7 +358,7 @@ class AngularBalance:
         return np.sum([one.vector for one in of_bodies], axis=0), sum(one.size for one in of_bodies)
 
     def state_numbers(self) -> dict[str, object]:
-        """Numbers for a checkpoint."""
+        """Return the numbers for a checkpoint."""
         return {"about": self._about.tolist(), "initial": self._initial.tolist(), "scale": self._scale}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:

@@ -1,7 +1,7 @@
-"""Works of a step: one table of columns from the kernels to `history.csv`, and the channels that name them.
+"""Work of a step: the columns of work from the kernels to `history.csv`, and the channels that name them.
 
-Every kernel that does work on behalf of a cause adds it to the column of that cause in a row of works [J]. A row begins with
-the columns of the nodes' own kernels; those behind them belong to the conditions of the run, see `WorkLayout`.
+Every kernel that does work for a cause adds it to the column of that cause in a row of works [J]. The first columns belong
+to the kernels of the nodes, the remaining columns to the conditions of the run, see `WorkLayout`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,16 +10,17 @@ from typing import NamedTuple
 import numpy as np
 
 INTERNAL, GRAVITY, SUPPORT, MOTION, CONTACT, ABSORBED, IMPACT, DAMPING, VISCOUS, TRANSFER, FRICTION, FIRST_LOAD = range(12)
-"""Columns of a row of works that kernels of nodes and bodies fill; INTERNAL is the work of internal forces, which exchanges
-kinetic and stored energy. From FIRST_LOAD on come those of the channels of external forces."""
+"""Columns of a row of works that the kernels of nodes and bodies fill. INTERNAL is the work of internal forces, which
+exchange kinetic and stored energy. The columns from FIRST_LOAD on belong to the channels of external forces."""
 
 
 class Channel(NamedTuple):
-    """External work or loss: its name in `history.csv`, which ends in `_work`, `_heat` or `_energy`, and its sign."""
+    """External work or loss: its name in `history.csv`, which ends in `_work`, `_heat` or `_energy`, and its sign in the
+    balance."""
 
     name: str
     sign: float = 1.0
-    """-1 where it counts energy that leaves, 0 where it tells what passes between entries of the balance."""
+    """1 for energy that enters the bodies, -1 for energy that leaves them, 0 for exchanges between entries of the balance."""
 
 
 GRAVITY_WORK, SUPPORT_WORK, MOTION_WORK, CONTACT_WORK = map(
@@ -30,21 +31,22 @@ ABSORBED_ENERGY, IMPACT_HEAT, DAMPING_HEAT, VISCOUS_HEAT, TRANSFER_HEAT, FRICTIO
     for name in ("absorbed_energy", "impact_heat", "damping_heat", "viscous_heat", "transfer_heat", "friction_heat")
 )
 ENCLOSED_WORK = Channel("enclosed_work", 0.0)
-"""Of gases and liquids on the membranes that enclose them, as internal forces do: what they lose is another entry, and stands
-with a minus in INTERNAL."""
+"""Work of gases and liquids on the membranes that enclose them. Like the work of internal forces, it is an exchange within
+the balance: the energy lost by the gas or liquid is another entry, and is subtracted in INTERNAL."""
 SURFACE_TENSION_WORK = Channel("surface_tension_work", 0.0)
-"""Of surface tension on fluids, in the same way."""
+"""Work of surface tension on fluids, an exchange within the balance like `ENCLOSED_WORK`."""
 SURFACE_ENERGY = Channel("surface_energy", -1.0)
-"""What surfaces of fluids hold more than at the start."""
+"""Increase of the surface energy of fluids since the start."""
 FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT = Channel("fluid_viscous_heat", 0.0), Channel("implicit_viscous_heat", 0.0)
-"""What fluids with implicit viscosity take up as part of their internal energy: the dissipation of the velocities that were
-solved for, and what the implicit step takes besides; with a minus in INTERNAL."""
+"""Heat of fluids with implicit viscosity, as part of their internal energy: the dissipation of the velocities that were
+solved for, and the additional loss of the implicit step. Both are subtracted in INTERNAL."""
 OUTFLOW_ENERGY = Channel("outflow_energy", -1.0)
-"""Of points that left through a face of the grid: no step does this work, the balance books it when they are gone."""
+"""Energy of points that left through a face of the grid. It is not work of a step: the balance adds it after the points
+left."""
 INFLOW_ENERGY = Channel("inflow_energy")
-"""Of points that came in through a face of the grid, booked when they are there."""
+"""Energy of points that entered through a face of the grid, added to the balance after they entered."""
 INFLOW_WORK, OUTFLOW_WORK = Channel("inflow_work"), Channel("outflow_work")
-"""Of what leads points within open faces, and of the pressure there."""
+"""Work of the prescribed flow at open faces, and work of the pressure there."""
 FIXED_COLUMNS: Mapping[Channel, int] = {
     GRAVITY_WORK: GRAVITY,
     SUPPORT_WORK: SUPPORT,
@@ -57,16 +59,16 @@ FIXED_COLUMNS: Mapping[Channel, int] = {
     TRANSFER_HEAT: TRANSFER,
     FRICTION_HEAT: FRICTION,
 }
-"""Of the channels that kernels of nodes and bodies fill."""
+"""Columns of the channels that the kernels of nodes and bodies fill."""
 ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in (GRAVITY_WORK, SUPPORT_WORK)}
-"""The channels that every history shows."""
+"""Channels that every history contains, with their columns."""
 
 ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
-"""Channels that can only take energy from bodies: in sum they give none but what the method makes."""
+"""Channels that can only remove energy from bodies; a positive sum is an error of the method."""
 
 
 def channel_of_load(name: str) -> Channel:
-    """The channel of external forces that has a name."""
+    """Return the channel of external forces with this name."""
     passing = {channel.name: channel for channel in (ENCLOSED_WORK, SURFACE_TENSION_WORK)}
     return passing.get(name, Channel(name))
 
@@ -91,19 +93,20 @@ class WorkLayout:
         self.n_loads, self.n_supports = len(loads) + touching, n_supports
         self.n_columns = FIRST_LOAD + touching + len(own)
         self.surface_contact = FIRST_LOAD + len(loads) if touching else None
-        """The column of the work of forces between surfaces."""
+        """Column of the work of forces between surfaces; None without contact of surfaces."""
         columns = {channel: FIRST_LOAD + number + (touching and number >= len(loads)) for number, channel in enumerate(own)}
         fixed = {channel: column for channel, column in FIXED_COLUMNS.items() if channel in others}
         self.channels: Mapping[Channel, int] = {**ALWAYS, **columns, **fixed}
 
     def column(self, channel: Channel) -> int:
-        """The column of a channel of this run."""
+        """Return the column of a channel of this run."""
         return self.channels[channel]
 
     def with_surface_contact(self, done: "StepWork", from_outside: float = 0.0) -> "StepWork":
-        """The work of a step, in which that of forces between surfaces is in its place: beside that of other contact.
+        """Add the work of forces between surfaces to the contact work of a step, clear its own column, and return the
+        step's work.
 
-        from_outside: what of it walls did by their motion [J], which counts as that of supports.
+        from_outside: work done by moving walls [J], which is counted as work of supports.
         """
         if self.surface_contact is not None:
             done.works[CONTACT] += done.works[self.surface_contact] - from_outside
@@ -112,12 +115,12 @@ class WorkLayout:
         return done
 
     def no_work(self) -> "StepWork":
-        """No work, in a row with all columns."""
+        """Return the work of a step without any work or impulse, with all columns."""
         return no_work(self.n_columns, self.n_supports)
 
 
 class StepWork(NamedTuple):
-    """Work and impulses of a step."""
+    """Work and impulses of a step, summed over bodies and nodes."""
 
     works: np.ndarray  # (columns,) [J]; a row may leave out its last columns, in which nothing was done
     gravity_mass: float  # of the nodes on which gravity acts [kg]
@@ -128,23 +131,28 @@ class StepWork(NamedTuple):
 
 
 def no_work(columns: int, n_supports: int) -> StepWork:
-    """No work, in a row with so many columns."""
+    """Return a `StepWork` of zeros with this number of columns and supports."""
     return StepWork(np.zeros(columns), 0.0, np.zeros((n_supports + 1, 3)), np.zeros(3), {})
 
 
 def row_length(columns: int, n_impulses: int) -> int:
-    """Length of what a kernel sums: the columns of works, the mass on which gravity acts, impulses of three components."""
+    """Return the length of the row that a kernel sums: columns of work, mass on which gravity acts, impulses of three
+    components."""
     return columns + 1 + 3 * n_impulses
 
 
 def step_work(sums: np.ndarray, columns: int) -> StepWork:
-    """Sums of such rows, with the impulses of the supports and thin axes first and that of loads and absorbing faces last."""
+    """Convert a row summed by a kernel, see `row_length`, to the work of a step.
+
+    The impulses of the supports and of thin axes come first in the row; the last impulse is that of loads and absorbing
+    faces.
+    """
     impulses = sums[columns + 1 :].reshape(-1, 3)
     return StepWork(sums[:columns], float(sums[columns]), impulses[:-1], impulses[-1], {})
 
 
 def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
-    """The sum over several parts, added in their order, in a row with so many columns."""
+    """Return the sum of several works of a step, added in their order, in a row with this number of columns."""
     works, gravity_mass = np.zeros(columns), 0.0
     reactions, impulse = np.zeros((max(len(part.reactions) for part in parts), 3)), np.zeros(3)
     motions: dict[str, np.ndarray] = {}
@@ -161,7 +169,7 @@ def total_work(parts: Sequence[StepWork], columns: int) -> StepWork:
 
 
 class Passed(NamedTuple):
-    """Points that left a body in a step, or came in after it, and what they have then."""
+    """Points that left a body in a step or entered it after the step: their number, mass, momentum and energies."""
 
     points: int
     mass: float  # [kg]

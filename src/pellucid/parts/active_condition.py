@@ -16,7 +16,7 @@ class ActiveCondition:
     """
 
     def try_out(self) -> None:
-        """Raise CaseError if it cannot act. Called when all bodies are complete, before output is written."""
+        """Raise CaseError if the condition cannot act. Called when all bodies are complete, before output is written."""
 
     def begin(self, time: float, dt: float) -> None:
         """Set forces or prescribed velocities for the step that begins at `time` [s].
@@ -31,10 +31,10 @@ class ActiveCondition:
         """
 
     def end(self, dt: float) -> None:
-        """Update its own state after the bodies have completed the step dt [s] and computed their totals.
+        """Update the state of the condition after the bodies have completed the step dt [s] and computed their totals.
 
-        It also adds to the totals what the bodies cannot compute: half the power of a force that stores energy, and its step
-        limit.
+        The condition also adds to the totals what the bodies cannot compute: half the power of a force that stores energy,
+        and the step limit due to it.
         """
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
@@ -45,7 +45,7 @@ class ActiveCondition:
         return ()
 
     def work(self) -> StepWork | None:
-        """Return its work and impulses over the step; None if nodes or bodies count them."""
+        """Return the work and impulses of the condition over the step; None if nodes or bodies count them."""
         return None
 
     def impulses(self) -> Mapping[str, np.ndarray]:
@@ -66,15 +66,16 @@ class ActiveCondition:
         return None
 
     def columns(self) -> Mapping[str, float]:
-        """Return its current values in the history, by the names of `Condition.columns`, in SI units."""
+        """Return the current values of the condition's columns of the history, by the names of `Condition.columns`, in SI
+        units."""
         return {}
 
     def state_numbers(self) -> dict[str, Any]:
-        """Return its own state for a checkpoint, as JSON data."""
+        """Return the state of the condition for a checkpoint, as JSON data."""
         return {}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Restore the state from these numbers, bit for bit."""
+        """Restore the state of the condition from these numbers, bit for bit."""
 
 
 class AtEachStep(ActiveCondition):

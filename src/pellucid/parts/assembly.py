@@ -27,7 +27,7 @@ class AssembledBody(NamedTuple):
 
     @property
     def velocity_field(self) -> VelocityField | None:
-        """The velocity field of the grid that it shares with other bodies, or in which it has contact with them."""
+        """Velocity field of the grid to which the body belongs, alone or with other bodies; None if the case has no grid."""
         return self.actions.field if self.actions else None
 
     @property
@@ -37,13 +37,13 @@ class AssembledBody(NamedTuple):
 
     @property
     def active_axes(self) -> ActiveAxes:
-        """Mask of the other axes, along which shapes have an extent."""
+        """Mask of the axes along which the grid is more than one cell thick."""
         x, y, z = self.thin
         return not x, not y, not z
 
     def offers(self, capability: type[Capability]) -> Capability:
-        """Return the body as one with a capability. Raises ValueError if it does not have it, which its model should have
-        reported."""
+        """Return the body, typed as having a capability. Raises ValueError if the body lacks the capability, which its
+        model should have reported."""
         if not isinstance(self.body, capability):
             raise ValueError(f"body {self.body.name} lacks the capability `{capability.__name__}`; its model must report this")
         return self.body

@@ -37,20 +37,20 @@ class Body(ConstrainedPoints, ABC):
     totals: Totals
     """Sums over the body at the end of the step, and its largest stable time step."""
     arrays: dict[str, np.ndarray]
-    """State of its points or nodes, first axis n; `id` is their number in the order of seeding or of the mesh."""
+    """State of the points or nodes, first axis n; `id` is the number of a point in the order of seeding or of the mesh."""
     element_arrays: Mapping[str, np.ndarray] = {}
-    """State of its elements, in the order of the mesh; empty for most bodies."""
+    """State of the elements, in the order of the mesh; empty for most bodies."""
     relaxes = False
-    """True while it is relaxed to equilibrium."""
+    """True while the body is relaxed to equilibrium."""
     load_rate = 1.0
     """Simulated time per step time over the coming step, which scales the rate of the loads; it differs from 1 in steady
     states."""
     may_leave = False
-    """True if its points can leave through faces of the grid."""
+    """True if points of the body can leave through faces of the grid."""
 
     @cached_property
     def is_surface(self) -> bool:
-        """True if it is a membrane, which has two sides."""
+        """True if the body is a membrane, which has two sides."""
         return isinstance(self, Membrane)
 
     @property
@@ -60,12 +60,12 @@ class Body(ConstrainedPoints, ABC):
 
     @property
     def n_told(self) -> int:
-        """Number of points in results: all, including those that left unless others can enter in their place."""
+        """Number of points in results: all points, including those that left, unless others can enter in their place."""
         return self.n_points
 
     @property
     def n_stress_points(self) -> int:
-        """Number of points at which it computes stresses, which determines the work of its kernels."""
+        """Number of points at which stresses are computed, which determines the cost of the kernels."""
         return self.n_points
 
     @property
@@ -91,13 +91,13 @@ class Body(ConstrainedPoints, ABC):
     # the step
 
     def step_limit(self) -> StepLimit:
-        """Return the largest stable time step for the current state, from its totals, with the reason."""
+        """Return the largest stable time step for the current state, computed from the totals, with the reason."""
         if self.totals.rate <= 0.0:
             return NO_LIMIT
         return StepLimit(1.0 / self.totals.rate, "wave", "fastest signal in the body")
 
     def fastest(self) -> float:
-        """Return the largest speed of its points or nodes [m/s]."""
+        """Return the largest speed of the points or nodes [m/s]."""
         velocity = self.arrays["velocity"]
         return float(np.sqrt(np.max(np.sum(velocity * velocity, axis=1), initial=0.0)))
 
@@ -106,14 +106,14 @@ class Body(ConstrainedPoints, ABC):
         them."""
 
     def angular_momentum(self, about: np.ndarray) -> AngularMomentum:
-        """Return the angular momentum of its points about a position [m], shape (3,)."""
+        """Return the angular momentum of the points about a position [m], shape (3,)."""
         m, velocity = self.stored_field("mass")[:, None], self.stored_field("velocity")
         arm = self.stored_field("position") - about
         size = m[:, 0] * np.sqrt(np.sum(arm * arm, axis=1) * np.sum(velocity * velocity, axis=1))
         return AngularMomentum(np.sum(m * np.cross(arm, velocity), axis=0), float(np.sum(size)))
 
     def come_to_rest(self) -> None:
-        """Set the velocity of all its points or nodes to zero."""
+        """Set the velocity of all points or nodes to zero."""
         for name in ("velocity", "affine"):
             if name in self.arrays:
                 self.arrays[name].fill(0.0)
@@ -161,7 +161,7 @@ class Body(ConstrainedPoints, ABC):
 
     @property
     def on_grid(self) -> ContactBody | None:
-        """Contact interface of its points on the grid; None if it has none."""
+        """Contact interface of the body's points on the grid; None if they have no contact on the grid."""
         return None
 
     @property
@@ -207,7 +207,7 @@ class Body(ConstrainedPoints, ABC):
         return Named(f"body {self.name} has no field", {name: np.array(self.field(name)) for name in self.field_names})
 
     def facts(self) -> Mapping[str, float]:
-        """Return numbers about its state by name for the summary of a run, in SI units."""
+        """Return numbers that describe the state of the body for the summary of a run, by name, in SI units."""
         return {}
 
     def kinetic_energies(self) -> np.ndarray:

@@ -27,23 +27,23 @@ class BodyModel(Part):
 
     unique_name: ClassVar[bool] = True
     scales_inertia: ClassVar[bool] = False
-    """True if its nodes can have an inertia other than their mass in a steady-state solution; it then has a key
+    """True if the nodes can have an inertia other than their mass in a steady-state solution; such a body has a key
     `scale_inertia`."""
     moves: ClassVar[bool] = True
-    """True if it has inertia, on which forces act; otherwise it does not limit the time step."""
+    """True if the body has inertia, on which forces act; otherwise it does not limit the time step."""
     place: ClassVar[str]
-    """Key that defines its initial geometry."""
+    """Key that defines the initial geometry of the body."""
     start_only: ClassVar[tuple[str, ...]] = ("velocity", "initial")
-    """Keys of its initial state, in addition to `place`; a body that continues an earlier run takes its state from there."""
+    """Keys of the initial state, in addition to `place`; a body that continues an earlier run takes its state from there."""
     strained_from_place: ClassVar[bool] = True
     """True if strains are measured from the geometry in the case, also for a body that continues an earlier run."""
     is_surface: ClassVar[bool] = False
-    """True if it is a membrane, which has two sides and no volume of its own."""
+    """True if the body is a membrane, which has two sides and no volume of its own."""
 
     evaluates_loads: ClassVar[bool] = False
-    """True if it evaluates loads on its surface itself: its body then `TakesTractions`."""
+    """True if the body evaluates loads on its surface itself: the built body then `TakesTractions`."""
     fields: ClassVar[Mapping[str, Field]] = {}
-    """Fields that it has in addition to those of `pellucid.state.FIELDS`, by name."""
+    """Fields of the body in addition to `pellucid.state.FIELDS`, by name."""
     pictured: ClassVar[tuple[str, str] | None] = None
     """Name and label of the field that pictures show as its load; pressure or stress by default."""
 
@@ -94,7 +94,7 @@ class BodyModel(Part):
         """Return the number of points, accurate to one layer of points; None if the case has no grid."""
 
     def table_bytes(self) -> float:
-        """Return the memory needed in addition to its points, such as for tables of shape functions [bytes]."""
+        """Return the memory needed in addition to the points, such as for tables of shape functions [bytes]."""
         return 0.0
 
     @abstractmethod
@@ -113,39 +113,40 @@ class BodyModel(Part):
         yield from ()
 
     def touching_places(self, grid: GridCase, hard: bool) -> np.ndarray:
-        """Return the positions at which other bodies first touch it at the start [m], shape (m, 3); hard: it does not
-        deform."""
+        """Return the positions at which other bodies first touch this body at the start [m], shape (m, 3); hard: this body
+        does not deform."""
         return self.standing(grid).position
 
     def faces_pressed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Return centres [m] and outward vector areas [m²], shape (m, 3), and edge lengths [m], shape (m,), of its loaded
-        faces.
+        """Return centres [m] and outward vector areas [m²], shape (m, 3), and edge lengths [m], shape (m,), of the loaded
+        faces of the body.
 
-        Returns None if pressure acts on it through cells of the grid instead.
+        Returns None if pressure acts on the body through cells of the grid instead.
         """
         return None
 
     def owns_nodes(self, alone: bool) -> bool:
-        """Return True if it has its own nodes instead of those of the grid; alone: no other body is in its velocity field."""
+        """Return True if the body has its own nodes instead of the nodes of the grid; alone: no other body is in its
+        velocity field."""
         return False
 
     @property
     def has_triangles(self) -> bool:
-        """True if it has a triangulated surface, of which probes can read area and enclosed volume."""
+        """True if the body has a triangulated surface, whose area and enclosed volume probes can read."""
         return False
 
     def selectable(self) -> Selectable | None:
-        """Return the initial nodes and faces from which regions select; None if they are known only when it is built."""
+        """Return the initial nodes and faces from which regions select; None if they are known only when the body is built."""
         return None
 
     @property
     def deforms_in_contact(self) -> bool:
-        """True if it is deformable and has contact by its surface, not on the nodes of the grid."""
+        """True if the body is deformable and has contact by its surface, not on the nodes of the grid."""
         return False
 
     @property
     def is_fluid(self) -> bool:
-        """True for a fluid: its contact is on the nodes of the grid."""
+        """True for a fluid, whose contact is on the nodes of the grid."""
         return False
 
     @property
@@ -155,25 +156,25 @@ class BodyModel(Part):
 
     @property
     def solves_viscosity(self) -> bool:
-        """True if its viscosity is solved implicitly on the nodes of the grid."""
+        """True if the viscosity of the body is solved implicitly on the nodes of the grid."""
         return False
 
     @property
     def is_rigid(self) -> bool:
-        """True if it moves as a rigid body."""
+        """True if the body is rigid."""
         return False
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of work and losses that it counts itself."""
+        """Return the channels of work and losses that the body itself counts."""
         return ()
 
     @property
     def has_own_step(self) -> bool:
-        """True if it has its own sub-steps, so that the step of the clock is limited only by output."""
+        """True if the body has its own sub-steps; then only output limits the time step of the run."""
         return False
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Return the reason, at the offending key of its table, why no steady state can be computed, or None.
+        """Return the reason why no steady state of the body can be computed, with the offending key of its table, or None.
 
         alone: no other body is in its velocity field.
         """
@@ -184,9 +185,10 @@ class BodyModel(Part):
         return self
 
     def contains(self, places: np.ndarray, active: tuple[bool, bool, bool], periods: Vector = (0.0, 0.0, 0.0)) -> np.ndarray:
-        """Return a mask of positions [m], shape (n, 3), inside it at the start along the `active` axes, shape (n,).
+        """Return a mask of the positions [m], shape (n, 3), that are inside the body at the start along the `active` axes,
+        shape (n,).
 
-        periods: of the grid [m], see `GridCase.periods`.
+        periods: periods of the grid [m], see `GridCase.periods`.
         """
         region = self.occupied()
         return np.zeros(len(places), bool) if region is None else within(region, places, active, periods)
@@ -195,29 +197,29 @@ class BodyModel(Part):
         return True
 
     def excluded_bodies(self) -> tuple[str, ...]:
-        """Return the names of the bodies whose regions it excludes from its own."""
+        """Return the names of the bodies whose regions this body excludes from its own."""
         return ()
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        """Return the reason why another body cannot exclude its region, or None."""
+        """Return the reason why another body cannot exclude the region of this body, or None."""
         return None
 
     def why_no_motion(self) -> Reason | None:
-        """Return the reason why it cannot follow a prescribed motion, or None."""
+        """Return the reason why the body cannot follow a prescribed motion, or None."""
         return None
 
     def why_no_outflow(self) -> Reason | None:
-        """Return the reason why its points cannot leave through faces of the grid, or None."""
+        """Return the reason why points of the body cannot leave through faces of the grid, or None."""
         text = f"the points of body {self.name} are connected, so they cannot leave one by one"
         return Reason(text, "use only bodies of kind material-points")
 
     def why_no_inflow(self) -> Reason | None:
-        """Return the reason why no points can enter it through faces of the grid, or None."""
+        """Return the reason why no points can enter the body through faces of the grid, or None."""
         text = f"the points of body {self.name} are connected, so no points can be added"
         return Reason(text, "use a body of kind material-points")
 
     def why_no_wall(self) -> Reason | None:
-        """Return the reason why it cannot have contact with walls (planes without a body), or None."""
+        """Return the reason why the body cannot have contact with walls (planes without a body), or None."""
         return Reason(f'body {self.name} of kind "{self.kind}" cannot have contact with a wall', "remove it from `bodies`")
 
     def why_no_self_contact(self, alone: bool) -> Reason | None:
@@ -227,13 +229,13 @@ class BodyModel(Part):
         return Reason(text, "use kind membrane-elements or meshless-solid, or two bodies")
 
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
-        """Return the reason why its nodes (all of them if `whole`) cannot follow a prescribed motion along their normal, or
-        None."""
+        """Return the reason why nodes of the body (all of them if `whole`) cannot follow a prescribed motion along their
+        normal, or None."""
         return Reason(f"body {self.name} is not a fluid film", "prescribe the displacement along x, y or z")
 
     def why_no_yielding_wall(self, alone: bool) -> Reason | None:
-        """Return the reason why walls cannot have friction with it or open for it, or None; alone: no other body is in its
-        field."""
+        """Return the reason why walls cannot have friction with the body or open for it, or None; alone: no other body is
+        in its field."""
         remedy = "remove this key, and model the floor as a body held by a motion, with a `field` of its own and a [[contact]]"
         if self.is_rigid and not self.why_no_wall():
             remedy = 'use a [[wall]] with `kind = "coulomb"` and `friction`, or with `kind = "stick"`, instead of this support'
@@ -244,25 +246,25 @@ class BodyModel(Part):
         return None
 
     def why_not_strained_first(self) -> Reason | None:
-        """Return the reason why its strains cannot be updated before the momentum equation, as in USF, or None."""
+        """Return the reason why strains of the body cannot be updated before the momentum equation, as in USF, or None."""
         return None
 
     def wave_speeds(self) -> tuple[float, float] | None:
         """Return the initial speeds of plane pressure and shear waves [m/s], which a face of the grid can absorb.
 
-        Returns None if no such waves cross the face.
+        Returns None if no such waves reach the face.
         """
         return None
 
     def waves_at_start(self) -> tuple[float, float]:
-        """Return the initial speeds of pressure and shear waves of its material [m/s], which define time scales."""
+        """Return the initial speeds of pressure and shear waves of the material [m/s], which define time scales."""
         return self.material.wave_speeds()
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the largest stable time step at the start, as an upper bound of a fixed step; None if only the built body
-        knows it.
+        """Return the largest stable time step at the start, as an upper bound of a fixed step; None if it is known only
+        when the body is built.
 
-        cell: edge of the cells [m], if there are any; is_driven: the whole body follows a prescribed motion along every axis.
+        cell: edge length of the cells [m], or None; is_driven: the whole body follows a prescribed motion along every axis.
         """
         return None if self.moves else NO_LIMIT
 
@@ -276,7 +278,7 @@ class BodyModel(Part):
         return float(np.sqrt(np.max(np.sum(velocity * velocity, axis=1))))
 
     def places_between_bounds(self) -> np.ndarray:
-        """Return a lattice of possible initial positions in its bounds [m], shape (n, 3)."""
+        """Return a lattice of positions within the bounds of the body [m], shape (n, 3)."""
         lower, upper = self.bounds()
         share = np.stack(np.meshgrid(*3 * [np.linspace(0.0, 1.0, 9)], indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(lower + share * (upper - lower))

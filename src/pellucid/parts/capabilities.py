@@ -65,7 +65,7 @@ class TakesGravity(Protocol):
     """A body with its own nodes, on which gravity acts. For points on the grid, gravity acts on the nodes of the grid."""
 
     def share_gravity(self, share: float) -> None:
-        """Apply a fraction of gravity over this step. All of it acts if this is never called."""
+        """Set the fraction of gravity that acts over this step; the default is 1."""
 
 
 # supports and prescribed motions of own nodes
@@ -94,7 +94,7 @@ class TakesSupports(Protocol):
 
 @runtime_checkable
 class ReleasesSupports(Protocol):
-    """A body that must be notified when supports release nodes (its own or those of the grid) during a run."""
+    """A body that must be notified when supports release nodes of the body or of the grid during a run."""
 
     def let_go(self, supports: Collection[int]) -> None:
         """Deactivate the supports with these numbers; all others are active."""
@@ -133,7 +133,7 @@ class TakesNormalMotions(Protocol):
         none."""
 
     def set_normal_velocities(self, rates: np.ndarray) -> None:
-        """Set the velocities of these motions over this step [m/s], shape (motions,)."""
+        """Set the velocities of the motions along the normal over this step [m/s], shape (motions,)."""
 
 
 # shape
@@ -144,11 +144,11 @@ class Membrane(Protocol):
     """A surface with two sides; its points are in the order of their numbers."""
 
     def pressed_areas(self) -> np.ndarray:
-        """Return the vector areas on which a pressure acts at its points [m²], shape (n, 3); in plane problems those of the
-        slice."""
+        """Return the vector areas of the points on which a pressure acts [m²], shape (n, 3); in plane problems, for the
+        thickness of the slice."""
 
     def surface_areas(self) -> np.ndarray:
-        """Return the shares of its points in its area [m²], shape (n,)."""
+        """Return the area that belongs to each point [m²], shape (n,)."""
 
 
 @runtime_checkable
@@ -174,13 +174,14 @@ class HasContactSurface(Protocol):
     """A body with which others can have contact by its surface."""
 
     has_surface: bool = True
-    """True if it has a surface of its own; False for fluids."""
+    """True if the body has a surface of its own; False for fluids."""
 
     def make_contact_surface(self, column: int) -> "ContactSurface | None":
-        """Create its contact surface, whose forces do work in this column; None if it has none."""
+        """Create the contact surface of the body, or return None if the body has none; column: column of the work of
+        contact forces."""
 
     def encloses(self, places: np.ndarray) -> bool:
-        """Return True if its surface is closed and all of these positions [m], shape (n, 3), lie inside."""
+        """Return True if the surface is closed and all of these positions [m], shape (n, 3), lie inside."""
         return False
 
 
@@ -189,8 +190,8 @@ class BoundByContact(Protocol):
     """A body whose time step depends on its contact surface."""
 
     def bound_by_contact(self, touching: "Sequence[ContactSurface]") -> None:
-        """Remove its contact surface if it has no contact partner, and limit the first step by the oscillation of the body on
-        others.
+        """Remove the contact surface of the body if there is no contact partner, and limit the first step by the
+        oscillation of the body on its contacts.
 
         touching: all surfaces with contact.
         """
@@ -201,7 +202,7 @@ class HasPointsAtWalls(Protocol):
     """A body without a contact surface whose points have contact with walls."""
 
     def make_points_at(self, plane: "WallPlane", column: int) -> "ContactSurface | None":
-        """Create the contact surface of its points at a plane; None if it has no contact with it."""
+        """Create the contact surface of the body's points at a plane; return None if they have no contact with the plane."""
 
 
 # only for bodies on the grid
@@ -215,8 +216,8 @@ class LosesPoints(Protocol):
         """Allow points to leave through faces of the grid, each an axis and an end (0 lower, 1 upper)."""
 
     def let_leave(self) -> "Passed | None":
-        """Remove the points that left through these faces in the last step, and return what they carried; None if there are
-        none."""
+        """Remove the points that left through the open faces in the last step, and return their number, mass, momentum and
+        energies; None if no point left."""
 
 
 @runtime_checkable
@@ -224,9 +225,9 @@ class GainsPoints(Protocol):
     """A body into which points can enter through faces of the grid."""
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
-        """Reserve rows for points that enter later; until then they have no mass and are at position `place` [m].
+        """Reserve rows for points that enter later. Until then these points have no mass and are at position `place` [m].
 
-        From now on each process stores all points of the body.
+        After this call each process stores all points of the body.
         """
 
     def state_at(self, position: np.ndarray, volume: np.ndarray) -> dict[str, np.ndarray]:
@@ -242,7 +243,7 @@ class GainsPoints(Protocol):
         """Return arrays of points of a liquid with the pressure increased by `more` [Pa]; other materials are unchanged."""
 
     def let_in(self, arrays: Mapping[str, np.ndarray], n_steps: int, time: float) -> "Passed":
-        """Insert points with these arrays after a step, and return what they carry."""
+        """Insert points with these arrays after a step, and return their number, mass, momentum and energies."""
 
 
 @runtime_checkable
@@ -273,7 +274,7 @@ class KeepsHeat(Protocol):
         """Add internal forces to the separate buffer of its velocity field for bodies that keep heat."""
 
     def return_heat(self, share: float) -> None:
-        """Release this fraction of the heat that it stored in this step."""
+        """Release this fraction of the heat that the body stored in this step."""
 
 
 # own steps

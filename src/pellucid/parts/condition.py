@@ -28,27 +28,28 @@ class Condition(Part):
     losses: ClassVar[Sequence[Channel]] = ()  # channels of its other work and losses, if they do not depend on its keys
 
     def load_channel(self) -> str | None:
-        """Return the name of the channel of its external forces (a column of the history ending with `_work`), or None."""
+        """Return the name of the channel of the condition's external forces (a column of the history ending with `_work`),
+        or None."""
         return None
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of its other work and losses."""
+        """Return the channels of the other work and losses of the condition."""
         return self.losses
 
     def columns(self) -> Mapping[str, str]:
-        """Return the columns of the history that show its state, with their SI units."""
+        """Return the columns of the history that show the state of the condition, by name, with their SI units."""
         return {}
 
     def swing_of(self, body: BodyModel, rate: float, cell: float | None) -> float:
-        """Return the rate [1/s] at which a body oscillates on it at the start, estimated from the models.
+        """Return the rate [1/s] at which a body oscillates on the condition at the start, estimated from the models.
 
-        rate: rate of the body itself, whose largest stable step is 1/rate; the squares of both rates are added. cell: edge of
-        the cells [m], if there are any.
+        rate: rate of the body itself, whose largest stable step is 1/rate; the squares of both rates are added. cell: edge
+        length of the cells [m], or None.
         """
         return 0.0
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason why bodies under it cannot come to rest by dynamic relaxation, or None."""
+        """Return the reason why bodies under this condition cannot come to rest by dynamic relaxation, or None."""
         return None
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: "Sequence[Condition]", thin: tuple[bool, bool, bool]) -> Self:
@@ -57,35 +58,38 @@ class Condition(Part):
 
     @classmethod
     def activate(cls, conditions: Sequence[Self], assembly: "Assembly") -> Sequence[ActiveCondition]:
-        """Return the active conditions for all conditions of this class; none if they only mark nodes or pairs at the start.
+        """Return the active conditions for all conditions of this class; none if these conditions only mark nodes or pairs
+        at the start.
 
-        It is called once for each class that a case can have, in the order of its keys, even without conditions of the class.
-        It registers the nodal actions that it needs through the bodies of the assembly.
+        This method is called once for each class that a case can have, in the order of its keys, even without conditions of
+        the class. It registers the required nodal actions through the bodies of the assembly.
         """
         return ()
 
     def reaction(self) -> str | None:
-        """Return the name under which probes find the force that it exerts, or None."""
+        """Return the name under which probes find the force of the condition, or None."""
         return None
 
     def turning_reaction(self, parts: Parts) -> str | None:
-        """Return the name under which probes find its torque on a rigid body about the centre of mass, or None."""
+        """Return the name under which probes find the torque of the condition on a rigid body about the centre of mass, or
+        None."""
         return None
 
     def constrains_face(self, face: str) -> bool:
-        """Return True if it constrains the nodes of a face of the grid, such as "x-lower", along any direction."""
+        """Return True if the condition constrains the nodes of a face of the grid, such as "x-lower", along any direction."""
         return False
 
     def face_velocity(self, face: str) -> tuple[float, float, float] | None:
-        """Return the velocity [m/s] of the nodes of a face of the grid if it constrains them along its normal, else None."""
+        """Return the velocity [m/s] of the nodes of a face of the grid if the condition constrains them along its normal,
+        else None."""
         return None
 
     def opens_face(self, face: str) -> bool:
-        """Return True if it lets material flow through a face of the grid."""
+        """Return True if material can flow through this face of the grid under the condition."""
         return False
 
     def prescribed_axes(self, body: str) -> set[int]:
-        """Return the axes along which it prescribes the motion of a whole body."""
+        """Return the axes along which the condition prescribes the motion of a whole body."""
         return set()
 
 

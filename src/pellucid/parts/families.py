@@ -89,7 +89,8 @@ class GridBody(Body):
         """Update only the positions."""
 
     def work(self) -> StepWork | None:
-        """Return the work that it counts itself in this step, such as heat from its internal forces; None if there is none."""
+        """Return the work that the body itself counts in this step, such as heat from its internal forces; None if there is
+        none."""
         return None
 
 

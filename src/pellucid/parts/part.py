@@ -25,7 +25,7 @@ class Part(Model):
         yield from ()
 
     def needs_grid(self, parts: "Parts") -> bool:
-        """Return True if it requires a grid in this case."""
+        """Return True if this part requires a grid in this case."""
         return False
 
 

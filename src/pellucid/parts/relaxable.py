@@ -18,7 +18,7 @@ class Springs(NamedTuple):
     contact: tuple[np.ndarray, np.ndarray] | None = None  # positions at the start of the step [m] and contact forces there [N]
 
     def of_forces(self) -> tuple[np.ndarray, ...]:
-        """Return positions and forces, followed by those of contact."""
+        """Return positions and internal forces, followed by the positions and forces of contact, if there is any."""
         return (self.position, self.force, *(self.contact or ()))
 
 
@@ -37,7 +37,7 @@ class Relaxable(Protocol):
         """
 
     def springs(self) -> Springs:
-        """Return its internal forces of the last step, and the positions at which they were computed."""
+        """Return the internal forces of the last step, and the positions at which they were computed."""
 
     def unbalanced(self) -> tuple[float, float]:
-        """Return norms of the nodal forces [N] without constraint forces: along the free directions, and along all."""
+        """Return two norms of the nodal forces [N] without constraint forces: along the free directions, and along all."""

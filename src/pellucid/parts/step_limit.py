@@ -106,7 +106,8 @@ def fall_through_cells(step: float) -> StepLimit:
 
 
 def time_to_fall(cell: float, gravity: float) -> float:
-    """Return the time in which an object falling from rest crosses a cell [s]."""
+    """Return the time in which an object falling from rest crosses a cell [s]; cell: edge length [m], gravity: acceleration
+    [m/s²]."""
     return sqrt(2.0 * cell / gravity)
 
 

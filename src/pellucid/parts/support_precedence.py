@@ -1,11 +1,12 @@
-"""Precedence of supports: which support prescribes the velocity of a node along an axis if several constrain it.
+"""Precedence of supports that constrain the same node along the same axis.
 
 The result does not depend on the order in which a case lists supports of faces:
 
-1. A support that holds a face of the grid along its normal comes first, as nothing passes the face.
-2. A region comes next; of several regions, the later one. At the nodes of such a face it applies only if it moves with the
-   face. Nodes of a body may also move away from the face.
-3. Of faces parallel to the axis, the slowest support comes first, then the last in the order x-lower, x-upper, ..., z-upper.
+1. A support that constrains a face of the grid along its normal has the highest precedence, as nothing passes the face.
+2. A region comes next; of several regions, the later one. At the nodes of a face as in 1, a region applies only if it moves
+   with the face. Regions may also move nodes of a body away from the face.
+3. Of faces parallel to the axis, the slowest support comes first, then the last in the order x-lower, x-upper, ...,
+   z-upper.
 
 Of several supports on one face, the one with the earliest end (`until`) comes first.
 """

@@ -1,1 +1,2 @@
-"""Several processes that share one simulation, each with some rows of slabs of the grid, and with the bits of one process."""
+"""Parallel simulation: several processes share one simulation. Each process owns some rows of slabs of the grid. Results
+agree bit for bit with those of one process."""

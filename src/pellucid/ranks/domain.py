@@ -1,9 +1,9 @@
-"""The part of a simulation that this process has: some rows of slabs, next to each other.
+"""The rows of slabs of the grid that this process owns; the rows are adjacent.
 
-Loops by colour give to nodes row by row. On several processes the even rows of all give first. Where a cut lies between two
-processes, the one whose row is even then hands on the sums of the nodes that both sides reach, and the other, whose row is odd,
-adds to them and hands the whole sums back. So all is added in the order of one process, whatever is added, and nodes that
-points of a process reach are whole there.
+Loops by colour add to nodes row by row. With several processes, the even rows of all processes are added first. At a cut
+between two processes, the process whose adjacent row is even then sends the sums of the nodes that both sides reach. The
+other process, whose row is odd, adds to these sums and sends the complete sums back. All sums are therefore formed in the
+order of a single process, whatever is added. Nodes that points of a process reach have complete sums there.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -31,7 +31,7 @@ Given = np.ndarray | OfListed
 
 
 class Rows(NamedTuple):
-    """The rows of slabs of a grid."""
+    """Rows of slabs of a grid, and the data to find their nodes."""
 
     edges: np.ndarray  # (rows + 1,) the layers of nodes at which they begin, and behind the last
     across: int  # slabs in a row
@@ -52,21 +52,23 @@ def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:
 
 
 class Domain:
-    """The rows that this process has of a simulation: all of them before these are cut."""
+    """The rows of slabs that this process owns; all rows until `cut` distributes them."""
 
     def __init__(self) -> None:
         self.group = processes
         self.is_cut = False
-        """Whether the points are shared out among processes."""
+        """True if the points are distributed over several processes."""
         self.joins = EVERYWHERE
-        """Where what points have is joined: IN_FIRST others get nothing, NOWHERE each process keeps its own."""
+        """Destination of gathered point data: EVERYWHERE; IN_FIRST, other processes get no rows; NOWHERE, each process
+        keeps its own rows."""
         self.cuts_made = 0
-        """How often the rows were cut, or given back."""
+        """Number of times that the rows were distributed, or returned to one process."""
         self.bytes_sent = 0
-        """Handed on and back to neighbours so far."""
+        """Number of bytes sent to neighbours so far."""
 
     def cut(self, rows: Rows, cost: np.ndarray) -> None:
-        """Share out the rows evenly by what they cost, shape (rows,); of more processes than rows the last have none."""
+        """Distribute the rows so that all processes have about the same cost; cost: of each row, shape (rows,). If there
+        are more processes than rows, the last processes get none."""
         self._rows = rows
         self._take_rows(cuts_of(cost, self.group.size))
         self.is_cut = self.group.size > 1
@@ -85,17 +87,17 @@ class Domain:
         return bool(after < 0.9 * before)
 
     def cut_again(self, cost: np.ndarray) -> None:
-        """Share out the rows anew by what they cost."""
+        """Distribute the rows again according to their costs, shape (rows,)."""
         self._take_rows(cuts_of(cost, self.group.size))
 
     def leave(self) -> None:
-        """The simulation is over: this process has all rows again."""
+        """Return all rows to this process, at the end of the simulation."""
         self.is_cut, joint_region.by_parity = False, None
         self.cuts_made += 1
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Raise errors that end the work of all processes in each of them; an error of one process ends all."""
+        """Context in which an error of one process ends all processes; an error raised by all is raised in each of them."""
         try:
             yield
         except BaseException as error:
@@ -106,7 +108,7 @@ class Domain:
     # loops by colour
 
     def by_parity(self, run: Callable[[], None], given: Sequence[Given]) -> None:
-        """Do loops by colour that give to these nodal arrays."""
+        """Execute loops by colour that add to these nodal arrays, with the exchange of sums between processes."""
         if not self.is_cut:
             run()
             return
@@ -156,7 +158,7 @@ class Domain:
 
     @property
     def slabs(self) -> slice:
-        """The slabs of this process."""
+        """The slabs of this process, as a slice."""
         return slice(self.first * self._rows.across, self.end * self._rows.across)
 
     def has_layer(self, layer: np.ndarray) -> np.ndarray:
@@ -165,13 +167,13 @@ class Domain:
         return (layer >= first) & (layer < end)
 
     def complete(self, of_slabs: np.ndarray) -> np.ndarray:
-        """Fill numbers that each slab has, shape (slabs, ...), with those that other processes found. Returns them."""
+        """Fill an array with one entry per slab, shape (slabs, ...), with the entries of other processes, and return it."""
         if self.is_cut:
             of_slabs[...] = self.group.joined(of_slabs[self.slabs], np.diff(self._cuts) * self._rows.across)
         return of_slabs
 
     def by_row(self, of_slabs: np.ndarray) -> np.ndarray:
-        """The sum over each row of numbers that each slab has, shape (slabs,)."""
+        """Return the sum over each row of slabs, shape (rows,), of values per slab, shape (slabs,)."""
         return np.asarray(of_slabs, float).reshape(-1, self._rows.across).sum(axis=1)
 
     def near(self, of_row: np.ndarray) -> tuple[int, int]:
@@ -208,7 +210,7 @@ class Domain:
 
     @contextmanager
     def joining(self, where: str) -> Iterator[None]:
-        """Join what points have IN_FIRST, or NOWHERE, while it is written."""
+        """Context in which point data is gathered in the first process (IN_FIRST) or not at all (NOWHERE), for output."""
         self.joins = where
         try:
             yield
@@ -220,13 +222,13 @@ class Domain:
         return self.group.any(flag) if self.is_cut else flag
 
     def caught(self, signals: Sequence[int]) -> Sequence[int]:
-        """The signals that any process caught, where one did."""
+        """Return the signals that were caught: those of this process, or for several processes the largest one of all."""
         if not self.is_cut:
             return signals
         return [int(self.group.largest(max(signals, default=0)))] if self.any(len(signals) > 0) else []
 
     def largest(self, value: float) -> float:
-        """The largest value of all processes."""
+        """Return the largest value of all processes."""
         return self.group.largest(value) if self.is_cut else value
 
     @contextmanager
@@ -244,10 +246,11 @@ class Domain:
             raise error
 
     def migrate(self, arrays: Mapping[str, np.ndarray], first: np.ndarray) -> int:
-        """Send points, sorted by slabs, to the processes that have these; how many there are then.
+        """Send points, sorted by slabs, to the processes that own these slabs; return the new number of points of this
+        process.
 
-        first: where the points of each slab begin, and behind the last. The arrays have room for all points. What comes is
-        ordered by the processes from which it comes: sorted again it is in the order of one process.
+        first: index of the first point of each slab, and the end. The arrays have room for all points. Received points are
+        ordered by the sending process; sorting them again gives the order of a single process.
         """
         send = np.diff(first[self._cuts * self._rows.across])
         receive = self.group.numbers_from_each(send)

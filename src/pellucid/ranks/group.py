@@ -1,4 +1,4 @@
-"""The processes that share a simulation: how many there are, and what all of them know together."""
+"""The group of processes that share a simulation, and collective operations on it."""
 
 import os
 import sys
@@ -17,7 +17,7 @@ from pellucid.system.extras import install_command
 
 SIZES = "OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_NUM_TASKS"
 NUMBERS = "OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", "SLURM_PROCID"
-"""Variables by which launchers tell how many processes there are, and which of them this is."""
+"""Environment variables in which launchers store the number of processes, and the index of this process."""
 NO_MPI = f"mpi4py is not installed.\n    Run {install_command('mpi')}, or start only one process."
 OTHER_MPI = (
     "mpi4py uses another MPI, which finds only one process.\n    Start the processes with the launcher of the MPI of mpi4py "
@@ -28,11 +28,11 @@ Value = TypeVar("Value")
 
 
 class Group:
-    """The processes, this one among them; it is alone until it joins others."""
+    """The group of processes; it contains only this process until `join` is called."""
 
     rank, size = 0, 1
     here = 1
-    """How many of them are on this machine."""
+    """Number of processes of the group on this machine."""
     _comm: Any = None
     _mpi: Any = None
 
@@ -40,7 +40,7 @@ class Group:
         self._agreed: list[BaseException] = []
         self._ended: list[BaseException] = []
         self.waited = 0.0
-        """Time spent on messages so far [s], most of it waiting for others."""
+        """Time spent in communication so far [s], mostly waiting for other processes."""
 
     @contextmanager
     def _waiting(self) -> Iterator[None]:
@@ -50,12 +50,12 @@ class Group:
 
     @property
     def is_first(self) -> bool:
-        """True if this process is the first, which alone writes files and tells of the run."""
+        """True for the first process, which alone writes files and reports progress."""
         return self.rank == 0
 
     def join(self) -> None:
-        """Join the processes that a launcher started together with this one, where one did. Raises UsageError where mpi4py is
-        not installed, or belongs to another MPI."""
+        """Join the processes that a launcher started together with this one, if there are any. Raises UsageError if mpi4py
+        is not installed, or belongs to another MPI."""
         started = max(int(os.environ.get(name, "1")) for name in SIZES)
         if self._comm is not None or started == 1:
             return
@@ -72,11 +72,11 @@ class Group:
         self.here = self._comm.Split_type(MPI.COMM_TYPE_SHARED).size
 
     def any(self, flag: bool) -> bool:
-        """Return True if it is so for any process."""
+        """Return True if the flag is set in any process."""
         return self.largest(float(flag)) > 0.0
 
     def largest(self, value: float) -> float:
-        """The largest value of all processes."""
+        """Return the largest value of all processes."""
         if self.size == 1:
             return value
         with self._waiting():
@@ -97,14 +97,15 @@ class Group:
             return self._comm.allgather(value)
 
     def total(self, own: np.ndarray) -> np.ndarray:
-        """The sum over all processes of what each has, shape (n,)."""
+        """Return the sum of an array, shape (n,), over all processes."""
         with self._waiting():
             return np.sum(self._comm.allgather(own), axis=0)
 
     def joined(self, own: np.ndarray, lengths: np.ndarray | None = None, to_first: bool = False) -> np.ndarray:
-        """The rows of all processes, in their order; where `to_first`, no rows in others than the first.
+        """Gather the rows of all processes, in the order of the processes; with `to_first`, other processes than the first
+        get no rows.
 
-        lengths: how many rows each has, where that is known.
+        lengths: number of rows of each process; None if unknown.
         """
         own = np.ascontiguousarray(own)
         if lengths is None:
@@ -121,7 +122,10 @@ class Group:
         return found
 
     def exchanged(self, rows: np.ndarray, send: np.ndarray, receive: np.ndarray) -> np.ndarray:
-        """Rows for the processes in their order, to each as many as `send` says; what they have for this one, the same."""
+        """Send rows to the other processes and return the rows received from them, both in the order of the processes.
+
+        send, receive: number of rows to and from each process.
+        """
         rows = np.ascontiguousarray(rows)
         found = np.empty((int(receive.sum()), *rows.shape[1:]), rows.dtype)
         each = _bytes_each(rows)
@@ -130,12 +134,12 @@ class Group:
         return found
 
     def numbers_from_each(self, for_each: np.ndarray) -> np.ndarray:
-        """A number for each process; what each has for this one."""
+        """Send a number to each process and return the numbers received, shape (processes,)."""
         with self._waiting():
             return np.array(self._comm.alltoall(for_each.tolist()))
 
     def agrees(self, seconds: float) -> bool:
-        """Return True if all processes come here within this time [s]."""
+        """Return True if all processes reach this call within this time [s]."""
         if self.size == 1:
             return True
         end, request = time.monotonic() + seconds, self._comm.Ibarrier()
@@ -146,11 +150,12 @@ class Group:
         return True
 
     def wait(self) -> None:
-        """Wait for all processes, without work for this one meanwhile."""
+        """Wait until all processes reach this call, without using a CPU."""
         self.agrees(inf)
 
     def agree_on(self, error: BaseException) -> None:
-        """Agree that all processes raise an error, before any reports it; an error raised by one process ends them all."""
+        """Check that all processes raise this error, before any of them reports it; if only one process raises it, abort
+        them all."""
         if self.size == 1 or error in self._agreed:
             return
         if not self.agrees(PATIENCE):
@@ -169,7 +174,7 @@ class Group:
         self._agreed.append(error)
 
     def end(self, error: BaseException) -> None:
-        """End this process with an error, once: wait for all if they raise it too, else end them all."""
+        """End this process with an error, once: wait for the others if they raise it too, otherwise abort them all."""
         if self.size == 1 or error in self._ended:
             return
         self._ended.append(error)
@@ -179,14 +184,14 @@ class Group:
             self.agree_on(error)
 
     def pass_on(self, messages: list[tuple[int, np.ndarray, bool]]) -> None:
-        """Send bytes to neighbours, or receive theirs: the process, the bytes, whether they go there."""
+        """Send bytes to neighbours, or receive bytes from them; messages: process, buffer, True to send."""
         begin = {True: self._comm.Isend, False: self._comm.Irecv}
         with self._waiting():
             self._mpi.Request.Waitall([begin[sends](buffer, process) for process, buffer, sends in messages])
 
 
 def _wait_until_read(stream: TextIO, seconds: float) -> None:
-    """Wait until a launcher has read all from the pipe that this stream is: an abort ends it with the rest unread."""
+    """Wait until the launcher has read all output from the pipe of this stream, since an abort would discard the rest."""
     try:
         import fcntl
         import termios
@@ -210,4 +215,4 @@ def _bytes_each(rows: np.ndarray) -> int:
 
 
 processes = Group()
-"""Those that share what this process does."""
+"""The group of processes of this simulation."""

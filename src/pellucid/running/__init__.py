@@ -1,1 +1,1 @@
-"""Runs: cases computed and their results written, gone on with, foretold, verified."""
+"""Runs: compute a case and write its results, resume a run, forecast its steps and run time, verify cases."""

@@ -1,4 +1,4 @@
-"""Running a case in a folder, and resuming a run from its folder."""
+"""Run a case in a folder, and resume a run from its folder."""
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 class _Size(NamedTuple):
     points: int
     tables: float
-    """Bytes of the shape functions of meshless solids."""
+    """Memory of the shape functions of meshless solids [bytes]."""
 
 
 LARGE = _Size(1_000_000, 256 * 2**20)
-"""The largest case that `validate` sets up: within a few seconds, once the kernels are compiled."""
+"""Largest case that `validate` sets up. The set-up takes a few seconds once the kernels are compiled."""
 NOT_SET_UP = (
     "set-up: not checked, because a case of this size takes long to set up; `pellucid run` checks it before the first step"
 )
@@ -52,13 +52,15 @@ def run_case(
     report: bool = True,
     foretell: bool = False,
 ) -> Run:
-    """Run a case from the start and leave everything in `out`; without it in a folder that goes with the returned run.
+    """Run a case from the start and write all results to `out`, by default a temporary folder that is removed with the
+    returned run.
 
-    `until` [s] ends it with the first step that reaches this time, `report=False` leaves out figures and report, `foretell`
-    says before it begins how many steps it will take, `progress=True` shows on a terminal or in a
-    notebook how far it is. An earlier run in `out` is replaced. Raises `UsageError` for what is no case, for a folder with
-    other files in it or in use, `RunStopped` after a forensic dump, `Interrupted` after a checkpoint, `OutputError` for a full
-    disk.
+    `until` [s] ends the run after the first step that reaches this time. `report=False` omits figures and report.
+    `foretell` reports the expected number of steps before the run. `progress=True` shows the progress on a terminal or in a
+    notebook. An earlier run in `out` is replaced.
+
+    Raises `UsageError` if `case` is not a case, or if the folder contains other files or is in use; `RunStopped` after a
+    forensic dump; `Interrupted` after a checkpoint; `OutputError` if the disk is full.
     """
     from pellucid.case.spec import required
 
@@ -207,7 +209,7 @@ def _go_on(
 
 
 def _stored_case(folder: RunFolder, settings: Mapping[str, object]) -> "Case":
-    """The case of a run; one whose file was edited and is faulty, with the settings that may correct it."""
+    """Read the case of a run; if its file was edited and is invalid, apply the settings that may correct it."""
     try:
         return folder.read_case()
     except CaseError:
@@ -217,14 +219,15 @@ def _stored_case(folder: RunFolder, settings: Mapping[str, object]) -> "Case":
 
 
 def _last_checkpoint(folder: RunFolder, progress: Progress) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
-    """The newest that is whole; of several processes the first looks, and sets damaged ones aside."""
+    """Read the newest undamaged checkpoint, or None. With several processes, the first one searches first and sets damaged
+    files aside."""
     found = checkpoint.read_latest(folder.checkpoint, progress.message) if domain.group.is_first else None
     domain.group.told(None)
     return found if domain.group.is_first else checkpoint.read_latest(folder.checkpoint, lambda text: None)
 
 
 def _check_alike(case: "Case", out: Path | str | None, until: float | None) -> None:
-    """Raises UsageError where processes that were started together run different things."""
+    """Raise UsageError if processes that were started together run different cases."""
     from pellucid.case import dumps
 
     asked = [dumps(case), str(out), until]
@@ -249,9 +252,9 @@ def check_until(until: float | None, case: "Case") -> None:
 def _first_set_up(
     case: "Case", threads: int | None, progress: Progress, alone: bool = False
 ) -> Iterator[tuple[Any, Callable[[], float], dict[str, dict[str, np.ndarray]]]]:
-    """Set up a case for a run from its start: all that can refuse it before the first step.
+    """Set up a case for a run from the start, with all checks before the first step.
 
-    Yields the simulation, a function that returns the seconds of compilation so far, and the state of the earlier run.
+    Yields the simulation, a function that returns the compilation time so far [s], and the state of the earlier run.
     """
     start = read_start(case, progress.message)
     with _simulation(case, threads, progress, start, alone) as (simulation, compiling):
@@ -267,10 +270,10 @@ def _simulation(
     start: Mapping[str, Mapping[str, Any]] | None = None,
     alone: bool = False,
 ) -> Iterator[tuple[Any, Callable[[], float]]]:
-    """Build the simulation of a case, whose bodies may continue from an earlier run; report which kernels are compiled.
+    """Build the simulation of a case, whose bodies may continue from an earlier run, and report which kernels are compiled.
 
-    Yields the simulation and a function that returns the seconds of compilation so far. `alone`: no other process compiles
-    kernels of the steps ahead.
+    Yields the simulation and a function that returns the compilation time so far [s]. `alone`: True if no other process
+    compiles kernels of later steps in advance.
     """
     set_threads(threads)  # before numba is imported: more threads than cores can only be had then
     from pellucid.case import check_memory
@@ -303,7 +306,7 @@ def _why_not_resumed(folder: RunFolder, error: CaseError) -> str:
 
 
 def _same_inputs(case: "Case", before: Mapping[str, str]) -> None:
-    """Raises UsageError where a file that the case reads is not the one that the run began with."""
+    """Raise UsageError if an input file of the case has changed since the start of the run."""
     from pellucid.case.inputs import digests
 
     now = digests(case)
@@ -322,7 +325,7 @@ def seen(progress: Progress | bool | None) -> Progress:
 
 
 def _take_part(simulation: Any, recorder: Recorder, until: float | None, foretell: bool) -> Run:
-    """Share a simulation with the process that writes its results, and wait until these are there."""
+    """Compute this process's share of a simulation, and wait until the first process has written the results."""
     if foretell:
         foretold(simulation, until, WarningsOnly())
     simulation.run(recorder, until=until)

@@ -1,4 +1,4 @@
-"""A loop of one's own over the steps of a simulation that leaves a run in a folder."""
+"""User-defined loop over the steps of a simulation, with output to a folder."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 def recorded(
     simulation: "Simulation", out: Path | str, until: float | None = None, progress: Progress | bool | None = None
 ) -> Iterator["Simulation"]:
-    """Step a simulation to the end of its case or `until` [s], with history, frames, checkpoints and summary in `out`.
+    """Step a simulation to the end of its case or to `until` [s], and write history, frames, checkpoints and summary to
+    `out`.
 
-    Gives the simulation itself after each step. `pellucid.Run(out)` reads what is there; after a loop that was left before
-    the end, `pellucid.resume(out)` goes on from there. Raises as `pellucid.run` does.
+    Yields the simulation after each step. `pellucid.Run(out)` reads the results. If the loop ended early,
+    `pellucid.resume(out)` continues the run. Raises the errors of `pellucid.run`.
     """
     case, folder = simulation.case, RunFolder(out)
     check_until(until, case)

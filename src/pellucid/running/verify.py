@@ -1,4 +1,4 @@
-"""Verification: run cases and set what they find against their references."""
+"""Verification: run cases and compare their metrics with references."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from pellucid.running.launch import run_case
 
 
 class Row(NamedTuple):
-    """A line of the table that `pellucid verify` shows."""
+    """Row of the table that `pellucid verify` shows."""
 
     case: str
     name: str
@@ -26,10 +26,10 @@ def verify(
     threads: int | None = None,
     progress: "Progress | None" = None,
 ) -> list[Row]:
-    """Run cases of the gallery, all by default, or of files, in their quick variants or in full, and return every metric.
+    """Run gallery cases (default: all) or case files, in the quick or full variant, and return every metric.
 
-    With `out` each case leaves its results in `out/<group>/<case>`, that of a file in `out/<its name>`. A run that stops
-    itself is a row that has not passed. Raises `CaseError` for what is no case, `UsageError` for one without a check.
+    With `out`, results are written to `out/<group>/<case>`, or to `out/<file name>` for a case file. A run that stops
+    itself gives a row that has not passed. Raises `CaseError` for an invalid case, `UsageError` for a case without a check.
     """
     from pellucid import catalogue
     from pellucid.case import load

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 def foretold(simulation: Any, until: float | None, progress: Progress) -> Progress:
-    """Report the forecast as a run begins or resumes. Returns the progress object for the run, which reports later what is
-    unknown now."""
+    """Report the forecast when a run begins or resumes. Returns the progress object for the run, which reports the run time
+    later if it is unknown now."""
     from pellucid.running.forecast.on_the_way import ToldOnTheWay
     from pellucid.running.forecast.steps import of_simulation
     from pellucid.running.forecast.words import WIDE, lines, pace_of
@@ -27,7 +27,7 @@ def foretold(simulation: Any, until: float | None, progress: Progress) -> Progre
 
 @contextmanager
 def pace_learned(simulation: Any, recorder: "Recorder") -> Iterator[None]:
-    """Remember how long the steps of the block took, however the block ends."""
+    """Context that stores the time per step of the block for later forecasts, also if the block ends with an error."""
     from numba import config
 
     from pellucid.running.forecast.pace import Paces

@@ -8,7 +8,8 @@ from pellucid.parts.step_limit import NO_LIMIT
 from pellucid.running.forecast.steps import limit_of_model
 
 WORTHWHILE = 5.0
-"""Ratio of the time steps from which the hint is given: a step with implicit viscosity costs two to four times as much."""
+"""Smallest ratio of the time steps at which the hint is given: a step with implicit viscosity costs two to four times as
+much."""
 
 
 def implicit_viscosity(case: "Case") -> str | None:

@@ -5,12 +5,13 @@ from time import monotonic
 from pellucid.progress import Pace, Progress, clock
 
 ENOUGH = 1.0
-"""Seconds of steps from which it is told."""
+"""Duration of the steps after which the run time is reported [s]."""
 RUNNING = "running"
 
 
 class ToldOnTheWay(Progress):
-    """A progress that tells how long the run takes once its pace is known, and hands all else on to another progress."""
+    """A progress that reports the run time once the time per step is known, and forwards everything else to another
+    progress."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress, self._pace = progress, Pace()

@@ -19,22 +19,22 @@ from pellucid.compilation.kernel_key import kernel_key
 from pellucid.jit import cache_folder
 
 FEWEST_STEPS, LEAST_SECONDS = 20, 0.2
-"""Of a run that teaches something."""
+"""Smallest number of steps and smallest duration [s] of a run whose time per step is stored."""
 KEPT = 12
-"""Runs of the same kernels that are remembered, the last ones."""
+"""Number of runs with the same kernels that are stored; the latest are kept."""
 SAME = 1.02
-"""Times as large: a case that is taken for one of the same size. Of these the last three runs count."""
+"""Largest ratio of the sizes of two cases that count as equal. The median of the last three such runs is used."""
 
 
 class Pace(NamedTuple):
-    """The time of a step lies between these [s]: they are equal where it is known."""
+    """Bounds of the time per step [s]; they are equal if it is known."""
 
     least: float
     most: float
 
 
 class Sample(NamedTuple):
-    """The size of a case [bytes], and what a step of a run took [s]."""
+    """Size of a case [bytes] and time per step of its run [s]."""
 
     size: float
     seconds: float
@@ -47,7 +47,7 @@ class Paces:
         self.folder = folder or cache_folder().parent / "paces"
 
     def learn(self, case: "Case", steps: int, seconds: float) -> None:
-        """Remember a run. Silent where the folder cannot be written."""
+        """Store the time per step of a run; do nothing if the folder cannot be written."""
         if steps < FEWEST_STEPS or seconds < LEAST_SECONDS:
             return
         file = self._file(case)
@@ -85,7 +85,7 @@ class Paces:
 
     @staticmethod
     def _read(file: Path) -> list[Sample]:
-        """The samples in a file; none where the file is missing or damaged."""
+        """Return the samples in a file; an empty list if the file is missing or damaged."""
         with suppress(OSError, ValueError, TypeError):
             found = [Sample(float(size), float(seconds)) for size, seconds in json.loads(file.read_text(encoding="utf-8"))]
             if all(sample.size > 0.0 and sample.seconds > 0.0 for sample in found):
@@ -94,5 +94,5 @@ class Paces:
 
 
 def size_of(case: "Case") -> float:
-    """The memory of bodies and grid [bytes], with which what a step has to do goes."""
+    """Return the memory of bodies and grid [bytes], as a measure of the cost of a step."""
     return memory_estimate(case) - PROGRAM_BYTES

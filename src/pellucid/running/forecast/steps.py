@@ -14,19 +14,19 @@ from pellucid.parts.step_limit import NO_LIMIT, StepLimit, fall_through_cells, m
 
 
 class Foretold(NamedTuple):
-    """The steps ahead, if their length stays what it is now."""
+    """Forecast of the remaining steps, if the time step remains as it is now."""
 
     step: float
-    """[s]; not a number where nobody knows."""
+    """Time step [s]; nan if unknown."""
     number: float
-    """Of steps until the end; not a number where nobody knows."""
+    """Number of steps until the end; nan if unknown."""
     why: str
     """The limit of the step, as a clause, or the reason why it is unknown."""
 
 
 UNKNOWN = float("nan")
 Limits = dict[tuple[str, str], StepLimit | None]
-"""What bounds the step, by the name of the body and what there is of it."""
+"""Step limits by the name of the body and an additional key (a motion or contact); None if a limit is unknown."""
 
 
 def of_case(case: "Case") -> Foretold:
@@ -53,7 +53,7 @@ def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
 
 
 def limit_of_model(case: "Case") -> StepLimit:
-    """The tightest limit of the step at the start of a case, of those that are known before it is set up."""
+    """Return the smallest step limit at the start of a case, of the limits that are known before set-up."""
     return _tightest(_limits(case))[0]
 
 
@@ -101,7 +101,7 @@ def _steady(case: "Case") -> Foretold:
 
 
 def _limits(case: "Case") -> Limits:
-    """The limits of the step at the start of a case."""
+    """Return the step limits at the start of a case."""
     parts = parts_of(case)
     cell = case.grid.cell if case.grid_or_none is not None else None
     driven = {body.name for body in case.body if is_driven(body.name, parts)}
@@ -125,7 +125,7 @@ def _limits(case: "Case") -> Limits:
 
 
 def _beside(own: StepLimit, condition: Condition, swing: float) -> StepLimit:
-    """A limit of a body that swings at a rate [1/s] on a condition besides."""
+    """Return the step limit of a body that also oscillates on a condition at the rate `swing` [1/s]."""
     step = 1.0 / hypot(1.0 / own.step, swing) if swing > 0.0 else own.step
     if swing * own.step <= 1.0:
         return own._replace(step=step)
@@ -133,13 +133,16 @@ def _beside(own: StepLimit, condition: Condition, swing: float) -> StepLimit:
 
 
 def _top_speed(motion: Motion) -> float:
-    """The largest speed of a motion [m/s]."""
+    """Return an upper bound of the speed of a motion [m/s]."""
     signals = (getattr(motion.displacement, axis) for axis in ("x", "y", "z"))
     return sqrt(sum(signal.top_speed() ** 2 for signal in signals if signal is not None))
 
 
 def _contacts_of_hard_bodies(case: "Case", driven: set[str], cell: float, pull: float) -> Iterator[tuple[str, StepLimit]]:
-    """Bodies that do not deform swing on each other and on walls so that steps can follow, whatever `time.courant` is."""
+    """Yield the step limits of rigid and fully driven bodies in contact, by the name of the body.
+
+    Their oscillation on other bodies and walls must be resolved, independently of `time.courant`.
+    """
     hard = (body for body in case.body if body.is_rigid or body.name in driven)
     speeds = {body.name: body.fastest_at_start(body.places_between_bounds()) for body in hard}
     rigid = [body for body in case.body if body.is_rigid]

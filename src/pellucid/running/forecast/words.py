@@ -1,4 +1,4 @@
-"""Words of the forecast in `validate` and in the first lines of a run."""
+"""Text of the forecast in `validate` and in the first lines of a run."""
 
 from contextlib import suppress
 from math import isnan, sqrt
@@ -12,30 +12,32 @@ from pellucid.running.forecast.pace import Pace, Paces
 from pellucid.running.forecast.steps import Foretold, of_case, of_simulation
 
 WIDE = 2.0
-"""Times as long as the least: up to then the mean is told, by their ratio."""
+"""Largest ratio of the bounds of the run time at which only their geometric mean is reported."""
 
 
 def foretell_case(case: "Case") -> list[str]:
-    """Return lines with step limit, number of steps and run time of a case. Raises CaseError as its set-up does."""
+    """Return lines with the step limit, number of steps and run time of a case. Raises CaseError as the set-up of the case
+    does."""
     return lines(case, of_case(case), pace_of(case))
 
 
 def foretell_simulation(simulation: Any) -> list[str]:
-    """Return the same lines for a case that is set up."""
+    """Return lines with the step limit, number of steps and run time of a simulation."""
     return lines(simulation.case, of_simulation(simulation), pace_of(simulation.case))
 
 
 def pace_of(case: "Case") -> Pace | None:
-    """The time of a step on this machine, if earlier runs tell it; None where no folder holds what they took."""
+    """Return the time per step of a case on this machine, from earlier runs; None without such runs, or without a folder
+    for them."""
     with suppress(UsageError):
         return Paces().seconds_of_a_step(case)
     return None
 
 
 def lines(case: "Case", foretold: Foretold, each: Pace | None) -> list[str]:
-    """Return a line on the steps and one on the run time, and a hint where the steps could be much longer.
+    """Return a line on the steps and one on the run time, and a hint if the steps could be much longer.
 
-    each: the time of a step, as far as earlier runs show it.
+    each: time per step from earlier runs, or None.
     """
     hint = implicit_viscosity(case)
     return [*_two_lines(case, foretold, each), *([] if hint is None else [hint])]
