@@ -1,4 +1,4 @@
-"""Absorbing faces: viscous damping stresses, by which waves leave.
+"""Absorbing faces of the grid: viscous damping stresses at a face, through which waves leave.
 
 Source: Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. 95, 859.
 """
@@ -26,7 +26,8 @@ SAMPLES = 4000  # of the integral of a boundary function, which is piecewise qua
 
 
 class Absorbing(Condition):
-    """Faces of the grid with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves along the normal leave."""
+    """Absorbing faces of the grid, with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves along the normal leave without
+    reflection."""
 
     # what leaves through the faces, which the momentum equation of the nodes counts
     losses: ClassVar[Sequence[Channel]] = (ABSORBED_ENERGY,)
@@ -50,7 +51,7 @@ class Absorbing(Condition):
         return ()
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report bodies without waves at a face, and faces that are constrained or absorb twice."""
+        """Report bodies without waves at a face, and faces that are constrained or listed twice."""
         yield from parts.no_grid((*path, "where"), "faces belong to a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         body = parts.named(BodyModel, self.body)
@@ -70,10 +71,10 @@ class Absorbing(Condition):
 
 
 def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple[Face, float, float]]) -> np.ndarray:
-    """Rates at which faces take momentum from nodes [1/s], shape (nodes, 3).
+    """Return the rates at which faces remove momentum from nodes [1/s], shape (nodes, 3).
 
-    faces: each with the speeds of pressure and shear waves [m/s]. Only the functions of a face's own nodes do not vanish on
-    it, so that a node of mass m = ρ A ∫N loses ρ c A v, that is m v c/∫N, with the integral of N across the face.
+    faces: each with the speeds of pressure and shear waves [m/s]. Only the shape functions of nodes on a face are nonzero
+    on the face. A node of mass m = ρ A ∫N therefore loses ρ c A v = m v c/∫N, with the integral of N across the face.
     """
     from pellucid.grid.momentum import ExternalAction  # numba is heavy
 
@@ -94,7 +95,7 @@ def absorption_rates(grid: Grid, functions: GridFunctions, faces: Sequence[tuple
 
 
 def _integral(function: GridFunction, n: int) -> float:
-    """Integral of the function of a wall's node, in cells."""
+    """Return the integral of the shape function of a node on the face, along the normal, in cells."""
     reach = min(function.stencil, n)
     total = 0.0
     for sample in range(SAMPLES):

@@ -18,7 +18,7 @@ from pellucid.parts.step_limit import StepLimit, tightest
 
 
 class BodiesAndConditions(Protocol):
-    """The bodies and conditions of a case."""
+    """Interface of a case: its bodies, supports and conditions."""
 
     @property
     def body(self) -> Sequence[BodyModel]: ...
@@ -28,7 +28,8 @@ class BodiesAndConditions(Protocol):
 
 
 def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touching: bool = False) -> WorkLayout:
-    """The columns of works that the conditions of a case need, and those of other channels; touching: see `WorkLayout`."""
+    """Return the columns of works for the channels of a case's conditions and for other channels; touching: see
+    `WorkLayout`."""
     every = [condition for several in case.conditions().values() for condition in several]
     loads = [channel_of_load(name) for condition in every if (name := condition.load_channel()) is not None]
     stated = [channel for condition in every for channel in condition.channels()]
@@ -36,9 +37,10 @@ def layout_of(case: BodiesAndConditions, others: Iterable[Channel] = (), touchin
 
 
 class ActiveConditions:
-    """The conditions of a case, for bodies that are built.
+    """The active conditions of a case, with its built bodies.
 
-    bodies: by name, each with the velocity field that it is in; fields: all of these. actions: what acts on the nodes of each.
+    bodies: by name, each with its velocity field (None without a grid); fields: all velocity fields. actions: the actions
+    on the nodes of each field.
     """
 
     def __init__(
@@ -63,7 +65,7 @@ class ActiveConditions:
         for condition in self._active:
             condition.try_out()
         self.give_impulses = any(type(condition).act_on_nodes is not ActiveCondition.act_on_nodes for condition in self._active)
-        """Whether any gives impulses to the nodes."""
+        """True if any condition applies impulses to the nodes."""
 
     def begin(self, time: float, dt: float) -> None:
         """Set the actions of the step that begins at `time` [s]."""
@@ -78,7 +80,7 @@ class ActiveConditions:
             condition.act_on_nodes(dt)
 
     def end(self, dt: float) -> None:
-        """The bodies have done the step dt [s]."""
+        """Update the conditions after the bodies have completed the step dt [s]."""
         for condition in self._active:
             condition.end(dt)
 
@@ -88,11 +90,12 @@ class ActiveConditions:
             yield from condition.enter(n_steps, time)
 
     def impulses(self) -> dict[str, np.ndarray]:
-        """Over the step [N s], shape (3,), by name, of those that nodes and bodies count without one."""
+        """Return the impulses over the step that nodes and bodies count without a name [N s], shape (3,), by name of the
+        probed force."""
         return {name: impulse for condition in self._active for name, impulse in condition.impulses().items()}
 
     def step_limit(self) -> StepLimit:
-        """The tightest bound on the step that is more a condition's than a body's."""
+        """Return the smallest step limit due to conditions rather than bodies."""
         return tightest(condition.step_limit() for condition in self._active)
 
     def warnings(self) -> list[str | None]:
@@ -117,6 +120,6 @@ class ActiveConditions:
             condition.restore(own)
 
     def works(self) -> list[StepWork]:
-        """Work and impulses of the conditions over the step, but for those that nodes and bodies count."""
+        """Return work and impulses of the conditions over the step, except those that nodes and bodies count."""
         works = (condition.work() for condition in self._active)
         return [work for work in works if work is not None]

@@ -11,7 +11,7 @@ from pellucid.smooth_step import risen
 
 
 class Amplitude(Model):
-    """The share of a load that acts, as a function of time: straight lines between instants, constant before and behind."""
+    """Fraction of a load as a function of time: piecewise linear, constant before the first and after the last time."""
 
     times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
     shares: tuple[float, ...] | None = parameter("", "fraction of the load at each time; may be negative or above 1", None)
@@ -30,7 +30,7 @@ class Amplitude(Model):
 
     @cached_property
     def _rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Instants [s] and shares; no arrays, which models are not compared by."""
+        """Times [s] and fractions, as tuples, since arrays prevent the comparison of models."""
         if self.path is not None:
             times, shares = read_rows(self.path, "share of the load").T.tolist()
             return tuple(times), tuple(shares)
@@ -38,16 +38,16 @@ class Amplitude(Model):
 
     @property
     def largest(self) -> float:
-        """The largest size of the share at any time."""
+        """Largest absolute value of the fraction."""
         return max(abs(share) for share in self._rows[1])
 
     @property
     def smallest(self) -> float:
-        """The smallest share at any time, below zero where it acts the other way."""
+        """Smallest value of the fraction; negative if the load reverses."""
         return min(self._rows[1])
 
     def at(self, time: float) -> float:
-        """The share at a time [s]."""
+        """Return the fraction at a time [s]."""
         times, shares = self._rows
         return float(np.interp(time, times, shares))
 
@@ -56,7 +56,7 @@ class ChangesInTime(Model):
     """Change of a load or pressure in time: a smooth rise, or an amplitude."""
 
     declared_anew: ClassVar[frozenset[str]] = frozenset()
-    """Keys that a kind declares itself: what they do is its own."""
+    """Keys that a kind of load declares itself, with its own meaning."""
 
     rise: float = parameter("s", "duration of a smooth rise from zero", 0.0, ge=0)
     amplitude: Amplitude | None = parameter("", "alternative to `rise`: the fraction that acts, as a function of time", None)
@@ -73,6 +73,6 @@ class ChangesInTime(Model):
         return 0.0 if "rise" in own else self.rise, None if "amplitude" in own else self.amplitude
 
     def share(self, time: float) -> float:
-        """The share that acts at a time [s]."""
+        """Return the fraction of the load that acts at a time [s]."""
         rise, amplitude = self._change()
         return risen(time, rise) if amplitude is None else amplitude.at(time)

@@ -1,4 +1,4 @@
-"""Nodes constrained by supports: those of the grid, and those of bodies with their own."""
+"""Constraint of nodes by supports, for nodes of the grid and for nodes of bodies."""
 
 from collections.abc import Collection, Sequence
 from math import inf
@@ -29,7 +29,7 @@ REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
 
 
 class Released(ActiveCondition):
-    """Supports that let the nodes of grids and bodies go at a time."""
+    """Supports that release the nodes of grids and bodies at a given time."""
 
     def __init__(
         self, supports: "Sequence[Support]", actions: Sequence[NodalActions], bodies: Sequence[ReleasesSupports]
@@ -38,7 +38,8 @@ class Released(ActiveCondition):
         self._gone: set[int] = set()
 
     def begin(self, time: float, dt: float) -> None:
-        """Release the nodes. While the time of the loads stands still, e.g. during settling, they stay constrained."""
+        """Release the nodes of supports whose end time has passed. Nodes stay constrained while the load time does not
+        advance, e.g. during settling."""
         untils = [(number, support.until) for number, support in enumerate(self._supports)]
         gone = {n for n, until in untils if until is not None and (time > until or (time == until and dt > 0.0))}
         if gone != self._gone:
@@ -49,7 +50,7 @@ class Released(ActiveCondition):
                 body.let_go(gone)
 
     def _constrain_again(self, grid: Grid, held: np.ndarray) -> None:
-        """Mark the nodes of a grid by the supports that are left; what walls have let go, they do not hold by that."""
+        """Mark the nodes of a grid for the remaining supports; nodes that an opening wall has released stay free."""
         constrained = grid.nodes.constrained
         let_go = (held > 0) & (constrained[: len(held)] == 0)
         held[:] = constrain_nodes(grid, self._supports, range(len(self._supports)), self._gone).walls.held
@@ -84,8 +85,8 @@ def constrain_all(supports: "Sequence[Support]", assembly: Assembly) -> Sequence
 
 
 def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid: GridCase) -> np.ndarray:
-    """Return the numbers, counted from 1, of the supports at rest that hold points in all directions within their regions, and
-    0 for other points, shape (n,), by the numbers of the points."""
+    """Return for each point the number, counted from 1, of the support at rest that holds it in all directions within its
+    region, 0 if there is none, shape (n,), in the order of the point numbers."""
     of, rows = member.selectable(), np.zeros(member.body.n_points, np.int64)
     stored = rows.copy()
     for row, support in enumerate(supports):
@@ -98,7 +99,7 @@ def _find_held_points(member: AssembledBody, supports: "Sequence[Support]", grid
 
 
 def _open_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[OpenWalls]:
-    """The walls that open, for each velocity field that moves points."""
+    """Return the opening walls of each velocity field that contains points."""
     faces = [face for support in supports if support.lets_go() and (face := support.face()) is not None]
     found = []
     for actions in assembly.actions if faces else []:
@@ -116,10 +117,11 @@ def constrain_nodes(
     gone: Collection[int] = (),
     numbers: Sequence[int] = (),
 ) -> Supports:
-    """Mark the constrained directions of nodes; the last row is of thin axes. For the precedence of supports see `find_owners`.
+    """Mark the constrained directions of the grid nodes, and return the supports; their last row belongs to thin axes.
 
-    elsewhere: which supports, each on one face or none, constrain nodes of bodies, and may leave out those of the grid; gone:
-    those that constrain none any more; numbers: those of the supports of the case, where these list faces.
+    For the precedence of supports see `find_owners`. elsewhere: indices of supports (each on at most one face) that
+    constrain nodes of bodies and may contain no grid node; gone: indices of supports that have ended; numbers: indices of
+    the supports in the case, for messages. Raises CaseError for a support without nodes.
     """
     index, position = grid.where()
     of = Selectable(position, periods=grid.periods)
@@ -141,7 +143,8 @@ def constrain_nodes(
 
 
 def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> YieldingWalls:
-    """The walls among supports that rub or open, and the nodes that these hold, of all that are constrained."""
+    """Return the data of supports that are walls with friction or opening walls, and the nodes that they hold; constrained:
+    marks of all nodes."""
     ends = [support.face() for support in supports]
     inward = [0.0 if end is None else 1.0 - 2.0 * end[1] for end in ends]
     friction, opens = [support.wall_friction() for support in supports], [support.lets_go() for support in supports]
@@ -157,10 +160,11 @@ def _yielding(supports: "Sequence[Support]", constrained: np.ndarray) -> Yieldin
 
 
 def nodal_support(member: AssembledBody, support: "Support", number: int) -> NodalSupport:
-    """A support for a body with its own nodes; a face of the grid constrained along its normal is a wall to them.
-    It holds those that lie on it at the start, unless it lets them go.
+    """Return a support for a body with its own nodes. A face of the grid that is constrained along its normal acts as a
+    wall.
 
-    Raises CaseError where it names this body and a region with none of its nodes.
+    The support holds the nodes that are on the face at the start, unless it is an opening wall. Raises CaseError if the
+    support names this body and a region without nodes of the body.
     """
     region, of = support.region(), member.selectable()
     if region is not None and support.body == member.body.name:
@@ -176,7 +180,7 @@ def nodal_support(member: AssembledBody, support: "Support", number: int) -> Nod
 
 
 def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
-    """A support on one face or none, with the nodes that it constrains, shape (n,)."""
+    """Return a support on at most one face as a `NodalSupport`; nodes: mask of the constrained nodes, shape (n,)."""
     face, axes = support.face(), support.axes()
     wall = face if face is not None and axes[face[0]] else None
     until = inf if support.until is None else support.until
@@ -184,7 +188,7 @@ def on_those(support: "Support", nodes: np.ndarray) -> NodalSupport:
 
 
 def nodes_of(support: "Support", grid: GridCase | None, of: Selectable) -> np.ndarray:
-    """Nodes that a support constrains, of those of the grid or of a body, shape (n,)."""
+    """Return a mask of the nodes that a support constrains, shape (n,); of: nodes of the grid or of a body."""
     region, face, position = support.region(), support.face(), of.position
     thin = grid.thin() if grid else NO_AXES
     if region is not None:

@@ -1,4 +1,4 @@
-"""Contact between bodies, as the user describes it."""
+"""Data model of contact between bodies."""
 
 from collections.abc import Iterator
 
@@ -10,8 +10,8 @@ from pellucid.parts.part import Parts
 
 
 class Contact(Sliding):
-    """Contact of two bodies in different velocity fields, or of one body with itself. Pairs of fields not named by any
-    contact touch without friction; self-contact is computed only for bodies that a contact names alone."""
+    """Contact of two bodies in different velocity fields, or of one body with itself. The default for pairs of velocity
+    fields is frictionless contact; self-contact requires a contact with a single name."""
 
     between: tuple[str, ...] = parameter(
         "",
@@ -32,7 +32,7 @@ class Contact(Sliding):
         return len(self.between) == 1
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report unknown bodies, bodies that move together or cannot touch themselves, and contacts or names given twice."""
+        """Report unknown bodies, bodies in one velocity field, bodies without self-contact, and repeated contacts or names."""
         yield from parts.no_grid((*path, "between"), "contact needs a grid")
         for name in self.between:
             yield from parts.unknown(BodyModel, (*path, "between"), name)
@@ -51,7 +51,7 @@ class Contact(Sliding):
         yield from super().problems(path, parts)
 
     def _problems_of_one(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that cannot touch itself."""
+        """Report a body whose contact with itself cannot be computed."""
         body = parts.named(BodyModel, self.between[0])
         if body is None:
             return
@@ -67,6 +67,6 @@ class Contact(Sliding):
             yield Finding((*path, "name"), text, "remove `name`")
 
     def _fields(self, parts: Parts) -> set[str] | None:
-        """The velocity fields of its two bodies, where both are known."""
+        """Return the names of the velocity fields of the bodies, or None if a body is unknown."""
         bodies = [parts.named(BodyModel, name) for name in self.between]
         return None if None in bodies else {body.field for body in bodies if body is not None}

@@ -1,4 +1,4 @@
-"""Damping: what the keys `damping` and `damping_until` of a body stand for."""
+"""Damping of a body: the condition for the keys `damping` and `damping_until` of a body."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -14,7 +14,7 @@ from pellucid.parts.condition import Condition
 
 
 class Damping(Condition):
-    """A drag on a body in proportion to mass and velocity."""
+    """Drag on a body, proportional to mass and velocity."""
 
     losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # what it takes
 
@@ -27,14 +27,15 @@ class Damping(Condition):
         return [ActiveDamping(damping, assembly) for damping in conditions]
 
     def mean_rate(self, time: float, dt: float) -> float:
-        """Over a step dt [s] from `time` [s]; none where time stands still, as when bodies settle."""
+        """Return the mean damping rate over a step dt [s] from `time` [s]; 0 if the load time does not advance, as in
+        settling."""
         if dt == 0.0:
             return 0.0
         return self.rate if self.until is None else self.rate * min(max((self.until - time) / dt, 0.0), 1.0)
 
 
 class ActiveDamping(ActiveCondition):
-    """A drag on a body that is built."""
+    """Drag on a body in a run."""
 
     def __init__(self, damping: Damping, assembly: Assembly) -> None:
         self._damping, self._layout = damping, assembly.layout

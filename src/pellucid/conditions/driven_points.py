@@ -1,7 +1,8 @@
-"""Driven points: material points with prescribed velocity and position, and how they constrain the nodes.
+"""Driven points: material points with prescribed velocity and position, and their constraint of the nodes.
 
-The kernels take a body as the bundle of its `MappedPoints`, the bundle of a `DrivenPoints`, and that of
-the `DrivenNodes` of `pellucid.grid.actions`.
+The arguments of the kernels are the bundle of a body's `MappedPoints`, the bundle of a `DrivenPoints`, and the bundle of
+the `DrivenNodes` of `pellucid.grid.actions`. A *group* in this module is a sequence of points with the same nodes and the
+same motion.
 """
 
 from typing import Any, NamedTuple
@@ -28,7 +29,7 @@ SHARES = LARGEST_STENCIL**3 * LANES  # numbers of the vectors in which the nodes
 
 
 class DrivenPoints(NamedTuple):
-    """Points of a body that follow prescribed motions: motions, positions, and work and impulses."""
+    """Points of a body that follow prescribed motions: motions, positions, work and impulses."""
 
     driven: np.ndarray  # (n,) the number of the point's motion plus one, 0 where it is free
     start: np.ndarray  # (n, 3) first position [m]
@@ -40,7 +41,7 @@ class DrivenPoints(NamedTuple):
 
 @pointwise
 def _run_end(first_node, motion, q, n):
-    """The end of the run of points with the same nodes and the same motion that begins at point q of n points."""
+    """Return the end of the group of points with the same nodes and the same motion that starts at point q, for n points."""
     end, node, number = q + 1, first_node[q], motion[q]
     while end < n and first_node[end] == node and motion[end] == number:
         end += 1
@@ -49,9 +50,10 @@ def _run_end(first_node, motion, q, n):
 
 @pointwise
 def _add_run(functions, found, first_node, index, mass, start, q, end, m, shares):
-    """Add the masses of the points q to `end` of a run to what their nodes share of it; the nodes as a stencil.
+    """Add the masses of the points from q to `end` of a group to the shares of its nodes, and return the stencil of the
+    nodes.
 
-    m: a column for masses, zero where a vector reaches beyond the run.
+    m: column for the masses, zero where a vector extends beyond the group.
     """
     for r in range(q, end):
         m[uintp(r)] = mass[place_of(index, start + r)]
@@ -65,22 +67,22 @@ def _add_run(functions, found, first_node, index, mass, start, q, end, m, shares
 
 @pointwise
 def _take_share(shares, number):
-    """The share of a node of a run, which is zero from then on."""
+    """Return a node's share of the mass of a group, and reset it to zero."""
     share = total(load(shares, number * LANES))
     store(shares, number * LANES, splat(0.0))
     return share
 
 
 class Constrain(NamedTuple):
-    """A run gives its nodes mass and prescribed momentum."""
+    """Pass that adds the mass and the prescribed momentum of groups of points to their nodes."""
 
 
 class Prescribe(NamedTuple):
-    """Pass that sets a run of points to their prescribed velocity and sums the work and impulses."""
+    """Pass that sets the prescribed velocities of groups of points, and sums their work and impulses."""
 
 
 class Run(NamedTuple):
-    """Points of a block with the same nodes and the same motion."""
+    """Group of points of a block with the same nodes and the same motion."""
 
     first: int
     end: int
@@ -90,8 +92,8 @@ class Run(NamedTuple):
 
 @generic
 def at_run(task: Any, s: int, mapped: Any, drive: Any, nodes: Any, start: int, run: Any, m: Any, shares: Any) -> None:
-    """Do this for a run in the block of slab s that begins at point `start`; m: masses of its points; shares: of the run's mass
-    those of its nodes."""
+    """Apply a pass (`task`) to a group of points in the block of slab s that starts at point `start`; m: masses of the
+    points; shares: shares of the nodes in the mass of the group."""
 
 
 @point_function(at_run, Constrain)
@@ -130,8 +132,8 @@ def _prescribe_velocities(task, s, mapped, drive, nodes, start, run, m, shares):
 
 @pointwise
 def _impulse_on_nodes(about, lattice, nodal_impulse, shares):
-    """Return the impulse on a run of points, from the impulses per unit mass of its nodes and their shares of its mass,
-    which are reset to zero."""
+    """Return the impulse on a group of points, from the impulses per unit mass of its nodes and their shares of its mass;
+    the shares are reset to zero."""
     x = y = z = 0.0
     number = 0
     for a in range(len(about.wx)):
@@ -174,14 +176,14 @@ def _constrain_nodes_of(n, mapped, drive, nodes):
 
 
 def constrain_nodes(n: int, mapped: Bundle, drive: Bundle, nodes: Bundle) -> None:
-    """Mass and prescribed momentum of the driven points of n slabs to the nodes."""
+    """Add the mass and prescribed momentum of the driven points of n slabs to the nodes."""
     joint_region.give_at_once(lambda: _constrain_nodes_of(n, mapped, drive, nodes), lambda: [nodes.mass, nodes.momentum])
 
 
 @kernel()
 def prescribe_velocities(n, mapped, drive, nodes):
-    """Prescribed velocities of the driven points; impulses and energies that this takes, those on the nodes included, are added
-    to `taken`."""
+    """Set the prescribed velocities of the driven points, and add the work, losses and impulses to `taken`, including those
+    on the nodes."""
     joint_by_colour(_slab, n, mapped.slabs.across, mapped, drive, nodes, Prescribe())
 
 
@@ -197,7 +199,7 @@ def _prescribed(rule, mapped, p, dt):
 
 
 class To(NamedTuple):
-    """Points move to places."""
+    """Displacement rule that moves points to given positions."""
 
     target: np.ndarray  # (n, 3) [m]
 

@@ -1,4 +1,4 @@
-"""Loads on surfaces that evaluate these themselves, at the instants that they need within a step."""
+"""Loads on surfaces that evaluate them at several times within a step."""
 
 from collections.abc import Callable
 
@@ -10,10 +10,10 @@ from pellucid.parts.capabilities import TakesTractions
 from pellucid.parts.surface_load import SurfacePoints
 
 TractionInTime = Callable[[SurfacePoints, float], np.ndarray]
-"""Force on unit of present area [Pa], shape (..., 3), at points and a time [s]."""
+"""Function of surface points and time [s] that returns the force per unit current area [Pa], shape (..., 3)."""
 
 
 def surface_load(traction: TractionInTime, body: str, channel: str, assembly: Assembly, label: str) -> ActiveCondition:
-    """A load on the surface of a body that is built; channel: of its work; label: what users know it by."""
+    """Return an active load on the surface of a body; channel: channel of its work; label: name of the load for users."""
     film, column = assembly.bodies[body].offers(TakesTractions), assembly.load_column(body, channel)
     return AtEachStep(lambda time: film.add_traction(lambda points, after: traction(points, time + after), column, label))

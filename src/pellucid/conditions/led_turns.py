@@ -1,4 +1,4 @@
-"""Prescribed rotations of rigid bodies, as the user describes them, and what a motion of a rigid body cannot be."""
+"""Data model of prescribed rotations of rigid bodies, and checks of motions of rigid bodies."""
 
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 class Rotations(Model):
-    """Prescribed rotations about axes of fixed directions through the centre of mass; what is left out is free."""
+    """Prescribed rotations about axes with fixed directions through the centre of mass; rotations that are not given are
+    free."""
 
     x: Turn | None = parameter("", "about x", None)
     y: Turn | None = parameter("", "about y", None)
@@ -28,12 +29,12 @@ class Rotations(Model):
         return {axis: turn for axis, turn in found.items() if turn is not None}
 
     def axes(self) -> set[str]:
-        """The names of their axes."""
+        """Return the names of the axes with prescribed rotations."""
         return set(self.turns())
 
 
 def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, others: "Iterable[Motion]") -> Iterator[Finding]:
-    """Report faults of a motion that prescribes a rigid body or a rotation; others: the motions before it."""
+    """Report problems of a motion that prescribes a rigid body or a rotation; others: the motions listed before it."""
     about = "rotation" if motion.rotation.axes() else "hold_rotation"
     if not body.is_rigid:
         text = f"body {body.name} is not rigid: its points can only follow displacements"
@@ -48,7 +49,7 @@ def turn_problems(motion: "Motion", body: BodyModel, path: Path, parts: Parts, o
 
 
 def plane_turn_problems(axes: set[str], path: Path, parts: Parts) -> Iterator[Finding]:
-    """Rotations about axes about which nothing can turn in the plane or along a line."""
+    """Report rotations about axes about which bodies cannot rotate in plane or one-dimensional problems."""
     thin = {axis for axis, counts in zip(AXES, parts.active_axes, strict=True) if not counts}
     if strange := sorted(axis for axis in axes if thin - {axis}):
         along = listed(sorted(thin))

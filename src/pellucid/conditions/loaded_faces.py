@@ -1,4 +1,4 @@
-"""Faces of a body on which tractions and pressures act, and the forces at its nodes or points."""
+"""Faces of a body on which tractions and pressures act, and the resulting forces on its nodes or points."""
 
 from collections.abc import Iterator, Sequence
 
@@ -16,19 +16,20 @@ from pellucid.parts.part import Parts
 
 
 class LoadedFaces:
-    """The faces of a body in a region, triangles or quadrilaterals cut in two, chosen at the start, or anew in each step by
-    their centres.
+    """Faces of a body in a region: triangles, or quadrilaterals split in two. They are selected at the start, or in each
+    step by their centres.
 
-    A force t on unit area of the reference goes to the nodes as ∫ p_a t dA, with the means of the shape functions p_a over each
-    face. A pressure takes the vector areas a_f of the deformed faces, between the present places of their corners: node a has
-    -p Σ_f a_f ∫_f p_a dA / A_f. So the resultant is exact; the moment is where the deformation is affine, else it errs with the
-    mesh.
+    A force t per unit reference area gives the nodal forces ∫ p_a t dA, with the mean of the shape functions p_a over each
+    face. A pressure p acts on the vector areas a_f of the deformed faces, computed from the current positions of the
+    corners: the force on node a is -p Σ_f a_f ∫_f p_a dA / A_f. The resultant is exact. The moment is exact for affine
+    deformations; otherwise its error depends on the mesh.
     """
 
     def __init__(
         self, member: AssembledBody, where: Where, path: Path, by_centre: bool = False, each_step: bool = False
     ) -> None:
-        """by_centre: see `Region.faces`. Raises CaseError, with the path of the region, where no face is in it at the start."""
+        """by_centre: see `Region.faces`; each_step: select the faces in each step. Raises CaseError, with the path of the
+        region, if it contains no face at the start."""
         self.body, start = member.body, member.selectable_by_number()
         refuse(faults(where, start, path, self.body.name, member.active_axes, True, by_centre))
         self._now = (where, start, member.active_axes) if each_step else None
@@ -36,23 +37,24 @@ class LoadedFaces:
         self._start = start.position.copy()
         self._shares: FaceShares | None = None
         self.is_left = False
-        """True if no face was in a region from which they are chosen anew."""
+        """True if faces are selected in each step and the region contains none."""
 
     def shares(self) -> FaceShares:
-        """Return the shares by which loads on the faces are distributed to nodes; known when all conditions are."""
+        """Return the weights that distribute loads on the faces to nodes; they are known when all conditions are."""
         if self._shares is None:
             body = self.body
             self._shares = body.face_shares(self.faces) if isinstance(body, HasMesh) else FaceShares.linear(self.faces)
         return self._shares
 
     def traction(self, traction: np.ndarray) -> np.ndarray:
-        """Forces [N], shape (n, 3), in the order in which the points are stored, of a force on unit area of the reference [Pa],
-        shape (3,), on faces that were chosen at the start."""
+        """Return the forces [N], shape (n, 3), in storage order, of a traction per unit reference area [Pa], shape (3,), on
+        faces that were selected at the start."""
         areas = np.linalg.norm(vector_areas(self._start, self.faces), axis=1)
         return self._stored(self.shares(), areas[:, None] * traction)
 
     def pressure(self, pressure: float) -> np.ndarray:
-        """Forces [N], in this order, of a pressure [Pa] against the outward normals as they are now; none on failed points."""
+        """Return the forces [N], shape (n, 3), in storage order, of a pressure [Pa] against the current outward normals; 0
+        on failed points."""
         places, faces, shares = self.body.places(), self.faces, self.shares()
         if self._now is not None:
             where, start, active = self._now
@@ -62,7 +64,7 @@ class LoadedFaces:
         return self._stored(shares, -pressure * vector_areas(places, faces), failed_points(self.body))
 
     def _stored(self, shares: FaceShares, on_faces: np.ndarray, without: Sequence[int] | np.ndarray = ()) -> np.ndarray:
-        """without: numbers of points on which nothing acts."""
+        """Return nodal forces in storage order; without: numbers of points on which no force acts."""
         forces = shares.at_nodes(on_faces, self.body.n_points)
         if len(without):
             forces[without] = 0.0
@@ -85,6 +87,6 @@ def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: 
 
 
 def in_plane_problem(path: Path, name: str) -> Finding:
-    """The finding that the faces of a membrane have no depth of their own."""
+    """Return the finding that faces of a membrane in a plane problem cannot be selected."""
     text = f"body {name} is a membrane in a plane problem: its faces extend through the slice and cannot be selected"
     return Finding(path, text, "use a grid that is more than one cell thick along every axis")

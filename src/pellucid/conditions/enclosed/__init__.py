@@ -1,1 +1,1 @@
-"""Contents of membranes: enclosed volume, gas or liquid given by mass, prescribed volumes."""
+"""Contents of membranes: enclosed volume, gas or liquid given by mass, and prescribed volumes."""

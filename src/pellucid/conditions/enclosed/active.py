@@ -19,11 +19,12 @@ if TYPE_CHECKING:
 
 
 class ActiveEnclosed(ActiveCondition):
-    """A gas or liquid whose membrane is built.
+    """A gas or liquid in a membrane, in a run.
 
-    Its pressure pushes from where the membrane is at the start of a step, p ∂V/∂x, while its energy follows the volume to the
-    end: as with strains and stresses, forces are the gradients of an energy, which the method keeps to its order. What flows
-    in and out changes mass and energy at the volumes of the start and the end, by halves.
+    The pressure acts with the geometry at the start of a step, p ∂V/∂x. The energy of the contents follows the volume to
+    the end of the step. As for strains and stresses, forces are gradients of an energy, which is conserved to the order of
+    the method. Flows into and out of the membrane change mass and energy half at the volume of the start and half at the
+    volume of the end.
     """
 
     def __init__(self, enclosed: "Enclosed", assembly: Assembly) -> None:
@@ -39,16 +40,16 @@ class ActiveEnclosed(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Compute the oscillation rate, which also limits the first step."""
+        """Compute the oscillation rate of the membrane on its contents, which also limits the first step."""
         self._count_power(self._space.growth(self._now))
         self._bound()
 
     def at_stake(self) -> float:
-        """Return an energy above the round-off of the enclosed energy and of its work at rest [J]."""
+        """Return an upper bound of the rounding errors of the enclosed energy and of its work at rest [J]."""
         return ROUNDING_SHARE * (abs(self.contents.energy) + abs(self._model.outside) * self._now.volume)
 
     def _check(self, now: Enclosure) -> None:
-        """Raise RunStopped where there is no volume."""
+        """Raise RunStopped if the enclosed volume is not positive, or if a membrane inside has failed."""
         if not now.volume > 0.0:
             what = f"the membrane {self._model.body} of `{self._model.name}` encloses {now.volume:.3g} m3"
             text = "it is turned inside out, or bodies inside fill it: check the loads and contacts there"
@@ -62,7 +63,7 @@ class ActiveEnclosed(ActiveCondition):
 
     @property
     def _gauge(self) -> float:
-        """The pressure beyond that outside [Pa]."""
+        """Gauge pressure: pressure minus outside pressure [Pa]."""
         return self.contents.pressure(self._now.volume) - self._model.outside
 
     def begin(self, time: float, dt: float) -> None:
@@ -70,8 +71,11 @@ class ActiveEnclosed(ActiveCondition):
         self._space.press(self._now, self._gauge)
 
     def end(self, dt: float) -> None:
-        """Exchange half of the step's mass, follow the volume, exchange the other half. Pressure work at the start and end
-        of a step then equals the energy given by the gas, to second order in the step."""
+        """Exchange half of the mass of the step, update the volume, exchange the other half.
+
+        The work of the pressures at the start and end of a step then equals the energy lost by the gas, to second order in
+        the step.
+        """
         before, contents, gauge = self._now, self.contents, self._gauge
         held, works = contents.energy, dict.fromkeys(("enclosed_heat", "inflator_energy", "vent_energy"), 0.0)
         self._vent_flow = self._leak_flow = self._hole_flow = 0.0
@@ -107,7 +111,8 @@ class ActiveEnclosed(ActiveCondition):
             works["enclosed_heat"] += heat
 
     def _flow_out(self, dt: float, works: dict[str, float]) -> None:
-        """Let contents flow out for a time [s], with the flux at its middle, at most until the outside pressure is reached."""
+        """Remove the contents that flow out in a time dt [s], with the flux at its middle, at most until the outside
+        pressure is reached."""
         if self._gauge < 0.0 and self._now.hole > 0.0:
             self._flow_back(dt, works)
         if not (self._model.lets_out or self._now.hole > 0.0) or self.contents.mass == 0.0:
@@ -135,7 +140,8 @@ class ActiveEnclosed(ActiveCondition):
             self._hole_flow += share * flows[2]
 
     def _flow_back(self, dt: float, works: dict[str, float]) -> None:
-        """Let outside fluid flow in through holes for a time [s], at most until the outside pressure is reached."""
+        """Add the outside fluid that flows in through holes in a time dt [s], at most until the outside pressure is
+        reached."""
         volume, outside = self._now.volume, self._model.outside
         most = self.contents.lack(volume, outside)
         mass = min(dt * self._now.hole * self.contents.influx(volume, outside), most)
@@ -145,7 +151,7 @@ class ActiveEnclosed(ActiveCondition):
         self._hole_flow -= mass / self._passing
 
     def _efflux(self, contents: Contents, area: float) -> tuple[float, float, float]:
-        """Mass that flows out on unit of time through vents, through the membrane of an area [m²], and through holes [kg/s]."""
+        """Return the mass flow rates out through vents, through the membrane with this area [m²], and through holes [kg/s]."""
         volume, outside = self._now.volume, self._model.outside
         gauge = contents.pressure(volume) - outside
         if gauge <= 0.0:
@@ -157,14 +163,14 @@ class ActiveEnclosed(ActiveCondition):
         return through_vents, self._model.leak * area * gauge, through_holes
 
     def _count_power(self, growth: float) -> None:
-        """Half the power of its pressure, in the totals of the first body, as the balance adds up those of all.
+        """Add half the power of the pressure to the totals of the first body; the balance sums over all bodies.
 
-        growth: of the volume by its membranes [m³/s].
+        growth: rate of the volume due to its membranes [m³/s].
         """
         self._space.bodies[0].totals.half_power += 0.5 * self._gauge * growth
 
     def _bound(self) -> None:
-        """The membranes swing on it."""
+        """Limit the time step by the oscillation of the membranes on the contents."""
         stiffness = max(self.contents.stiffness(self._now.volume), 0.0)
         self._governs = self._space.swing(0.5 * sqrt(stiffness * self._space.mobility(self._now)))
 

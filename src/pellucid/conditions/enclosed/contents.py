@@ -1,7 +1,7 @@
 """Gas or liquid that fills a volume, given by mass, with its energy.
 
-In a step first the volume changes, then mass flows in and out at the new volume. Each change is recorded by its effect on
-the energy, so that the energy balances to round-off.
+In a step, first the volume changes, then mass flows in and out at the new volume. Each change is recorded by its effect on
+the energy, so that the energy balances to rounding.
 """
 
 from abc import ABC, abstractmethod
@@ -9,18 +9,18 @@ from math import inf, log, sqrt
 
 
 class Contents(ABC):
-    """Gas or liquid in a volume; mass [kg] and energy [J] are its state."""
+    """Gas or liquid in a volume. Its state is its mass [kg] and its energy [J]."""
 
     mass: float
     energy: float
 
     @abstractmethod
     def pressure(self, volume: float) -> float:
-        """Return the pressure in a volume [m³] [Pa]."""
+        """Return the pressure [Pa] for a volume [m³]."""
 
     @abstractmethod
     def stiffness(self, volume: float) -> float:
-        """-dp/dV [Pa/m³]."""
+        """Return the stiffness -dp/dV [Pa/m³]."""
 
     @property
     def temperature(self) -> float | None:
@@ -29,33 +29,33 @@ class Contents(ABC):
 
     @abstractmethod
     def expand(self, old: float, new: float) -> float:
-        """Change of the volume [m³]. Returns the heat that it takes up meanwhile [J]."""
+        """Change the volume from `old` to `new` [m³]. Returns the heat absorbed [J]."""
 
     @abstractmethod
     def take_in(self, mass: float, warmth: float, volume: float) -> tuple[float, float]:
-        """Mass [kg] and ∫T dm [K kg] of what flows in. Returns the energy that this brings and the heat taken up [J]."""
+        """Add an inflow with its mass [kg] and ∫T dm [K kg]. Returns the energy added and the heat absorbed [J]."""
 
     @abstractmethod
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Mass that flows out [kg]. Returns the energy that this takes along and the heat that is taken up [J]."""
+        """Remove an outflow with its mass [kg]. Returns the energy removed and the heat absorbed [J]."""
 
     @abstractmethod
     def excess(self, volume: float, outside: float) -> float:
-        """The mass whose outflow lets the pressure fall to that outside [kg]."""
+        """Return the mass whose outflow reduces the pressure to the outside pressure [kg]."""
 
     @abstractmethod
     def efflux(self, volume: float, outside: float) -> float:
-        """The mass that flows through unit of area of a vent [kg/(s m²)] against a lower pressure [Pa] outside."""
+        """Return the mass flux through a vent to a lower outside pressure [Pa], in kg/(s m²)."""
 
     @abstractmethod
     def lack(self, volume: float, outside: float) -> float:
-        """Return the mass whose inflow lets the pressure rise to that outside [kg]."""
+        """Return the mass whose inflow increases the pressure to the outside pressure [kg]."""
 
     @abstractmethod
     def influx(self, volume: float, outside: float) -> float:
-        """Return the mass flux through a hole from a higher pressure [Pa] outside [kg/(s m²)].
+        """Return the mass flux through a hole from a higher outside pressure [Pa], in kg/(s m²).
 
-        The same gas, at its temperature at the start, or the same liquid is outside.
+        The outside fluid is the same gas, at its initial temperature, or the same liquid.
         """
 
     @abstractmethod
@@ -64,10 +64,10 @@ class Contents(ABC):
 
 
 class Gas(Contents):
-    """An ideal gas of constant heat capacities, p V = (γ-1) E; where it is isothermal, heat keeps its temperature."""
+    """An ideal gas with constant heat capacities, p V = (γ-1) E. An isothermal gas absorbs heat to keep its temperature."""
 
     def __init__(self, mass: float, temperature: float, gamma: float, constant: float, isothermal: bool) -> None:
-        """constant: that of the gas, R [J/(kg K)]."""
+        """constant: specific gas constant R [J/(kg K)]."""
         self.gamma, self.constant, self.isothermal, self._start = gamma, constant, isothermal, temperature
         self._heat_capacity = constant / (gamma - 1.0)  # at constant volume
         self.mass, self.energy = mass, mass * self._heat_capacity * temperature
@@ -109,7 +109,7 @@ class Gas(Contents):
         return self.energy * (1.0 - left**self.gamma)
 
     def _renew(self, gained: float) -> float:
-        """Update the energy after a change of mass; return the heat that an isothermal gas takes up [J]."""
+        """Add an energy gained with a change of mass [J]; return the heat that an isothermal gas absorbs [J]."""
         new = self.energy + gained
         if self.isothermal:
             new = self.mass * self._heat_capacity * self._start
@@ -139,17 +139,18 @@ class Gas(Contents):
 
 
 def flow_function(ratio: float, gamma: float) -> float:
-    """ψ of the flow through a nozzle from a pressure to `ratio` times it. Source: Saint-Venant & Wantzel 1839."""
+    """Return the flow function ψ of a nozzle; ratio: downstream over upstream pressure. Source: Saint-Venant & Wantzel
+    1839."""
     critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
     r = max(ratio, critical)
     return sqrt(2.0 * gamma / (gamma - 1.0) * max(r ** (2.0 / gamma) - r ** ((gamma + 1.0) / gamma), 0.0))
 
 
 class Liquid(Contents):
-    """A liquid of constant bulk modulus, p = K (m/(ρ₀V) - 1); its energy is that of its compression."""
+    """A liquid with constant bulk modulus K, p = K (m/(ρ₀V) - 1); its energy is the compression energy."""
 
     def __init__(self, mass: float, bulk_modulus: float, density: float, volume: float) -> None:
-        """density: without pressure [kg/m³]."""
+        """density: density ρ₀ at zero pressure [kg/m³]."""
         self.bulk_modulus, self.density, self.mass = bulk_modulus, density, mass
         self.energy = self._energy(volume)
 
@@ -170,7 +171,7 @@ class Liquid(Contents):
         return self.energy - before
 
     def expand(self, old: float, new: float) -> float:
-        """Return 0: no heat."""
+        """Update the energy; a liquid absorbs no heat."""
         self._renew(new)
         return 0.0
 
@@ -180,7 +181,7 @@ class Liquid(Contents):
         return self._renew(volume), 0.0
 
     def let_out(self, mass: float, volume: float) -> tuple[float, float]:
-        """Remove liquid with the energy by which that of the rest decreases."""
+        """Remove liquid; the energy removed is the decrease of the compression energy."""
         self.mass -= mass
         return -self._renew(volume), 0.0
 

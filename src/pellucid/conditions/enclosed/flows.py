@@ -1,4 +1,4 @@
-"""Inflators and vents of enclosed gases and liquids, as the user describes them."""
+"""Data models of inflators and vents of enclosed gases and liquids."""
 
 from functools import cached_property
 from itertools import pairwise
@@ -39,7 +39,7 @@ class Inflator(Model):
 
     @cached_property
     def _rows(self) -> tuple[tuple[float, ...], ...]:
-        """Instants [s], flows [kg/s] and, where they are given, temperatures [K]."""
+        """Times [s], mass flow rates [kg/s] and temperatures [K] (empty if not given)."""
         if self.path is not None:
             rows = read_rows(self.path, "mass flow [kg/s]", "temperature [K]").T.tolist()
             return tuple(map(tuple, (*rows, ()) if len(rows) == 2 else rows))
@@ -51,7 +51,7 @@ class Inflator(Model):
         return len(self._rows[2]) > 0
 
     def given(self, start: float, end: float) -> tuple[float, float]:
-        """Mass [kg] and ∫T dm [K kg] of what flows in between two times [s], exactly."""
+        """Return the mass [kg] and ∫T dm [K kg] of the inflow between two times [s], integrated exactly."""
         times, flows, temperatures = self._rows
         inner = [time for time in times if start < time < end]
         mass = warmth = 0.0
@@ -68,7 +68,7 @@ class Inflator(Model):
 
 
 class Vent(Model):
-    """An opening through which gas or liquid flows out against the pressure outside."""
+    """An opening through which gas or liquid flows out against the outside pressure."""
 
     area: float = parameter("m^2", "area of the opening", gt=0)
     coefficient: float = parameter("", "discharge coefficient: factor of the area", 1.0, gt=0, le=1)

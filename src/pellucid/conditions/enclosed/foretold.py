@@ -11,14 +11,14 @@ from pellucid.parts.body_model import BodyModel
 
 
 class AtStart(NamedTuple):
-    """A membrane at the start: the volume in it [m³], and by how much a pressure makes that accelerate [m⁴/kg]."""
+    """A membrane at the start: enclosed volume [m³], and acceleration of this volume per unit pressure, Σ A²/m [m⁴/kg]."""
 
     volume: float
     mobility: float
 
 
 def membrane_at_start(body: BodyModel) -> AtStart | None:
-    """Return initial volume and mobility; None if not a membrane or if nothing is enclosed."""
+    """Return the initial volume and mobility of a membrane; None for other bodies or if no volume is enclosed."""
     if not isinstance(body, MembraneCase):
         return None
     vertices, triangles = body.surface.triangulate()

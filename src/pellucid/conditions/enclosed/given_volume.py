@@ -1,4 +1,4 @@
-"""Volumes that a membrane is to enclose, as functions of time, and the pressure that brings it there."""
+"""Prescribed volumes of membranes as functions of time, and the pressure that enforces them."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -13,13 +13,15 @@ from pellucid.parts.annotations import Assembly
 from pellucid.parts.step_limit import NO_LIMIT, StepLimit
 
 SHARE = 0.25
-"""Of the fastest swing of the membrane, that of the volume on a spring whose stiffness is not given."""
+"""Frequency of the volume on its spring, as a fraction of the highest frequency of the membrane, if the stiffness is not
+given."""
 DAMPING = 1.0
-"""Of this swing, over the critical one."""
+"""Damping ratio of this oscillation (1: critical damping)."""
 
 
 class GivenVolume(Model):
-    """A volume over time: monotone cubics between the instants (PCHIP), constant before and behind."""
+    """Volume as a function of time: monotone cubic interpolation (PCHIP), constant before the first and after the last
+    time."""
 
     times: tuple[float, ...] | None = parameter("s", "increasing times", None, min_length=2)
     volumes: tuple[float, ...] | None = parameter("m^3", "volume at each time", None)
@@ -46,22 +48,22 @@ class GivenVolume(Model):
 
     @cached_property
     def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Instants [s], and volumes [m³] or ratios."""
+        """Times [s], and volumes [m³] or ratios to the initial volume."""
         if self.path is not None:
             times, volumes = read_rows(self.path, "volume [m3]").T.tolist()
             return tuple(times), tuple(volumes)
         return self.times or (), self.ratios or self.volumes or ()
 
     def at(self, time: float, start: float) -> tuple[float, float]:
-        """The volume at a time [s], of a membrane with this one at the start [m³], and its rate [m³/s]."""
+        """Return the prescribed volume [m³] and its rate [m³/s] at a time [s]; start: initial volume of the membrane [m³]."""
         (times, _), unit = self.rows, 1.0 if self.ratios is None else start
         within = min(max(time, times[0]), times[-1])
         volume, rate = (float(curve(within)) for curve in self._curves)
         return unit * volume, unit * rate if times[0] <= time <= times[-1] else 0.0
 
     def spring(self, stiffness: float | None, start: float, rate: float, mobility: float) -> float:
-        """κ [Pa/m³] by its stiffness times the largest volume [Pa], or by the rate that bounds the membrane's own steps [1/s];
-        start: the volume then [m³]."""
+        """Return the spring constant κ [Pa/m³], from the stiffness (κ times the largest volume [Pa]) or, if it is None,
+        from the rate that limits the membrane's own steps [1/s]; start: initial volume [m³]."""
         if stiffness is not None:
             return stiffness / (max(self.rows[1]) * (1.0 if self.ratios is None else start))
         return (SHARE * 2.0 * rate) ** 2 / mobility
@@ -75,14 +77,14 @@ class GivenVolume(Model):
 
 
 class ActiveVolume(ActiveCondition):
-    """A pressure p = κ (V* - V) + c (V*' - V') in a membrane that is built: a stiff spring, damped as it swings with the mass
-    of the membrane alone.
+    """Pressure p = κ (V* - V) + c (V*' - V') that enforces the prescribed volume V* of a membrane in a run: a stiff spring
+    with a damper for its oscillation with the mass of the membrane.
 
-    It keeps the pressure for the history alone: the next step finds it from where the membrane is.
+    The pressure is stored only for the history; the next step computes it from the position of the membrane.
     """
 
     def __init__(self, body: str, given: GivenVolume, stiffness: float | None, channel: str, assembly: Assembly) -> None:
-        """stiffness: κ times the largest volume that is given [Pa]."""
+        """stiffness: κ times the largest prescribed volume [Pa]; None: chosen from the step limit of the membrane."""
         self._body, self._given, self._stiffness = body, given, stiffness
         self._space = EnclosedVolume(body, (), assembly, channel)
         self._now = self._space.now()
@@ -92,7 +94,7 @@ class ActiveVolume(ActiveCondition):
         self._governs = False
 
     def try_out(self) -> None:
-        """Choose the stiffness and damping that are not given; limit the first step."""
+        """Choose the stiffness, if it is not given, and the damping; limit the first step."""
         mobility = self._space.mobility(self._now)
         self._spring = self._given.spring(self._stiffness, self._start, self._space.bodies[0].totals.rate, mobility)
         self._damper = critical(self._spring, mobility)
@@ -148,13 +150,14 @@ class ActiveVolume(ActiveCondition):
 
 
 def bound_of_spring(spring: float, damper: float, mobility: float) -> float:
-    """The rate that bounds steps [1/s] of a volume with a mobility [m⁴/kg] on a spring [Pa/m³] and a damper [Pa s/m³]."""
+    """Return the rate [1/s] that limits the step of a volume with a mobility [m⁴/kg] on a spring [Pa/m³] and a damper [Pa
+    s/m³]."""
     damped = 0.5 * damper * mobility
     return 0.5 * (damped + hypot(damped, sqrt(spring * mobility)))
 
 
 def critical(spring: float, mobility: float) -> float:
-    """The damper of such a spring."""
+    """Return the damping coefficient [Pa s/m³] of a volume with a mobility [m⁴/kg] on a spring [Pa/m³]."""
     return 2.0 * DAMPING * sqrt(spring / mobility)
 
 

@@ -1,4 +1,4 @@
-"""Enclosed gas or liquid by mass, as the user describes it."""
+"""Data model of enclosed gas or liquid, given by mass."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
@@ -26,8 +26,8 @@ CHANNELS = {
     "vent_energy": -1.0,
     "enclosed_heat": 1.0,
 }
-"""Of the balance, with their signs: what gases and liquids hold more than at the start, their work on what is around and on
-lids, what flows in and out, what keeps their temperature."""
+"""Channels of the energy balance with their signs: increase of the energy of gases and liquids since the start, their work
+against the outside pressure and on lids, energy of inflow, energy of outflow, heat of isothermal gases."""
 
 
 class Amount(Model):
@@ -43,7 +43,7 @@ class Amount(Model):
 
 
 class GasCase(Amount):
-    """An ideal gas of constant heat capacities; those of air are the defaults."""
+    """An ideal gas with constant heat capacities; the default values are those of air."""
 
     temperature: float = parameter("K", "initial temperature", gt=0)
     gamma: float = parameter("", "ratio of the heat capacities", 1.4, gt=1)
@@ -61,7 +61,7 @@ class GasCase(Amount):
 
 
 class LiquidCase(Amount):
-    """A liquid of constant bulk modulus."""
+    """A liquid with constant bulk modulus."""
 
     bulk_modulus: float = parameter("Pa", "bulk modulus K in p = K (m/(ρ₀V) - 1)", gt=0)
     density: float = parameter("kg/m^3", "density ρ₀ at zero pressure", gt=0)
@@ -82,7 +82,7 @@ class LiquidCase(Amount):
 
 
 class Enclosed(Condition):
-    """Gas or liquid in a membrane, by its mass: its pressure follows from the volume."""
+    """Gas or liquid in a membrane, given by its mass; its pressure follows from the volume."""
 
     unique_name: ClassVar[bool] = True
     swings_as: ClassVar[Swing] = Swing("spring", "its membrane oscillates on the enclosed gas or liquid")
@@ -110,7 +110,7 @@ class Enclosed(Condition):
     )
 
     _may_tear: bool = PrivateAttr(default=False)
-    """True if damage can make holes in its membrane, in a case (`in_case`)."""
+    """True if damage can tear holes in the membrane; set by `in_case`."""
 
     def in_case(self, bodies: Sequence[BodyModel], conditions: Sequence[Condition], thin: tuple[bool, bool, bool]) -> Self:
         """Return a copy that records whether the membrane can tear."""
@@ -145,8 +145,8 @@ class Enclosed(Condition):
         return bool(self.vent) or self.leak > 0.0
 
     def load_channel(self) -> str:
-        """Return the channel of the work of the pressure on membranes, minus that of the outside pressure: an exchange
-        within the balance."""
+        """Return the name of the channel of the work of the gauge pressure on membranes, which is an exchange within the
+        balance."""
         return "enclosed_work"
 
     def channels(self) -> Sequence[Channel]:
@@ -186,7 +186,7 @@ class Enclosed(Condition):
         return [ActiveEnclosed(enclosed, assembly) for enclosed in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report membranes that do not exist, enclose nothing or have contents already."""
+        """Report membranes that do not exist, enclose no volume or already have contents."""
         yield from super().problems(path, parts)
         yield from encloses_problems(self.body, self.lids, path, parts, allows_flat=False)
         for number, name in enumerate(self.inside):

@@ -16,8 +16,8 @@ FLAT = 1e-9  # of the third power of its extent, below which a membrane encloses
 def encloses_problems(
     name: str, lids: bool, path: Path, parts: Parts, allows_flat: bool, at: Path | None = None
 ) -> Iterator[Finding]:
-    """Report faults of a condition that needs the volume enclosed by a membrane. path: of the condition; at: place of the
-    body's name, if not under `body`."""
+    """Report problems of a condition that needs the volume enclosed by a membrane. path: path of the condition; at: path of
+    the body's name, if it is not the key `body`."""
     here = at or (*path, "body")
     yield from parts.unknown(BodyModel, here, name)
     body = parts.named(BodyModel, name)

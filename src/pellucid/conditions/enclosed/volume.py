@@ -1,4 +1,4 @@
-"""The volume that a membrane encloses, with the areas by which a pressure in it pushes."""
+"""Volume enclosed by a membrane, and the vector areas of its points on which an enclosed pressure acts."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,8 +14,8 @@ FAILED = "failed"  # field of membranes that damage can tear
 
 
 class Enclosure(NamedTuple):
-    """A volume at an instant; areas and places are those of each body, in the order of the numbers of its points. Points that
-    have failed have no area: no pressure acts on the hole that they leave."""
+    """An enclosed volume at one time. Areas and positions are listed by body, in the order of the point numbers. Failed
+    points have zero area, since no pressure acts on a hole."""
 
     volume: float  # [m³]
     areas: list[np.ndarray]  # (n, 3) of each, outwards of the volume [m²]
@@ -24,19 +24,21 @@ class Enclosure(NamedTuple):
     hole: float = 0.0  # area of the holes that those leave in the outer membrane [m²]
 
     def swept(self, other: "Enclosure") -> float:
-        """The volume that the membranes sweep from here to another instant, without that of lids [m³]."""
+        """Return the volume that the membranes sweep between this state and another, without the volume swept by lids [m³]."""
         bodies = zip(self.areas, other.areas, self.places, other.places, strict=True)
         return sum(float(np.sum(0.5 * (area + later) * (there - place))) for area, later, place, there in bodies)
 
 
 class EnclosedVolume:
-    """⅓∮x·n dA over a membrane and, of one that is open, the lids over its rims, less the volumes of closed ones inside it.
+    """Enclosed volume ⅓∮x·n dA over a membrane and the lids over the rims of an open membrane, minus the volumes of closed
+    membranes inside it.
 
-    Its gradients by the places of the points are the areas by which a pressure pushes these, where there is no lid.
+    The gradients of the volume with respect to the positions of the points are the vector areas on which the pressure acts,
+    except at lids.
     """
 
     def __init__(self, outer: str, inside: Sequence[str], assembly: Assembly, channel: str) -> None:
-        """channel: of the work of the pressure. A membrane whose normals point inwards counts as if they did outwards."""
+        """channel: name of the channel of the work of the pressure. Membranes may have inward or outward normals."""
         self.members: list[AssembledBody] = [assembly.bodies[name] for name in (outer, *inside)]
         self._add = [assembly.forces_on(name, channel) for name in (outer, *inside)]
         self._lids = [Lids(body.places(), body.cells().surface()) for body in self.bodies]
@@ -50,7 +52,7 @@ class EnclosedVolume:
 
     @property
     def bodies(self) -> list[Body]:
-        """The membrane, and those inside."""
+        """The outer membrane, and the membranes inside it."""
         return [member.body for member in self.members]
 
     def now(self) -> Enclosure:
@@ -87,13 +89,13 @@ class EnclosedVolume:
         return sum(float(np.sum(np.sum(a * a, axis=1) / m)) for a, m in zip(now.areas, masses, strict=True))
 
     def growth(self, now: Enclosure) -> float:
-        """The rate of the volume by the velocities of the points [m³/s]."""
+        """Return the rate of the volume due to the velocities of the points [m³/s]."""
         velocities = [np.asarray(body.field("velocity")) for body in self.bodies]
         return sum(float(np.sum(a * v)) for a, v in zip(now.areas, velocities, strict=True))
 
     def swing(self, rate: float) -> bool:
-        """Bound the steps of its membranes where the volume swings at half this rate [1/s] beside what else they do; whether it
-        is faster than that."""
+        """Limit the steps of the membranes by the oscillation of the volume, at half its frequency `rate` [1/s], in
+        addition to their own rates; return True if `rate` exceeds the rates of all membranes."""
         governs = all(rate > body.totals.rate for body in self.bodies)
         for body in self.bodies:
             body.totals.rate = float(np.hypot(body.totals.rate, rate))
@@ -101,7 +103,7 @@ class EnclosedVolume:
 
 
 def failed_points(body: Body) -> np.ndarray:
-    """Numbers of the points of a membrane that bear no stress any more, shape (k,)."""
+    """Return the numbers of the failed points of a membrane, which carry no stress, shape (k,)."""
     if FAILED not in body.field_names:
         return np.zeros(0, np.int64)
     return np.flatnonzero(np.asarray(body.field(FAILED)) > 0.0)

@@ -1,4 +1,4 @@
-"""Loads: forces on bodies, one file each. The kinds that a case can name are listed here: one line each."""
+"""Loads: forces on bodies, one module for each kind. This module lists the kinds that a case can name."""
 
 from typing import Annotated
 

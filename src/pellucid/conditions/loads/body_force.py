@@ -1,4 +1,4 @@
-"""An acceleration of one body."""
+"""Load: an acceleration of one body."""
 
 from typing import Literal
 
@@ -13,7 +13,7 @@ from pellucid.parts.annotations import Assembly
 
 
 class BodyForce(ChangesInTime, LoadModel):
-    """A force on every mass: an acceleration of one body, as of a frame that speeds up the other way."""
+    """A force proportional to mass: an acceleration of one body, such as in an accelerated frame."""
 
     kind: Literal["body-force"] = "body-force"
     acceleration: Vector = parameter("m/s^2", "force per unit mass")

@@ -1,4 +1,4 @@
-"""The points of a body that a load acts on."""
+"""Selection of the points of a body on which a load acts."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ from pellucid.parts.part import Parts
 
 
 def chosen_problems(where: Where, name: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report a region of a load that contains none of the body's nodes, if these are known already."""
+    """Report a region of a load that contains none of the body's nodes, if the nodes are known before the body is built."""
     body = parts.named(BodyModel, name)
     if body is not None and (start := selectable_of(body, parts)) is not None:
         yield from faults(where, start, (*path, "where"), name, parts.active_axes)

@@ -1,4 +1,5 @@
-"""The interfaces of loads: of every kind, and of those that are forces on the points of a body at the start of each step."""
+"""Interfaces of loads: of all kinds of loads, and of loads that are forces on the points of a body at the start of each
+step."""
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
@@ -27,17 +28,18 @@ OTHER_CHANNELS = [channel.name for channel in FIXED_COLUMNS]
 
 
 class LoadModel(Condition):
-    """A load as the user describes it."""
+    """Data model of a load."""
 
     channel: ClassVar[str] = "load_work"
-    """The column of `history.csv` that shows its work, with a name that ends in `_work`; loads of one channel are summed."""
+    """Column of `history.csv` with the work of the load, whose name ends in `_work`; loads with the same channel are
+    summed."""
 
     kind: str
     body: str = parameter("", "name of the body")
 
     @classmethod
     def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
-        """Raises TypeError for a channel that is none of a load's."""
+        """Check the channel of the subclass. Raises TypeError if it is not allowed for a load."""
         super().__pydantic_init_subclass__(**arguments)
         if cls.channel in OTHER_CHANNELS or not cls.channel.endswith("_work"):
             raise TypeError(
@@ -65,9 +67,9 @@ class LoadModel(Condition):
 
 
 class Load(ChangesInTime, LoadModel):
-    """Forces on the points of a body at the start of each step. A new kind is a subclass with a `kind` of its own.
+    """Forces on the points of a body at the start of each step. A new kind of load is a subclass with its own `kind`.
 
-    A kind that declares one of the keys that all loads have, such as `rise`, makes something else of it.
+    A kind that declares a key common to all loads, such as `rise`, defines its own meaning of the key.
     """
 
     where: Where | None = parameter("", "points of the body on which it acts; default: all", None)
@@ -80,12 +82,12 @@ class Load(ChangesInTime, LoadModel):
 
     @abstractmethod
     def forces(self, points: PointsView, time: float) -> np.ndarray:
-        """Forces [N], shape (n, 3), on the points over the step that begins at a time [s]; of these a share acts that `rise` or
-        `amplitude` gives."""
+        """Return the forces [N], shape (n, 3), on the points over the step that begins at a time [s]; they are multiplied
+        by the fraction from `rise` or `amplitude`."""
 
     @property
     def region(self) -> Where | None:
-        """Return the region in which it acts; None for all points."""
+        """Region in which the load acts; None for all points."""
         return None if "where" in self.declared_anew else self.where
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -98,7 +100,7 @@ class Load(ChangesInTime, LoadModel):
 
 
 class ActiveLoad(ActiveCondition):
-    """A load on a body that is built."""
+    """A load on a body in a run."""
 
     def __init__(self, load: Load, assembly: Assembly, path: Path) -> None:
         member = assembly.bodies[load.body]
@@ -109,7 +111,7 @@ class ActiveLoad(ActiveCondition):
         self._add = assembly.forces_on(load.body, load.channel)
 
     def try_out(self) -> None:
-        """Evaluate the forces at the start, so that a load that fails at once costs no earlier results."""
+        """Evaluate the forces at the start, so that an invalid load is reported before earlier results are replaced."""
         try:
             checked_forces(self._load, PointsView(self._body), 0.0)
         except RunStopped as error:
@@ -124,7 +126,7 @@ class ActiveLoad(ActiveCondition):
 
 
 def checked_forces(load: Load, points: PointsView, time: float) -> np.ndarray:
-    """The forces of a load [N], shape (n, 3), if they are what they must be. Raises RunStopped."""
+    """Return the forces of a load [N], shape (n, 3), after a check of their shape and values. Raises RunStopped."""
 
     def stopped(why: str) -> RunStopped:
         return RunStopped(f'the load of kind "{load.kind}" on body {load.body} {why}', body=load.body)

@@ -19,20 +19,20 @@ from pellucid.parts.surface_load import SurfacePoints
 
 
 class Band(Model):
-    """A band about the film, across an axis: the pressure falls off as exp(-(x - centre)²/2 width²)."""
+    """A band around the film, normal to an axis: the pressure decreases as exp(-(x - centre)²/(2 width²))."""
 
     axis: Axis = parameter("", "the axis", "z")
     centre: float = parameter("m", "position of the largest pressure", 0.0)
     width: float = parameter("m", "standard deviation", gt=0)
 
     def share(self, position: np.ndarray) -> np.ndarray:
-        """Return the share of the pressure at positions [m], shape (..., 3)."""
+        """Return the fraction of the pressure at positions [m], shape (..., 3)."""
         offset = (position[..., "xyz".index(self.axis)] - self.centre) / self.width
         return np.asarray(np.exp(-0.5 * offset * offset))
 
 
 class FilmPressure(ChangesInTime, LoadModel):
-    """A pressure along the normal of a fluid film, wherever that points (Benet 2015, §§6.6 and 7.1.1)."""
+    """A pressure along the current normal of a fluid film (Benet 2015, §§6.6 and 7.1.1)."""
 
     kind: Literal["film-pressure"] = "film-pressure"
     value: float = parameter("Pa", "pressure inside minus outside; with `along` or `band`, its largest value")

@@ -1,4 +1,4 @@
-"""A force along a periodic axis that gives a fluid a mean velocity."""
+"""Load: a body force along a periodic axis that maintains the mean velocity of a fluid."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal
@@ -16,10 +16,10 @@ from pellucid.parts.part import Parts
 
 
 class MeanVelocity(ChangesInTime, LoadModel):
-    """A body force of the size that holds the mean velocity U of bodies, their momentum by their mass, at a goal U*.
+    """A body force that controls the mean velocity U of bodies, total momentum over total mass, to a target U*.
 
-    The acceleration is a = 2 (U* - U)/τ + ∫ (U* - U)/τ² dt. By the integral it becomes what walls take, ρ a = Δp/L, and U what
-    is asked for; a resistance that sets in fades from U within some τ.
+    The acceleration is a = 2 (U* - U)/τ + ∫ (U* - U)/τ² dt. The integral converges to the resistance of the walls, ρ a =
+    Δp/L, and U to U*. The effect of a new resistance on U decays within a few τ.
     """
 
     kind: Literal["mean-velocity"] = "mean-velocity"
@@ -71,7 +71,7 @@ class MeanVelocity(ChangesInTime, LoadModel):
 
 
 class Controller(ActiveCondition):
-    """The force in a run. Between steps it keeps the integral [m/s²]."""
+    """The controller in a run. Its state between steps is the integral [m/s²]."""
 
     def __init__(self, load: MeanVelocity, assembly: Assembly) -> None:
         self._load, self._integral = load, 0.0
@@ -82,12 +82,12 @@ class Controller(ActiveCondition):
         self._kept_mass = [body.mass for body in self._bodies]
 
     def _mass(self) -> float:
-        """Return the mass of all bodies [kg]; recomputed for bodies whose points come and go."""
+        """Return the mass of all bodies [kg]; it is recomputed for bodies that gain or lose points."""
         found = zip(self._bodies, self._kept_mass, strict=True)
         return sum(kept if "mass" in body.constant_fields else body.mass for body, kept in found)
 
     def begin(self, time: float, dt: float) -> None:
-        """Apply the controlling force; zero while the time of the loads stands still."""
+        """Apply the controlling force; it is zero while the load time does not advance."""
         self._impulse = np.zeros(3)
         if dt == 0.0:
             return

@@ -1,4 +1,4 @@
-"""A force shared by points."""
+"""Load: a force distributed over points."""
 
 from collections.abc import Iterator
 from typing import Literal
@@ -17,7 +17,7 @@ from pellucid.parts.part import Parts
 
 
 class PointLoad(ChangesInTime, LoadModel):
-    """A force that the nodes or points of a region share equally; its direction is fixed."""
+    """A force with fixed direction, distributed equally over the nodes or points of a region."""
 
     kind: Literal["point-load"] = "point-load"
     where: Where = parameter("", "nodes or points of the body")

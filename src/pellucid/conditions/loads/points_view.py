@@ -1,4 +1,4 @@
-"""View of the points of a body for users' loads."""
+"""View of the points of a body for user-defined loads."""
 
 from functools import cached_property
 from typing import NoReturn
@@ -12,11 +12,11 @@ from pellucid.users.users_code import read_only
 
 
 class PointsView:
-    """The points or nodes of a body at the start of a step: those that have not left the grid, in the order of their numbers,
-    which is that of the body's mesh, of the vertices of its surface, or of its seeding, however the grid sorts them.
+    """The points or nodes of a body at the start of a step, without points that left the grid, as read-only arrays.
 
-    position [m] and velocity [m/s], shape (n, 3); mass [kg] and the number `id`, shape (n,); of membranes also normals, areas
-    and triangles. The arrays cannot be written to.
+    The order is that of the point numbers, i.e. of the mesh, of the vertices of the surface, or of seeding; it does not
+    change when the grid sorts the points. Attributes: position [m] and velocity [m/s], shape (n, 3); mass [kg] and number
+    `id`, shape (n,); for membranes also normals, areas and triangles.
     """
 
     def __init__(self, body: Body) -> None:
@@ -24,51 +24,51 @@ class PointsView:
 
     @cached_property
     def id(self) -> np.ndarray:
-        """Numbers from 0 on, shape (n,), ascending."""
+        """Point numbers, counted from 0, in ascending order, shape (n,)."""
         return self._seen("id")
 
     @cached_property
     def position(self) -> np.ndarray:
-        """[m], shape (n, 3)."""
+        """Positions [m], shape (n, 3)."""
         return self._seen("position")
 
     @cached_property
     def velocity(self) -> np.ndarray:
-        """[m/s], shape (n, 3)."""
+        """Velocities [m/s], shape (n, 3)."""
         return self._seen("velocity")
 
     @cached_property
     def mass(self) -> np.ndarray:
-        """[kg], shape (n,)."""
+        """Masses [kg], shape (n,)."""
         return self._seen("mass")
 
     @cached_property
     def volume(self) -> np.ndarray:
-        """Volume [m³], shape (n,); of the nodes of a membrane their shares of it."""
+        """Volumes [m³], shape (n,); for a membrane, the volume of its material that belongs to each node."""
         return read_only(self._body.volumes()[self._order])
 
     @cached_property
     def triangles(self) -> np.ndarray:
-        """Return the triangles of a membrane, shape (m, 3): indices of their corners in the arrays, counterclockwise about
-        the normal; quadrilaterals are cut in two."""
+        """Triangles of a membrane, shape (m, 3): indices of their corners in the arrays, counterclockwise about the normal;
+        quadrilaterals are split in two."""
         self._membrane("triangles")
         return read_only(self._body.cells().surface())
 
     @cached_property
     def vector_area(self) -> np.ndarray:
-        """Return the vector areas of a membrane's points [m²], shape (n, 3): the forces of a pressure of 1 Pa. Over a
-        closed surface they sum to zero."""
+        """Vector areas of a membrane's points [m²], shape (n, 3), i.e. the forces of a pressure of 1 Pa. Over a closed
+        surface they sum to zero."""
         return read_only(self._membrane("vector areas").pressed_areas())
 
     @cached_property
     def normal(self) -> np.ndarray:
-        """Return the unit normals of a membrane's points, shape (n, 3); zero where undefined."""
+        """Unit normals of a membrane's points, shape (n, 3); zero where undefined."""
         size = np.linalg.norm(self.vector_area, axis=1, keepdims=True)
         return read_only(np.divide(self.vector_area, size, out=np.zeros_like(self.vector_area), where=size > 0.0))
 
     @cached_property
     def area(self) -> np.ndarray:
-        """Return the areas of a membrane's points [m²], shape (n,)."""
+        """Areas of a membrane's points [m²], shape (n,)."""
         return read_only(self._membrane("areas").surface_areas())
 
     def as_stored(self, forces: np.ndarray) -> np.ndarray:

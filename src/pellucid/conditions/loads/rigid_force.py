@@ -1,4 +1,4 @@
-"""A force and a torque on a rigid body."""
+"""Load: a force and a torque on a rigid body."""
 
 from collections.abc import Iterator
 from typing import Literal
@@ -17,7 +17,7 @@ from pellucid.parts.part import Parts
 
 
 class RigidForce(ChangesInTime, RigidLoad):
-    """A force at the centre of mass of a rigid body and a torque, both of fixed directions."""
+    """A force at the centre of mass of a rigid body and a torque, both with fixed directions."""
 
     kind: Literal["rigid-force"] = "rigid-force"
     force: Vector = parameter("N", "force at the centre of mass", NONE)
@@ -29,7 +29,7 @@ class RigidForce(ChangesInTime, RigidLoad):
             raise Refusal("this load has no effect", "give a `force`, a `torque`, or both")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that is not rigid, and directions in which it cannot move."""
+        """Report a body that is not rigid, and directions in which a body cannot move."""
         yield from super().problems(path, parts)
         yield from thin_problems(self.force, self.torque, ("force", "torque"), path, parts)
 

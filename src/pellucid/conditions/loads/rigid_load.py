@@ -32,7 +32,8 @@ class RigidLoad(LoadModel):
 
 
 def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Path, parts: Parts) -> Iterator[Finding]:
-    """Components along and about axes, under these keys, for which nothing gives way in the plane or along a line."""
+    """Report nonzero components along and about axes along and about which bodies cannot move in plane or one-dimensional
+    problems; keys: keys of the two vectors."""
     for axis, component, counts in zip(AXES, along, parts.active_axes, strict=True):
         if component and not counts:
             text = f"the grid is one cell thick along {axis}: nothing moves along this axis"
@@ -42,7 +43,8 @@ def thin_problems(along: Vector, about: Vector, keys: tuple[str, str], path: Pat
 
 
 def rigid_of(body: Body) -> "RigidBody":
-    """A rigid body as a whole; what makes it rigid acts after the loads, and is found when these begin."""
+    """Return the rigid body that constrains a body; it exists when loads begin to act. Raises ValueError for a body that is
+    not rigid."""
     from pellucid.conditions.rigid.body import RigidBody
 
     if not isinstance(body.constraint, RigidBody):

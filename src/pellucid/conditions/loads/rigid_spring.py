@@ -1,4 +1,4 @@
-"""Springs and dampers between a rigid body and an anchor."""
+"""Load: springs and dampers between a rigid body and an anchor."""
 
 from collections.abc import Callable, Iterator, Sequence
 from math import sqrt
@@ -22,13 +22,15 @@ from pellucid.parts.part import Parts
 
 
 class AnchorPath(AlongAxes):
-    """Displacements of an anchor along the axes; what is left out stays."""
+    """Displacements of an anchor along the axes; the anchor is fixed along axes that are not given."""
 
 
 class RigidSpring(RigidLoad):
-    """Springs that draw a rigid body back to where it was at the start, or to an anchor that moves from there.
+    """Springs and dampers between a rigid body and an anchor, which is fixed at the initial position of the body or follows
+    a given motion.
 
-    Force and torque are -k (u - a) - c (u' - a'), of the displacement of the centre of mass and of the angle about each axis.
+    Force and torque are -k (u - a) - c (u' - a'), where u is the displacement of the centre of mass along each axis or the
+    angle about it, a the displacement or angle of the anchor, k the stiffness, and c the damping coefficient.
     """
 
     losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # what its dampers take
@@ -51,7 +53,8 @@ class RigidSpring(RigidLoad):
             raise Refusal("this spring has no effect", "give a `stiffness`, a `turning_stiffness`, or a damping")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that is not rigid, directions in which it cannot move, and anchors that fail at the start."""
+        """Report a body that is not rigid, directions in which a body cannot move, and invalid motions of the anchor at the
+        start."""
         yield from super().problems(path, parts)
         yield from thin_problems(self.stiffness, self.turning_stiffness, ("stiffness", "turning_stiffness"), path, parts)
         yield from thin_problems(self.damping, self.turning_damping, ("damping", "turning_damping"), path, parts)
@@ -91,7 +94,7 @@ def _fastest(stiffness: Vector, damping: Vector, mass: float) -> float:
 
 
 class ActiveRigidSpring(ActiveCondition):
-    """Springs on a rigid body that is built."""
+    """Springs on a rigid body in a run."""
 
     def __init__(self, load: RigidSpring, assembly: Assembly) -> None:
         self._body = assembly.bodies[load.body].body

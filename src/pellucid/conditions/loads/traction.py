@@ -1,4 +1,4 @@
-"""A force on unit area of faces."""
+"""Load: a force per unit area on faces."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -18,7 +18,7 @@ from pellucid.parts.part import Parts
 
 
 class Traction(ChangesInTime, LoadModel):
-    """A dead load on faces of a body with its own nodes: neither its direction nor the area that counts follow the body."""
+    """A dead load on faces of a body with its own nodes: its direction is fixed, and it acts per unit initial area."""
 
     kind: Literal["traction"] = "traction"
     where: Where = parameter("", "faces of the body")
