@@ -1,21 +1,22 @@
-"""Walls that supports define by a shape: fluids do not slip on the surface of the shape itself.
+"""Walls defined by the shape of a support: fluids do not slip on the surface of the shape itself.
 
-A support that clamps the nodes in a region stops the fluid at some place between the last held node and the next one. With the
-walls of this module the nodes near the surface are free along the surface, and in each step get the traction of a wall at the
-surface of the shape:
+A support that clamps the nodes in a region stops the fluid somewhere between the last clamped node and the next one. With
+the walls of this module, the nodes near the surface are free along the surface, and in each step receive the traction of a
+wall at the surface of the shape:
 
     J_i = -μ dt A_i (∂u/∂n - n n·∂u/∂n) ,    A_i = ∫ φ_i dA over the surface,
 
-where u is the velocity profile through zero on the surface and the velocities of the fluid at two places on the normal (see
-`pellucid.conditions.rigid.no_slip`). The fluid thus loses to the wall what the profile carries to it, wherever the surface lies
-between the nodes. No node near the surface has a prescribed velocity along it, which would drag the fluid beyond. Nodes in the
-region and within half a cell of it have the velocity of the wall across the surface. Points do not fill the last layer of
-cells: nodes with less mass than their part outside the region hand on the missing share of their impulse to their neighbours.
+where u is the velocity profile that is zero on the surface and passes through the velocities of the fluid at two positions
+on the normal (see `pellucid.conditions.rigid.no_slip`). The momentum that the fluid loses to the wall thus equals the
+viscous flux of the profile, for any position of the surface between the nodes. No node near the surface has a prescribed
+velocity along it, which would drag the fluid beyond. Nodes in the region and within half a cell of it have the velocity of
+the wall normal to the surface. Points do not fill the last layer of cells: nodes with less mass than the part of their
+volume outside the region transfer the missing share of their impulse to their neighbours.
 
-This requires material points of viscous fluids with APIC and one viscosity that is not implicit, in a velocity field that they
-share at most with rigid bodies, and a support that holds all directions and does not end. Near a rigid body the nodes of the
-region are held as in other cases, so that the body does not sink in. The fluid at free surfaces, in gaps of a few cells and
-beside walls thinner than about a cell is held as well.
+Requirements: material points of viscous fluids with APIC and one viscosity that is not implicit; a velocity field that they
+share at most with rigid bodies; a support that holds all directions and does not end. Near a rigid body the nodes of the
+region are clamped as in other cases, so that the body does not sink in. The fluid at free surfaces, in gaps of a few cells
+and next to walls thinner than about a cell is also stopped.
 """
 
 from collections.abc import Callable, Sequence
@@ -50,7 +51,7 @@ Inside = Callable[[np.ndarray], np.ndarray]
 
 
 class WallSurface(NamedTuple):
-    """The surface of a region as seen from the nodes near it."""
+    """Surface of a region, described by data at the nodes near it."""
 
     node: np.ndarray  # (n,) in order
     held: np.ndarray  # (n,) which of them the support holds
@@ -67,7 +68,7 @@ class WallSurface(NamedTuple):
 
 
 class NoSlipWall(ActiveCondition):
-    """The wall of one support in one velocity field."""
+    """No-slip wall of one support in one velocity field."""
 
     def __init__(
         self,
@@ -79,7 +80,7 @@ class NoSlipWall(ActiveCondition):
         faces: "Sequence[Support]",
         assembly: Assembly,
     ) -> None:
-        """row: number of the support among those of the faces, from 0."""
+        """row: index of the support among the supports listed by face."""
         self._actions, self._row, self._rigid, self._layout = actions, row, rigid, assembly.layout
         self._field, self._viscosity, grid = actions.field, viscosity, actions.field.grid
         self._no_slip = NoSlip(grid)
@@ -91,7 +92,7 @@ class NoSlipWall(ActiveCondition):
 
     @property
     def acts_anywhere(self) -> bool:
-        """Return True if there are nodes near the surface that the fluid may move."""
+        """True if there are nodes near the surface that the fluid may move."""
         return len(self._wall.node) > 0
 
     def begin(self, time: float, dt: float) -> None:
@@ -101,7 +102,7 @@ class NoSlipWall(ActiveCondition):
         constrained[wall.node] = np.where(wall.released & self._acts[:, None], 0, self._marks)
 
     def _near_rigid(self) -> np.ndarray:
-        """Return which nodes near the surface rigid bodies may reach, shape (n,)."""
+        """Return a mask of the nodes near the surface that rigid bodies may reach, shape (n,)."""
         grid, reached = self._field.grid, np.zeros(len(self._wall.node), bool)
         cell, thin = grid.lattice.cell, np.array(grid.thin)
         periods = np.array(grid.periods)
@@ -148,7 +149,8 @@ class NoSlipWall(ActiveCondition):
         self._impulse = domain.of_nodes(taken, at).sum(axis=0)
 
     def _keep_from_light(self, impulse: np.ndarray, mass: np.ndarray, full: np.ndarray) -> np.ndarray:
-        """Hand on impulses of nodes that points represent in part alone to their neighbours."""
+        """Transfer part of the impulses of nodes that points represent only partially to their neighbours; return the
+        impulses."""
         wall = self._wall
         share = np.minimum(1.0, mass / np.maximum(full * wall.share * (1.0 - wall.filled), MASS_EPS))
         weights = wall.neighbours * np.where(self._acts, mass, 0.0)
@@ -166,7 +168,7 @@ class NoSlipWall(ActiveCondition):
 
 
 def no_slip_walls(supports: "Sequence[Support]", assembly: Assembly) -> list[NoSlipWall]:
-    """Return the walls of supports, each on one face or none, in all velocity fields where fluids do not slip on them."""
+    """Return the no-slip walls of supports, each on at most one face, in all velocity fields with suitable fluids."""
     walls = []
     for actions in assembly.actions:
         members = [member for member in assembly.bodies.values() if member.actions is actions]
@@ -191,7 +193,7 @@ def _shape_of(support: "Support") -> Shape | None:
 
 
 def _viscosity_of(member: AssembledBody) -> float:
-    """Return the viscosity [Pa s] of material points of a fluid with APIC that is part of its law, 0 for other bodies."""
+    """Return the explicit viscosity [Pa s] of a fluid of material points with APIC; 0 for other bodies."""
     viscosity = float(getattr(getattr(member.model, "material", None), "viscosity", 0.0))
     is_fluid = member.model.kind == "material-points" and getattr(member.model.material, "kind", "") == "fluid"
     apic = isinstance(getattr(member.body, "transfer", None), Apic)
@@ -199,7 +201,7 @@ def _viscosity_of(member: AssembledBody) -> float:
 
 
 def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry, faces: "Sequence[Support]") -> WallSurface:
-    """Return the nodes near the surface of a region that the support in a row holds, or that none holds."""
+    """Return the surface of a region, with the nodes near it that the support in this row holds or that are free."""
     grid = actions.field.grid
     lattice, periods = grid.lattice, grid.periods
     x, y, z = grid.thin
@@ -266,7 +268,8 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
 
 
 def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return places with those beyond planes of symmetry mirrored, and -1 along the axes of these planes, 1 along others."""
+    """Return positions mirrored into the domain at planes of symmetry, and factors of -1 along the axes of these planes and
+    1 along others, both of shape (n, 3)."""
     place, signs = place.copy(), np.ones(place.shape)
     for axis, end in np.argwhere(mirrors):
         face = (lower, upper)[end][axis]
@@ -276,7 +279,8 @@ def _mirrored(place: np.ndarray, lower: np.ndarray, upper: np.ndarray, mirrors: 
 
 
 def _neighbours(no_slip: NoSlip, node: np.ndarray, active: ActiveAxes) -> csr_array:
-    """Return weights of the nodes within a cell of each node along the axes, (n, n), without its own."""
+    """Return weights of the neighbours within a cell of each node along the axes, without the node itself, sparse matrix of
+    shape (n, n)."""
     rows, columns, weights = [], [], []
     for steps in np.ndindex(*np.where(active, 3, 1)):
         by = np.where(active, np.array(steps) - 1, 0)
@@ -295,7 +299,8 @@ def _neighbours(no_slip: NoSlip, node: np.ndarray, active: ActiveAxes) -> csr_ar
 def _find_shares(
     no_slip: NoSlip, contains: Inside, place: np.ndarray, cell: float, half: float, active: ActiveAxes
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share of the volume of a node at each place that a region fills, (n,), and its slope, (n, 3) [1/cell].
+    """Return the fraction of the volume of a node at each position that a region fills, (n,), and its gradient, (n, 3)
+    [1/cell].
 
     half: half of the width of the shape functions in cells.
     """
@@ -320,7 +325,8 @@ def _find_shares(
 
 
 def _distances(contains: Inside, place: np.ndarray, normal: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the signed distances [m] of places from the surface of a region along normals, and whether it lies that near."""
+    """Return the signed distances [m] of positions from the surface of a region along normals, and a mask of the positions
+    with a surface within the distance `most` [m]."""
     inside = contains(place)
     sign = np.where(inside, 1.0, -1.0)
     low, high = np.zeros(len(place)), np.full(len(place), most)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class NormalMotions(ActiveCondition):
-    """The motions of one film. It counts their work and impulses itself."""
+    """Prescribed normal motions of one film. The film counts their work and impulses."""
 
     def __init__(self, member: AssembledBody, motions: "Sequence[Motion]") -> None:
         self._functions = [motion.along_normal() for motion in motions]

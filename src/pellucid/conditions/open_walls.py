@@ -1,4 +1,4 @@
-"""Gaps between bodies and walls that open: a wall pushes only bodies that have reached it."""
+"""Gaps between bodies and opening walls: a wall acts only on bodies that have reached it."""
 
 from collections.abc import Iterable
 
@@ -20,9 +20,10 @@ NEAR = 1e-4  # cells at which a body has come up to a wall: more than rounding
 
 @parallel_loop_by_colour(gives="walls.gap")
 def _measure_gaps(s, mapped, walls, face, radius, near):
-    """The smallest distance from a wall of the points that reach its nodes, each with its own extent, less `near` [m].
+    """Compute for each node of a wall the smallest distance of the points that reach it, minus the extent of each point and
+    `near` [m].
 
-    face: axis of the wall, direction into the grid, place [m].
+    face: axis of the wall, direction into the grid, position [m].
     """
     functions, lattice, slabs, x = mapped.functions, mapped.lattice, mapped.slabs, mapped.points.position
     axis, inward, wall = face
@@ -42,11 +43,11 @@ def _measure_gaps(s, mapped, walls, face, radius, near):
 
 
 Face = tuple[int, int]
-"""Axis and end, 0 lower and 1 upper, of a face of the grid."""
+"""Axis and end (0 lower, 1 upper) of a face of the grid."""
 
 
 class OpenWalls(ActiveCondition):
-    """The walls of one velocity field that open, by axis and end of their faces, and the bodies in it."""
+    """Opening walls of one velocity field, and the bodies in the field. faces: axis and end of each wall."""
 
     def __init__(self, grid: Grid, walls: YieldingWalls, faces: Iterable[Face], bodies: Iterable[ContactBody]) -> None:
         lattice = grid.lattice

@@ -1,4 +1,4 @@
-"""Outflow: faces of the grid through which material points leave the computation."""
+"""Data model of an outflow: faces of the grid through which material points leave the simulation."""
 
 from collections.abc import Iterator, Sequence
 
@@ -20,9 +20,11 @@ from pellucid.parts.part import Parts
 
 
 class Outflow(GivenFlow, Condition):
-    """Faces of the grid through which material points leave: a point that crosses one ends, and the run goes on.
+    """Faces of the grid through which material points leave: a point that crosses such a face is removed, and the run
+    continues.
 
-    With a `pressure` it acts where the fluid ends at the face; with `velocity` or `flow_rate` that flow leads points out.
+    A `pressure` acts on the end of the fluid at the face; with `velocity` or `flow_rate`, points leave with this prescribed
+    flow.
     """
 
     name: str | None = name_parameter("name for probes of the outflow force, as a `reaction`", None)
@@ -54,11 +56,11 @@ class Outflow(GivenFlow, Condition):
 
     @property
     def is_led(self) -> bool:
-        """True if a given flow leads points out."""
+        """True if points leave with a prescribed flow."""
         return len(self.sizes()) > 0
 
     def _allows_turning(self) -> bool:
-        """True for a pressure, which may have any sign."""
+        """Return True unless a flow is prescribed, since a pressure may have any sign."""
         return not self.is_led
 
     def opens_face(self, face: str) -> bool:
@@ -71,7 +73,7 @@ class Outflow(GivenFlow, Condition):
         return (OUTFLOW_ENERGY, *([OUTFLOW_WORK, IMPACT_HEAT] if self.is_led else []))
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason: a given flow does not come to rest."""
+        """Return the reason: with a prescribed flow there is no equilibrium."""
         if not self.is_led:
             return None
         return Reason(

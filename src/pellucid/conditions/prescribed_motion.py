@@ -1,4 +1,4 @@
-"""Prescribed motions of bodies or parts of them, as the user describes them."""
+"""Data model of prescribed motions of bodies or parts of bodies."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import ClassVar
@@ -22,7 +22,7 @@ WAYS = ("x", "y", "z", "normal")
 
 
 class Displacements(AlongAxes):
-    """Prescribed displacements along the axes; what is left out is free."""
+    """Prescribed displacements along the axes; axes without a displacement are free."""
 
     normal: Signal | None = parameter(
         "",
@@ -33,9 +33,10 @@ class Displacements(AlongAxes):
 
 
 class Motion(Condition):
-    """Points of a body that follow a prescribed displacement, whatever forces act on them.
+    """Prescribed displacement of points of a body, independent of the forces on them.
 
-    A body with `rigid = true` follows displacements of its centre of mass and rotations about it; what is left out is free.
+    A body with `rigid = true` follows displacements of its centre of mass and rotations about it; components that are not
+    given are free.
     """
 
     # its work, and what points lose that take its velocity at once
@@ -83,7 +84,7 @@ class Motion(Condition):
             yield from faults(self.part, nodes, (*path, "part"), self.body, parts.active_axes)
 
     def _signal_problems(self, path: Path) -> Iterator[Finding]:
-        """Signals that fail at the start."""
+        """Report signals that are invalid at the start."""
         for axis in WAYS:
             signal = getattr(self.displacement, axis)
             if signal is not None and (why := displacement_fault(signal, f"motion {self.name} along {axis}")):
@@ -116,7 +117,7 @@ class Motion(Condition):
         return self.axes() if body == self.body and self.part is None else set()
 
     def functions(self) -> dict[int, Callable[[float], float]]:
-        """Displacement [m] as a function of time [s] for each prescribed axis, by its number."""
+        """Return the displacement [m] as a function of time [s] for each prescribed axis, by the index of the axis."""
         result: dict[int, Callable[[float], float]] = {"xyz".index(axis): lambda t: 0.0 for axis in self.hold}
         for number, axis in enumerate("xyz"):
             signal = getattr(self.displacement, axis)
@@ -125,30 +126,31 @@ class Motion(Condition):
         return result
 
     def turn_functions(self) -> dict[int, Callable[[float], float]]:
-        """Angle [rad] as a function of time [s] for each axis about which it prescribes the rotation, by its number."""
+        """Return the angle [rad] as a function of time [s] for each axis with a prescribed rotation, by the index of the
+        axis."""
         result: dict[int, Callable[[float], float]] = {"xyz".index(axis): lambda t: 0.0 for axis in self.held_turns}
         for axis, turn in self.rotation.turns().items():
             result["xyz".index(axis)] = checked_displacement(turn, f"motion {self.name} about {axis}")
         return result
 
     def along_normal(self) -> Callable[[float], float]:
-        """Displacement along the normal [m] as a function of time [s]; nothing where it prescribes none."""
+        """Return the displacement along the normal [m] as a function of time [s]; zero if none is prescribed."""
         signal = self.displacement.normal
         return (lambda t: 0.0) if signal is None else checked_displacement(signal, f"motion {self.name} along the normal")
 
     def axes(self) -> set[int]:
-        """The numbers of the prescribed axes."""
+        """Return the indices of the axes with prescribed displacements."""
         return {
             number for number, axis in enumerate("xyz") if axis in self.hold or getattr(self.displacement, axis) is not None
         }
 
     @property
     def held_turns(self) -> tuple[Axis, ...]:
-        """The axes about which it holds a rigid body."""
+        """Axes about which the motion prevents rotations of a rigid body."""
         return self.hold_rotation or ()
 
     def turns_about(self) -> set[int]:
-        """The numbers of the axes about which it prescribes the rotation."""
+        """Return the indices of the axes about which the motion prescribes the rotation."""
         return {"xyz".index(axis) for axis in {*self.held_turns, *self.rotation.axes()}}
 
     def turning_reaction(self, parts: Parts) -> str | None:
@@ -156,10 +158,10 @@ class Motion(Condition):
         return self.name if body is not None and body.is_rigid else None
 
     def top_turn(self) -> float:
-        """Largest prescribed angular velocity about an axis [rad/s]."""
+        """Return the largest prescribed angular velocity about an axis [rad/s]."""
         return max((turn.top_speed() for turn in self.rotation.turns().values()), default=0.0)
 
     def top_speed(self) -> float:
-        """Largest prescribed velocity along an axis [m/s]."""
+        """Return the largest prescribed velocity along an axis [m/s]."""
         signals = (getattr(self.displacement, axis) for axis in WAYS)
         return max((signal.top_speed() for signal in signals if signal is not None), default=0.0)

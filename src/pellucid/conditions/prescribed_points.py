@@ -1,4 +1,4 @@
-"""Prescribed motions in a run: constraints on the points of a body, and on the nodes that these reach."""
+"""Prescribed motions in a run: constraints on points of a body, and on the nodes that these points reach."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -28,8 +28,8 @@ ROUNDING = 1e-9  # of a mass: less is left where all of it is taken away
 
 
 def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
-    """1 + the number of the motion that a point of the body follows, 0 where it follows none, shape (n,): in the order in which
-    the points are stored."""
+    """Return 1 + the index of the motion that each point of the body follows, 0 if there is none, shape (n,), in storage
+    order. Raises CaseError for parts that overlap or contain no point."""
     body, of = member.body, member.selectable()
     driven = np.zeros(len(of.position), np.int64)
     for number, motion in enumerate(motions, start=1):
@@ -46,14 +46,14 @@ def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
 
 
 class PrescribedPoints(ActiveCondition):
-    """The prescribed motions of one body.
+    """Prescribed motions of one body.
 
-    The arrays of the body have `driven`, the number of a point's motion plus one or 0, and `start`, its first position [m].
-    On the grid, the nodes about driven points are constrained, so that other points and contact do not move them.
+    Arrays of the body: `driven`, the index of a point's motion plus one, or 0; `start`, the initial position of a point
+    [m]. On the grid, the nodes around driven points are constrained, so that other points and contact do not move them.
     """
 
     by_slabs = True
-    """It leads the points of a slab without those of others, by joint loops (`pellucid.jit.joint`)."""
+    """True, since the points of a slab are updated independently of other points, in joint loops (`pellucid.jit.joint`)."""
 
     def __init__(self, member: AssembledBody, motions: "Sequence[Motion]", assembly: Assembly) -> None:
         body, thin, self._layout = member.body, member.thin, assembly.layout
@@ -85,8 +85,8 @@ class PrescribedPoints(ActiveCondition):
         body.constrain(self)
 
     def begin(self, time: float, dt: float) -> None:
-        """Set mean velocities over a step from `time` [s] that end exactly at the prescribed displacements; zero while the
-        time of the loads stands still."""
+        """Set mean velocities over a step from `time` [s] that end exactly at the prescribed displacements; zero if the
+        load time does not advance."""
         for number, functions in enumerate(self._functions):
             for axis, function in functions.items():
                 reached = function(time + dt)
@@ -100,14 +100,14 @@ class PrescribedPoints(ActiveCondition):
             self._release(self._nodes.content.mass)
 
     def rows(self) -> np.ndarray:
-        """1 + the number of the motion that a point follows along each axis, 0 where it is free, shape (n, 3), in the order in
-        which the points are stored."""
+        """Return 1 + the index of the motion that each point follows along each axis, 0 if it is free, shape (n, 3), in
+        storage order."""
         driven = self.body.arrays["driven"]
         axes = np.concatenate([np.zeros((1, 3), np.int64), self._axes])
         return np.asarray(axes[driven] * driven[:, None])
 
     def release_nodes(self, nodes: np.ndarray) -> None:
-        """Release these nodes of the grid, shape (k,), from points that rest at their present positions."""
+        """Exclude nodes of the grid, shape (k,), from the constraint by points that rest at their current positions."""
         if self._points is None or self._nodes is None:
             return
         rows, arrays = self.rows() > 0, self.body.arrays
@@ -122,19 +122,19 @@ class PrescribedPoints(ActiveCondition):
         driven_mass[self._released] = np.where(left > ROUNDING * self._released_mass, left, 0.0)
 
     def prescribe_velocities(self) -> None:
-        """Prescribed velocities of the points, and the impulses that these and the nodes about them take."""
+        """Set the prescribed velocities of the points, and record the impulses on the points and the nodes around them."""
         if self._points is not None:
             self._taken.fill(0.0)
             driven_points.prescribe_velocities(self._points.n_slabs, self._points.mapped, self._bundle, self._nodes)
 
     def prescribe_velocities_again(self) -> None:
-        """The same after contact gave impulses once more."""
+        """Set the prescribed velocities again after the second contact impulses, and add the further impulses."""
         taken = self._taken.copy()
         self.prescribe_velocities()
         self._taken += taken
 
     def prescribe_positions(self) -> None:
-        """Prescribed positions."""
+        """Set the prescribed positions."""
         if self._leading is not None:
             move_points_jointly(self._leading, 0.0)
 

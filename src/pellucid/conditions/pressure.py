@@ -1,4 +1,4 @@
-"""Pressure that follows a membrane or the faces of a solid."""
+"""Data model of a pressure on a membrane or on faces of a solid."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import ClassVar, Literal
@@ -26,7 +26,8 @@ from pellucid.parts.surface_load import SurfacePoints
 
 
 class Pressure(ChangesInTime, Condition):
-    """A pressure difference on a membrane or a pressure on the faces of a solid, along the normal wherever that points."""
+    """A pressure difference across a membrane or a pressure on the faces of a solid, along the current normal (follower
+    load)."""
 
     swings_as: ClassVar[Swing] = Swing("spring", "its membrane oscillates on its given volume")
 
@@ -91,7 +92,7 @@ class Pressure(ChangesInTime, Condition):
             yield from face_problems(self.where or "boundary", place, self.body, parts, each_step)
 
     def _region_problems(self, where: Where, path: Path, body: BodyModel, parts: Parts) -> Iterator[Finding]:
-        """Report faults of a region of a membrane."""
+        """Report problems of a region of a membrane."""
         start = body.selectable()
         if body.evaluates_loads or start is None:
             text = f'body {self.body} is of kind "{body.kind}": a pressure acts on all of it'
@@ -102,7 +103,7 @@ class Pressure(ChangesInTime, Condition):
             yield from faults(where, start, path, self.body, faces=True, by_centre=True)
 
     def _volume_problems(self, given: GivenVolume, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report faults of a membrane with prescribed volume."""
+        """Report problems of a membrane with prescribed volume."""
         wrong = list(encloses_problems(self.body, self.lids, path, parts, allows_flat=given.ratios is None))
         yield from wrong
         body = parts.named(BodyModel, self.body)
@@ -131,7 +132,7 @@ class Pressure(ChangesInTime, Condition):
         return bound_of_spring(spring, critical(spring, start.mobility), start.mobility)
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason for a given volume: the relaxation does not know its stiffness."""
+        """Return the reason if a volume is prescribed: the stiffness of its spring is not included in the relaxation."""
         if self.volume is None:
             return None
         return Reason(
@@ -162,16 +163,16 @@ class Pressure(ChangesInTime, Condition):
         return PressedMembrane(lambda time: membrane.add_pressure(self.at(time), column), member.body)
 
     def at(self, time: float) -> float:
-        """Pressure [Pa] at a time [s]."""
+        """Return the pressure [Pa] at a time [s]."""
         return (self.value or 0.0) * self.share(time)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
-        """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
+        """Return the force per unit current area [Pa], shape (..., 3), at surface points and a time [s]."""
         return self.at(time) * points.normal
 
 
 class PressedMembrane(AtEachStep):
-    """A pressure on all of a membrane."""
+    """A pressure on a whole membrane in a run."""
 
     def __init__(self, act: Callable[[float], object], body: Body) -> None:
         super().__init__(act)
@@ -194,12 +195,13 @@ def _holes(body: Body) -> str | None:
 
 
 class PressedFaces(ActiveCondition):
-    """A pressure on faces in a region."""
+    """A pressure on faces in a region in a run."""
 
     def __init__(
         self, faces: LoadedFaces, pressure: Callable[[float], float], add: Callable[[np.ndarray], object], path: Path
     ) -> None:
-        """pressure: against the outward normals at a time; add: takes forces [N], shape (n, 3); path: of the region."""
+        """pressure: pressure against the outward normals as a function of time [s]; add: function that applies forces [N],
+        shape (n, 3); path: path of the region."""
         self._faces, self._pressure, self._add, self._path = faces, pressure, add, path
         self._misses = False
 

@@ -59,7 +59,7 @@ class FilmPressure(ChangesInTime, LoadModel):
         return surface_load(self.traction, self.body, self.channel, assembly, label)
 
     def traction(self, points: SurfacePoints, time: float) -> np.ndarray:
-        """Force on unit of present area [Pa], shape (..., 3), at a time [s]."""
+        """Return the force per unit current area [Pa], shape (..., 3), at surface points and a time [s]."""
         pressure = np.full(points.density_ratio.shape, self.share(time) * self.value)
         if self.on == "initial-area":
             pressure = pressure * points.density_ratio

@@ -1,1 +1,2 @@
-"""Faces of the grid through which points come in, and at which a flow or pressure leads them out."""
+"""Open faces of the grid: faces through which points enter, and faces where points leave by a prescribed flow or against a
+pressure."""

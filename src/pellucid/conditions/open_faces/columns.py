@@ -1,7 +1,7 @@
-"""The opening in a face of the grid: the columns of points that come in through it.
+"""Opening in a face of the grid: the columns of points that enter through it.
 
-A lattice of points stands in the layer of cells at the face as a body's own does at the start. Each place of its outermost
-layer begins a column along the normal, in which points follow each other at the spacing of the lattice.
+A lattice of points fills the layer of cells at the face, like the initial lattice of a body. Each position of its outermost
+layer starts a column along the normal. Points in a column follow each other at the spacing of the lattice.
 """
 
 from collections.abc import Sequence
@@ -35,12 +35,12 @@ class OpenFace(NamedTuple):
 
     @property
     def inward(self) -> float:
-        """1 or -1, the direction into the grid along its axis."""
+        """Direction into the grid along the axis of the face, 1 or -1."""
         return -1.0 if self.is_upper else 1.0
 
     @property
     def when_flow_reverses(self) -> str:
-        """Return the remedy for a flow that reverses at an open face."""
+        """Remedy for a flow that reverses at an open face, for messages."""
         return (
             f'for a flow that reverses, set `grid.periodic = ["{"xyz"[self.axis]}"]` and drive it by a [[load]] of '
             'kind = "body-force" with an `amplitude` (acceleration: pressure difference over density and length), instead of '
@@ -48,7 +48,7 @@ class OpenFace(NamedTuple):
         )
 
     def nodes(self, grid: GridCase) -> np.ndarray:
-        """The places of its nodes [m], shape (n, 3)."""
+        """Return the positions of the nodes of the face [m], shape (n, 3)."""
         axes = [np.linspace(*ends) for ends in zip(grid.lower, grid.extent_upper(), np.array(grid.counts()) + 1, strict=True)]
         axes[self.axis] = axes[self.axis][[-1 if self.is_upper else 0]]
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -73,7 +73,7 @@ class Columns(NamedTuple):
 
 
 def _endless(grid: GridCase) -> np.ndarray:
-    """Along which axes shapes end at no face of the grid, shape (3,): thin ones, and across seams."""
+    """Return a mask of the axes along which shapes do not end at faces of the grid (thin and periodic axes), shape (3,)."""
     return np.array(grid.thin()) | np.array(grid.is_periodic())
 
 
@@ -95,7 +95,7 @@ def why_apart(name: str, shape: Geometry, face: OpenFace, grid: GridCase) -> Rea
 def columns(
     shape: Geometry, left_out: Sequence[Geometry], per_cell: int | tuple[int, int, int] | None, grid: GridCase, face: OpenFace
 ) -> Columns:
-    """Return the columns where a shape, less what is left out, meets a face within the grid."""
+    """Return the columns of points where a shape, without the excluded shapes, intersects a face within the grid."""
     counts = points_along_axes(per_cell, grid.thin())
     lower, upper, endless = np.array(grid.lower), np.array(grid.extent_upper()), _endless(grid)
     spacing = float(SeedLattice.of(shape, grid, counts).spacing[face.axis])
@@ -110,6 +110,6 @@ def columns(
 
 
 def opening_of(through: Shape | None, face: OpenFace, model: Any, grid: GridCase) -> tuple[Columns, Geometry]:
-    """The columns of an opening and its shape: a given one, or where a body meets the face, by its model."""
+    """Return the columns of an opening and its shape: the given shape, or the shape of the body's model."""
     shape = (through or model.shape).geometry()
     return columns(shape, () if through else model.left_out, model.points_per_cell, grid, face), shape

@@ -1,4 +1,4 @@
-"""Points that come in through openings, in a run."""
+"""Entry of points through openings in a run."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil, exp
@@ -22,13 +22,14 @@ if TYPE_CHECKING:
     from pellucid.conditions.open_faces.inflow import Inflow
 
 LAYERS = 8
-"""Of points that an opening may have more than fill the grid."""
+"""Number of layers of points, in addition to those that fill the grid, for which an opening reserves rows."""
 LAYERS_OF_MEAN = 2
-"""Of cells, of whose points one mean pressure is taken."""
+"""Number of layers of cells over whose points the pressure is averaged."""
 MARGIN = 0.25
-"""Of the spacing of points, how far one under a pressure comes in at once: it may swing back as far."""
+"""Distance from the face at which a point enters under a given pressure, as a fraction of the point spacing; the flow may
+move back by this distance."""
 DENSER = 1.1
-"""Points that a body may have, by those that fill the grid."""
+"""Largest number of points of a body, relative to the number that fills the grid."""
 
 
 def entering(inflows: "Sequence[Inflow]", assembly: Assembly) -> list["Entering"]:
@@ -50,7 +51,8 @@ def _make_room(member: AssembledBody, inflows: "Sequence[Entering]") -> None:
 
 
 class Entering(ActiveCondition):
-    """An inflow in a run. Between steps it keeps how far a column of mean velocity has come in, and had at most [m]."""
+    """Inflow in a run. Its state between steps is the distance that a column with the mean velocity has entered, now and at
+    most [m]."""
 
     def __init__(self, inflow: "Inflow", assembly: Assembly, path: str) -> None:
         member = assembly.bodies[inflow.body]
@@ -115,8 +117,7 @@ class Entering(ActiveCondition):
         return self.strip.limit
 
     def _reached(self) -> np.ndarray:
-        """Return the distance of the first points of the columns from the face [m], shape (c,), if they did not move
-        sideways."""
+        """Return the distance of the first points of the columns from the face [m], shape (c,), without sideways motion."""
         return np.asarray(self._travel * self.strip.at_columns + self.opening.depth)
 
     def _layers(self) -> np.ndarray:
@@ -125,7 +126,8 @@ class Entering(ActiveCondition):
         return np.maximum(np.floor(reached / self.opening.spacing), 0.0).astype(np.int64)
 
     def enter(self, n_steps: int, time: float) -> Sequence[Passed]:
-        """Add a point for each spacing by which its column has advanced, one spacing behind the previous point."""
+        """Add a point to a column each time the column has advanced by one spacing, one spacing behind the previous point;
+        return the mass, momentum and energy of the new points."""
         before = self._layers()
         self._furthest = max(self._furthest, self._travel)
         number = self._layers() - before
@@ -140,12 +142,13 @@ class Entering(ActiveCondition):
         return [self._body.let_in(self._pressed(arrays), n_steps, time)]
 
     def _pressed(self, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """Arrays of points of a liquid at the pressure at the inner end of the strip: the mean of the first layers behind it
-        and half of what it falls from these to the next, in a flow whose pressure falls evenly.
+        """Return the arrays of new points of a liquid, with the pressure at the inner end of the strip.
 
-        Points at any other pressure are squeezed there, within a cell, and change velocities by what swings from node to node:
-        pressures that swing so make no force which would take it back. Half of the fall would make more of swings of sound
-        than there is; it is a mean over what comes in while the flow passes these layers.
+        The pressure is the mean of the first layers behind the strip, plus half of the pressure drop from these to the next
+        layers, for a flow with linear pressure. Points with any other pressure are compressed there within a cell, and
+        their velocities change by oscillations from node to node: such pressure oscillations cause no restoring force. Half
+        of the drop would amplify acoustic oscillations; therefore the drop is averaged over the points that enter while the
+        flow passes these layers.
         """
         first, second = (_mean_pressure(*stresses) for stresses in self._body.stresses_of(self._behind))
         if first is None:
@@ -182,7 +185,7 @@ class Entering(ActiveCondition):
 
 
 def _folded(position: np.ndarray, case: GridCase) -> np.ndarray:
-    """Positions [m], shape (n, 3), within a period of the grid."""
+    """Return positions [m], shape (n, 3), moved into one period of the grid."""
     folded = position.copy()
     for axis, period in enumerate(case.periods()):
         if period > 0.0:

@@ -20,7 +20,7 @@ Profile = Literal["uniform", "parabolic"]
 
 
 class GivenFlow(ChangesInTime):
-    """A flow through a face of the grid: its size, what it is across the opening, and how it changes in time."""
+    """Prescribed flow through a face of the grid: its magnitude, its profile across the opening, and its change in time."""
 
     velocity: float | None = parameter("m/s", "mean velocity through the opening, in the direction of the flow", None, ge=0)
     flow_rate: float | None = parameter("m^3/s", "alternative: volume flow rate; in plane problems of the slice", None, ge=0)
@@ -44,17 +44,17 @@ class GivenFlow(ChangesInTime):
         return False
 
     def sizes(self) -> list[str]:
-        """Return the keys that give the size of the flow."""
+        """Return the keys that define the magnitude of the flow."""
         return [key for key in ("velocity", "flow_rate") if getattr(self, key) is not None]
 
     def largest_share(self) -> float:
-        """The largest share of it at any time."""
+        """Return the largest fraction of the flow at any time."""
         return 1.0 if self.amplitude is None else self.amplitude.largest
 
     def opening_problems(self, face: str, path: Path, parts: Parts, body: Any = None) -> Iterator[Finding]:
-        """Report an opening that does not reach the face, that supports close, or whose profile is unknown.
+        """Report an opening that does not reach the face, is closed by supports, or has an unknown profile.
 
-        body: model of the body that flows through it, if known.
+        body: model of the body that flows through the opening, or None.
         """
         grid = parts.grid
         if grid is None:
@@ -101,6 +101,6 @@ class GivenFlow(ChangesInTime):
 
 
 def walled_axes(grid: GridCase, face: str) -> list[bool]:
-    """Across which of the axes x, y, z walls may bound an opening in a face."""
+    """Return for each axis whether walls along it can bound an opening in a face."""
     normal = "xyz".index(face[0])
     return [axis != normal and not (grid.thin()[axis] or grid.is_periodic()[axis]) for axis in range(3)]

@@ -1,4 +1,4 @@
-"""Inflow: a face of the grid through which points come into a fluid."""
+"""Data model of an inflow: a face of the grid through which points enter a fluid."""
 
 from collections.abc import Iterator, Sequence
 from typing import ClassVar
@@ -17,7 +17,8 @@ from pellucid.parts.part import Parts
 
 
 class Inflow(GivenFlow, Condition):
-    """A face of the grid through which points come into a fluid, led by a given velocity in the layer of cells there."""
+    """A face of the grid through which points enter a fluid, with a prescribed velocity or pressure in the layer of cells
+    there."""
 
     losses: ClassVar[Sequence[Channel]] = (INFLOW_ENERGY, INFLOW_WORK, IMPACT_HEAT)
 
@@ -57,7 +58,7 @@ class Inflow(GivenFlow, Condition):
         return self.name
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason: a flow does not come to rest."""
+        """Return the reason: with an inflow there is no equilibrium."""
         return Reason("an [[inflow]] adds points, so there is no equilibrium", "remove [steady] or the inflow")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
@@ -94,7 +95,7 @@ class Inflow(GivenFlow, Condition):
             yield Finding((*path, "body"), text, "use `pellucid resume` to continue a run, or remove [start]")
 
     def _speed_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """A fixed step in which what comes in crosses more than a cell."""
+        """Report a fixed time step in which the inflow crosses more than one cell."""
         step = getattr(parts.sections["time"].items[0], "step", None)
         if parts.grid is None or step is None or self.velocity is None:
             return
@@ -106,7 +107,7 @@ class Inflow(GivenFlow, Condition):
 
 
 def face_problems(face: str, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report faults of a face that is to be open."""
+    """Report problems of a face of the grid with inflow or outflow."""
     yield from parts.seam(path, face)
     if parts.grid is not None and not parts.active_axes["xyz".index(face[0])]:
         text = f"the grid is one cell thick along {face[0]}: nothing can move through the face {face}"

@@ -1,4 +1,4 @@
-"""A given flow out of the grid, in a run: the strip of cells at the face is led outwards."""
+"""Prescribed outflow in a run: the nodes in the strip of cells at the face have the velocity of the flow."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class LeadingOut(ActiveCondition):
-    """An outflow of a given flow. Its opening is that of the first of the bodies that reaches the face."""
+    """Outflow with a prescribed flow. The opening is that of the first body that reaches the face."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
         self._layout, self._name = assembly.layout, outflow.name

@@ -1,8 +1,8 @@
-"""The strip of cells at an opening, whose nodes a given flow leads.
+"""Strip of cells at an opening, whose nodes have a prescribed velocity.
 
-All nodes that points in the layer of cells at the face reach have the velocity of the flow, along the normal, as nodes about
-driven points have theirs (`pellucid.grid.momentum.ExternalAction`). So what is in the strip moves as it is told to, and on its
-inner side it pushes and is pushed.
+All nodes reached by points in the layer of cells at the face have the velocity of the flow along the normal, like nodes
+around driven points (`pellucid.grid.momentum.ExternalAction`). The material in the strip thus has the prescribed velocity.
+At its inner side the strip exchanges forces with the rest of the fluid.
 """
 
 from math import ceil, log2
@@ -14,26 +14,27 @@ from pellucid.conditions.open_faces.strip import Passage, Strip
 from pellucid.ranks.domain import domain
 
 HEAVY = 1e6
-"""What leads a node has so many times the mass of a full cell: whatever is in the strip follows wholly."""
+"""Mass that prescribes the velocity of a node, in masses of a full cell: large enough that all material in the strip
+follows."""
 
 
 class LedStrip(Strip):
-    """A strip of a flow of given velocity."""
+    """Strip of a flow with prescribed velocity."""
 
     def __init__(self, flow: GivenFlow, passage: Passage) -> None:
-        """flow, passage: as in `Strip`."""
+        """flow, passage: see `Strip`."""
         super().__init__(flow, passage)
         self._driven, body = self._actions.driven(), passage.member.body
         density = float(np.sum(body.stored_array("mass")) / np.sum(body.volumes()))
         self._mass = 2.0 ** ceil(log2(HEAVY * density * self._actions.field.grid.cell_volume))  # by which nothing is rounded
 
     def mean_at(self, time: float) -> float:
-        """The mean velocity through the opening at a time [m/s]."""
+        """Return the mean velocity through the opening at a time [m/s]."""
         mean = self._flow.velocity if self._flow.flow_rate is None else self._flow.flow_rate / self.area
         return self._flow.share(time) * (mean or 0.0)
 
     def begin(self, time: float, dt: float) -> None:
-        """Lead the nodes over a step from `time` [s]: by nothing where time stands still."""
+        """Set the velocity of the nodes over a step from `time` [s]; it is zero if the load time does not advance."""
         self.speed = self.mean_at(time) if dt > 0.0 else 0.0
         self._driven.mass[self._nodes] += self._mass
         self._driven.momentum[self._nodes, self._face.axis] += self._mass * self._velocity()

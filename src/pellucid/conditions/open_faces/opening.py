@@ -1,4 +1,4 @@
-"""The nodes about an opening in a face of the grid, and the layers of them that move as its flow does."""
+"""Nodes around an opening in a face of the grid, and the layers of nodes that move with its flow."""
 
 from typing import NamedTuple
 
@@ -10,11 +10,12 @@ from pellucid.grid.lattice import Grid
 
 LEAST_WEIGHT = 1e-12  # of a node that points reach
 SAMPLES = tuple(k / 24 for k in range(25))
-"""Of a cell: at some of these functions begin and end, those of GIMP with 1 to 4 or 6 points a cell too."""
+"""Sample positions in a cell, as fractions. They include the ends of all shape functions, also of GIMP with 1 to 4 or 6
+points per cell."""
 
 
 class NodesAcross(NamedTuple):
-    """The nodes of a layer that columns reach, and with what weights."""
+    """Nodes of a layer that columns reach, with their weights."""
 
     place: np.ndarray  # (m, 3) [m]; along the normal at the face
     stored: np.ndarray  # (m,) where they are stored, those of the layer at the lower end of the grid
@@ -28,7 +29,7 @@ class NodesAcross(NamedTuple):
 
 
 def nodes_across(columns: Columns, grid: Grid, functions: GridFunctions, face: OpenFace) -> NodesAcross:
-    """Find the nodes of the columns behind a face."""
+    """Return the nodes of a layer that the columns behind a face reach."""
     lattice, across = grid.lattice, [axis for axis in range(3) if axis != face.axis]
     numbers: dict[tuple[int, ...], int] = {}
     column, node, weight = list[int](), list[int](), list[float]()
@@ -48,13 +49,13 @@ def nodes_across(columns: Columns, grid: Grid, functions: GridFunctions, face: O
 
 
 def layers(grid: Grid, function: GridFunction, face: OpenFace) -> np.ndarray:
-    """The layers of nodes that points in the layer of cells at a face reach, (l,)."""
+    """Return the indices of the layers of nodes that points in the layer of cells at a face reach, (l,)."""
     reached = {i for depth in SAMPLES for i in _layers_at(depth, grid, function, face)}
     return np.array(sorted(reached), np.int64)
 
 
 def led_depth(grid: Grid, function: GridFunction, face: OpenFace) -> float:
-    """Return the distance from a face up to which points use these layers only [m]: 1 to 2 cells, depending on the
+    """Return the distance from a face up to which points reach only these layers [m]: 1 to 2 cells, depending on the shape
     functions."""
     led = set(layers(grid, function, face).tolist())
     deeper = [1.0 + depth for depth in SAMPLES if _layers_at(1.0 + depth, grid, function, face) <= led]
@@ -67,7 +68,7 @@ def _layers_at(depth: float, grid: Grid, function: GridFunction, face: OpenFace)
 
 
 def _reached(function: GridFunction, place: float, grid: Grid, axis: int) -> list[tuple[int, float]]:
-    """The nodes along an axis that a place [m] reaches, with their weights."""
+    """Return the indices of the nodes along an axis that a position [m] reaches, with their weights."""
     n, lattice = grid.lattice.counts[axis], grid.lattice
     found = _weights(function, (place - lattice.lower[axis]) * lattice.inverse_cell, n)
     return [(i % n if grid.periodic[axis] else i, w) for i, w in found]

@@ -1,12 +1,13 @@
-"""The pressure at an open face, where a fluid ends.
+"""Pressure at an open face, where a fluid ends.
 
-A pressure p pushes on the end of a fluid along the normal n of the face with f_I = -n p ∮ N_I n·dA. By Gauss's law that is
+A pressure p acts on the end of a fluid along the normal n of the face with the nodal forces f_I = -n p ∮ N_I n·dA. By the
+divergence theorem this is
 
-    f_I = -n p Σ_p V_p n·∇N_I(x_p)
+    f_I = -n p Σ_p V_p n·∇N_I(x_p),
 
-with the sum by which the fluid's own pressure acts on the nodes, taken at those about the layer of cells at the face. So no end
-of the fluid need be found, a node that hardly any mass reaches gets hardly any force, and a fluid that has the pressure p there
-feels nothing, to rounding.
+the same sum as for the fluid's own pressure, evaluated at the nodes around the layer of cells at the face. Therefore the
+end of the fluid need not be located, nodes with almost no mass receive almost no force, and a fluid at the pressure p is in
+equilibrium, to rounding.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,14 +33,14 @@ if TYPE_CHECKING:
 
 
 class FluidPoints(NamedTuple):
-    """Input of points."""
+    """Point data for the scatter kernel."""
 
     position: Any
     volume: Any
 
 
 class EndPressure(NamedTuple):
-    """A gift by slopes: -V p along an axis, of points near a face."""
+    """Scatter rule that uses gradients of the shape functions: the value -V p along an axis, for points near a face."""
 
     pressure: np.ndarray  # (1,) in this step [Pa]
     level: float  # of the face, in cells
@@ -68,7 +69,7 @@ class EndNodes(NamedTuple):
 
 
 class EndOfFluid:
-    """The points of a body at a face, on whose end a pressure acts."""
+    """Points of a body at a face, with a pressure on the end of the body."""
 
     def __init__(self, member: AssembledBody, face: str, column: int) -> None:
         body = member.body
@@ -94,7 +95,7 @@ class EndOfFluid:
         self._field.load_row(self._row)[self._near, self.face.axis] += self._rows[self._near, self.face.axis]
 
     def _gift(self) -> Bundle:
-        """Made when all that depends on conditions is known."""
+        """Return the scatter data, which is built once, when all conditions are known."""
         if self._gives is None:
             arrays, face, cell = self.body.arrays, self.face, self.body.grid.lattice.cell
             rule = EndPressure(self._pressure, face.level / cell, face.inward, face.axis, 2.0 * self._deep)
@@ -114,7 +115,7 @@ class EndOfFluid:
 
 
 class OutletPressure(ActiveCondition):
-    """The pressure of an outflow in a run."""
+    """Pressure of an outflow in a run."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
         self._outflow, self._path, self._filled = outflow, path, [True] * len(outflow.where)
@@ -124,7 +125,7 @@ class OutletPressure(ActiveCondition):
             self._ends.append((ends[0].face, ends))
 
     def try_out(self) -> None:
-        """Raise an error if no fluid is at the face: a pressure needs something to act on."""
+        """Raise CaseError if no fluid is at the face, since the pressure would have no effect."""
         for face, ends in self._ends:
             if _nearest(ends)[0] > 1.0:
                 text = (
@@ -163,7 +164,7 @@ class OutletPressure(ActiveCondition):
 
 
 def _nearest(ends: Sequence[EndOfFluid]) -> tuple[float, float]:
-    """Return distance and velocity of the nearest point of all bodies."""
+    """Return the distance from the face, in cells, and the velocity into the grid [m/s] of the nearest point of all bodies."""
     return min((end.nearest() for end in ends), default=(0.0, 0.0))
 
 

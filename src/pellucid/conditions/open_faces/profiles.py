@@ -1,4 +1,4 @@
-"""Velocities of slow steady flows across openings, of any size."""
+"""Velocity profiles of steady laminar flows across openings, without normalization."""
 
 from collections.abc import Sequence
 from typing import TypeGuard
@@ -14,16 +14,16 @@ Wall = tuple[float, float]
 
 
 def across_tube(tube: Cylinder, axis: int, places: np.ndarray) -> np.ndarray:
-    """1 - r²/R² at places [m], shape (n, 3), 0 beyond the tube along an axis."""
+    """Return the profile 1 - r²/R² at positions [m], shape (n, 3), of the flow in a tube along an axis; 0 outside the tube."""
     offset = np.delete(places - np.array(tube.centre_), axis, axis=1)
     return np.maximum(1.0 - np.sum(offset * offset, axis=1) / tube.radius**2, 0.0)
 
 
 def across_walls(walls: Sequence[Wall | None], places: np.ndarray) -> np.ndarray:
-    """Between one or two pairs of walls, each at two levels [m] of an axis, at places [m], shape (n, 3); 0 beyond them.
+    """Return the profile of the flow between one or two pairs of walls at positions [m], shape (n, 3); 0 outside the walls.
 
-    walls: for each axis its pair, None where there is none. Of two pairs it is the series of Boussinesq, as in White 2006,
-    Viscous Fluid Flow, section 3-3.3.
+    walls: for each axis the positions of its two walls [m], or None. For two pairs the profile is Boussinesq's series, see
+    White 2006, Viscous Fluid Flow, section 3-3.3.
     """
     pairs = [(axis, pair) for axis, pair in enumerate(walls) if pair is not None]
     scaled = [(2.0 * places[:, axis] - low - high) / (high - low) for axis, (low, high) in pairs]

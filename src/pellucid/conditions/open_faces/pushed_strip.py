@@ -1,10 +1,11 @@
-"""The strip of cells at an opening through which a pressure pushes a fluid in.
+"""Strip of cells at an opening through which a pressure drives a fluid into the grid.
 
-Its nodes move as one along the normal, with the profile w across, at the mean velocity that their momentum gives them:
+The nodes of the strip move together along the normal, with the profile w across the opening, at the mean velocity U that
+follows from their momentum:
 
     U = Σ m_I w_I v_I / Σ m_I w_I²,    J_I = m_I (U w_I n - v_I).
 
-So columns of points know how far they have come in, as where the velocity is given.
+The distance that columns of points have entered is therefore known, as for a prescribed velocity.
 """
 
 from typing import Annotated, NamedTuple
@@ -25,25 +26,26 @@ class StripNodes(NamedTuple):
 
 
 class PushedStrip(Strip):
-    """A strip of a flow under a given pressure."""
+    """Strip of a flow under a given pressure."""
 
     def __init__(self, flow: GivenFlow, passage: Passage, pressure: float, column: int) -> None:
-        """flow, passage: as in `Strip`; pressure: at the opening [Pa]; column: of the energy table, for the work of the
-        pressure and of the strip."""
+        """flow, passage: see `Strip`; pressure: pressure at the opening [Pa]; column: column of the works for the work of
+        the pressure and of the strip."""
         super().__init__(flow, passage)
         self._end, self._pressure, self._column = EndOfFluid(passage.member, self._face.name, column), pressure, column
         self._impulse = allocate(StripNodes, self._actions.field.grid.n_nodes).impulse
 
     def mean_at(self, time: float) -> float:
-        """Return the speed of this step [m/s]; later speeds are unknown."""
+        """Return the mean velocity of this step [m/s]; later velocities are unknown."""
         return self.speed
 
     def begin(self, time: float, dt: float) -> None:
-        """Push over a step from `time` [s]."""
+        """Apply the pressure over a step from `time` [s]."""
         self._end.push(self._flow.share(time) * self._pressure)
 
     def act(self, dt: float) -> tuple[float, np.ndarray]:
-        """Let the nodes move as one. Called after the momentum update. Nodes count the work and impulses."""
+        """Set the common velocity of the nodes; return zeros, since nodes count the work and impulses. Called after the
+        momentum update."""
         nodes, strip, axis = self._actions.field.grid.nodes, self._nodes, self._face.axis
         free = self._free()
         mass, velocity = np.where(free[:, axis], nodes.mass[strip], 0.0), nodes.velocity[strip]

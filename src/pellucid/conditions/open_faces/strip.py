@@ -1,4 +1,4 @@
-"""The strip of cells at an opening, whose nodes move as those of one flow."""
+"""Strip of cells at an opening, whose nodes move with the flow through it."""
 
 from typing import NamedTuple
 
@@ -31,7 +31,7 @@ class Passage(NamedTuple):
 
 
 class Strip:
-    """The strip of a flow through an opening, into the grid or out of it: its nodes, and its velocities across."""
+    """Strip of a flow through an opening, into or out of the grid: its nodes, and its velocity profile."""
 
     def __init__(self, flow: GivenFlow, passage: Passage) -> None:
         actions, points = passage.member.actions, passage.member.body
@@ -47,11 +47,11 @@ class Strip:
         order = np.argsort(led)
         self._nodes, self._number = led[order], np.tile(np.arange(len(self._across.stored)), len(steps))[order]
         self.depth = led_depth(grid, points.functions[face.axis], face)
-        """How far from the face points feel nodes of the strip alone [m]."""
+        """Distance from the face up to which points reach only nodes of the strip [m]."""
         self.area = float(columns.area.sum())
         self.speed = 0.0  # mean over the opening in this step [m/s]
         self.limit = NO_LIMIT
-        """On the step, where the flow in the strip is faster than all else in the body."""
+        """Step limit, if the flow in the strip is the fastest motion in the body."""
 
     def find_profile(self) -> None:
         """Compute the velocity profile across the opening, with a mean of one. Called when all constraints are known."""
@@ -108,19 +108,22 @@ class Strip:
         self.limit = StepLimit(1.0 / totals.rate, "motion", what) if governs else NO_LIMIT
 
     def _free(self) -> np.ndarray:
-        """Return a mask of the directions of its nodes with mass and without supports, shape (n, 3)."""
+        """Return a mask of the directions of the strip's nodes with mass and without supports, shape (n, 3)."""
         nodes = self._actions.field.grid.nodes
         return np.asarray((nodes.mass[self._nodes] >= MASS_EPS)[:, None] & (nodes.constrained[self._nodes] == 0))
 
     @property
     def normal(self) -> np.ndarray:
-        """The direction of the flow, shape (3,)."""
+        """Direction of the flow, a unit vector, shape (3,)."""
         return self._direction * np.eye(3)[self._face.axis]
 
 
 def work_of_strip(layout: WorkLayout, channel: Channel, work: float, impulse: np.ndarray, name: str | None) -> StepWork:
-    """Return the work of moving a strip in a step [J] and its impulse [N s], shape (3,), under the name of the flow if it
-    has one."""
+    """Return the work and impulse of a strip as the work of a step.
+
+    work: work of the flow on the strip [J]; impulse: shape (3,) [N s]; name: name of the flow, under which the impulse is
+    recorded, or None.
+    """
     done = layout.no_work()
     done.works[layout.column(channel)] = work
     if name is None:

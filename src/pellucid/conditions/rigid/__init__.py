@@ -1,1 +1,1 @@
-"""Bodies that move as rigid ones."""
+"""Rigid bodies."""

@@ -1,4 +1,4 @@
-"""A rigid body: its points move with their momentum and angular momentum, except where motions prescribe the motion."""
+"""Rigid body in a run: the motion follows from the momentum and angular momentum of its points, or is prescribed."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -37,11 +37,12 @@ if TYPE_CHECKING:
 
 
 class RigidBody:
-    """A body that moves as a rigid one: its points get the rigid motion with their momentum and angular momentum.
+    """A rigid body: its points have the rigid motion with their total momentum and angular momentum.
 
-    Motions may prescribe parts of that motion. Each point counts as a cube with its volume, in the plane as a square: with its
-    own inertia m a²/6 that of a box of whole points is exact. The arrays of the body have `start`, the first position of each
-    point [m], `angle`, how far the body has turned since [rad], and in `affine` its angular velocity, the same for each.
+    Motions may prescribe components of the rigid motion. Each point counts as a cube of its volume (a square in the plane),
+    with its own inertia m a²/6; the inertia of a box of whole points is then exact. Arrays of the body: `start`, the
+    initial position of each point [m]; `angle`, the rotation of the body since the start [rad]; `affine`, which contains
+    the angular velocity of the body for each point.
     """
 
     strains = False
@@ -54,7 +55,7 @@ class RigidBody:
         springs: "Sequence[RigidSpring]",
         earlier: "Sequence[RigidBody]" = (),
     ) -> None:
-        """earlier: the rigid bodies that act on the nodes before it."""
+        """earlier: rigid bodies that act on the nodes before this body."""
         self.body, self._thin, self._layout = member.body, member.thin, assembly.layout
         # across a thin axis nothing moves, so that only the turn about it is left
         self._turns = [axis for axis in range(3) if not any(self._thin[other] for other in range(3) if other != axis)]
@@ -93,20 +94,20 @@ class RigidBody:
         arrays["start"], arrays["angle"] = arrays["position"].copy(), np.zeros_like(arrays["position"])
         m, arm = arrays["mass"][:, None], arrays["position"] - centre_of(arrays["mass"][:, None], arrays["position"])
         self.top_speed = leads.top_speed + leads.top_turn * float(np.linalg.norm(arm, axis=1).max())
-        """Of what is prescribed [m/s]."""
+        """Largest prescribed speed of a point [m/s]."""
         self._own_inertia = float(np.sum(arrays["mass"] * (2.0 * self._widths()) ** 2)) / 6.0  # of the points [kg m²]
         inertia = inertia_of(m, arm, self._own_inertia)[np.ix_(self._turns, self._turns)]
         self._carry(rates_of(m, arm, arrays["velocity"], self._turns)[3:])
         member.body.constrain(self, self.nodes)
         self.swing = sum(spring.swing(float(np.sum(m)), inertia) for spring in springs)
-        """How fast it swings on springs, which its step has to follow [1/s]."""
+        """Largest rate of oscillation on springs, which the time step must resolve [1/s]."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
         """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
         self._pushed.append((place.copy(), force))
 
     def state(self) -> RigidState:
-        """Place, orientation and velocities of the body, and its response to forces."""
+        """Return the centre, angular velocity, and the response of the body to forces."""
         m, x = self.body.arrays["mass"][:, None], self.body.arrays["position"]
         centre = centre_of(m, x)
         turn = self.rates()[3:]
@@ -116,17 +117,17 @@ class RigidBody:
         )
 
     def add_load(self, push: Push) -> None:
-        """A force and a torque over the coming step."""
+        """Add a force and a torque over the coming step."""
         self._loads.append(push)
 
     def moved(self) -> np.ndarray:
-        """Displacement of the centre of mass [m] and angles [rad] since the start, shape (6,)."""
+        """Return the displacement of the centre of mass [m] and the angles [rad] since the start, shape (6,)."""
         arrays = self.body.arrays
         m = arrays["mass"][:, None]
         return np.concatenate([centre_of(m, arrays["position"]) - centre_of(m, arrays["start"]), arrays["angle"][0]])
 
     def rates(self) -> np.ndarray:
-        """Velocity of the centre of mass [m/s] and angular velocity [rad/s], shape (6,)."""
+        """Return the velocity of the centre of mass [m/s] and the angular velocity [rad/s], shape (6,)."""
         arrays = self.body.arrays
         C = arrays["affine"][0]
         return np.array([*centre_of(arrays["mass"][:, None], arrays["velocity"]), C[7], C[2], C[3]])
@@ -172,7 +173,7 @@ class RigidBody:
 
     def prescribe_velocities(self) -> None:
         """Set the point velocities V + ω × (x - c) from their momentum or from prescribed values. Walls stop points that
-        the nodes near them let pass."""
+        the nearby nodes do not stop."""
         points, motions, inertia = self.body.arrays, self._motions, self._inertia
         received = self.nodes.receive(motions)
         free = motions.prescribed(inertia, received.momentum)
@@ -188,7 +189,8 @@ class RigidBody:
         self._carry(self._turn)
 
     def prescribe_positions(self) -> None:
-        """Positions of the rigid motion. The velocities turn with the body, which keeps its angular momentum."""
+        """Set the positions of the rigid motion, and rotate the velocities with the body so that its angular momentum is
+        conserved."""
         arrays, leads, mass = self.body.arrays, self.leads, self.body.arrays["mass"][:, None]
         inertia = inertia_of(mass, self._arm, self._own_inertia)
         spin, given = inertia @ self._turn, np.zeros(3)
@@ -215,7 +217,7 @@ class RigidBody:
             self._turned[3:] = np.where(leads.led[3:], rotation @ inertia @ rotation.T @ turn - spin, 0.0)
 
     def work(self) -> StepWork:
-        """Work of the step: the kinetic energy lost with velocities that are not rigid, and what supports give the body."""
+        """Return the work of the step: kinetic energy lost by velocities that are not rigid, and impulses of supports."""
         done = self._layout.no_work()
         done.works[:] = self._push_works  # the field counted them as one of impacts
         done.works[IMPACT] += self._loss
@@ -226,7 +228,8 @@ class RigidBody:
         return self._with_motions(done) if self.leads.led.any() else done
 
     def _with_motions(self, done: StepWork) -> StepWork:
-        """The work with that of the motions; the velocity field has counted their impulse on the nodes as external."""
+        """Add the work and impulses of the motions to the work of the step; the velocity field has counted their impulse on
+        the nodes as external."""
         on_nodes = np.where(self.leads.led, self.nodes.led_impulse * self._motions.sizes, 0.0)
         done.impulse[:] -= on_nodes[:3]
         given = on_nodes + self._led
@@ -237,7 +240,7 @@ class RigidBody:
 
 
 class RigidBodies(ActiveCondition):
-    """All rigid bodies of a case. They act on the nodes after all other conditions and before contact."""
+    """All rigid bodies of a case in a run. They act on the nodes after all other conditions and before contact."""
 
     def __init__(self, bodies: Sequence[RigidBody], n_columns: int) -> None:
         self._bodies, self._columns = bodies, n_columns

@@ -1,4 +1,4 @@
-"""Centre, angular momentum and inertia of points with masses, shape (n, 1) [kg], and rotations."""
+"""Centre, angular momentum and inertia of points with given masses, shape (n, 1) [kg], and rotations."""
 
 from collections.abc import Callable, Sequence
 from math import ceil
@@ -10,17 +10,19 @@ LARGEST_TURN = 0.02  # rad by which a body turns in a part of a step, see `turn_
 
 
 def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """The centre of masses, shape (n, 1) [kg], at places [m]."""
+    """Return the centre of mass, shape (3,) [m], of masses, shape (n, 1) [kg], at positions [m]; also used for mean
+    velocities."""
     return np.asarray(np.sum(mass * position, axis=0) / np.sum(mass))
 
 
 def spin_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Angular momentum [N m s], (3,), of masses at places from the centre [m] with velocities [m/s]."""
+    """Return the angular momentum [N m s], (3,), of masses [kg] at positions relative to the centre [m] with velocities
+    [m/s]."""
     return np.asarray(np.sum(mass * np.cross(arm, velocity), axis=0))
 
 
 def rates_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray, turns: Sequence[int]) -> np.ndarray:
-    """Velocity of the centre [m/s] and angular velocity about the axes about which they turn [rad/s], together (6,)."""
+    """Return the velocity of the centre [m/s] and the angular velocity about the axes in `turns` [rad/s], shape (6,)."""
     mean = centre_of(mass, velocity)
     rates = np.concatenate([mean, np.zeros(3)])
     rates[3 + np.array(turns, int)] = spun(inertia_of(mass, arm), spin_of(mass, arm, velocity - mean), turns)
@@ -28,28 +30,31 @@ def rates_of(mass: np.ndarray, arm: np.ndarray, velocity: np.ndarray, turns: Seq
 
 
 def spun(inertia: np.ndarray, spin: np.ndarray, turns: Sequence[int]) -> np.ndarray:
-    """Angular velocity [rad/s] of an angular momentum [N m s] about some of the axes, whose others have none."""
+    """Return the angular velocity [rad/s] about the axes in `turns` for an angular momentum [N m s], without rotation about
+    other axes."""
     return np.asarray(_inverse_about(inertia, turns) @ spin[list(turns)])
 
 
 def resultant(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Force [N] and torque about the centre [N m], together (6,), of forces at places from it [m], shape (n, 3) each."""
+    """Return the total force [N] and torque about the centre [N m], shape (6,), of forces at positions relative to the
+    centre [m], shape (n, 3) each."""
     return np.concatenate([force.sum(axis=0), np.cross(arm, force).sum(axis=0)])
 
 
 def inertia_of(mass: np.ndarray, arm: np.ndarray, own: float = 0.0) -> np.ndarray:
-    """Inertia [kg m²], (3, 3), of masses at places from the centre [m]; own: sum of their inertias about themselves [kg m²]."""
+    """Return the inertia tensor [kg m²], (3, 3), of masses at positions relative to the centre [m]; own: sum of the points'
+    own inertias [kg m²]."""
     return np.asarray((np.sum(mass * arm * arm) + own) * np.eye(3) - np.einsum("pi,pj->ij", mass * arm, arm))
 
 
 def matrix_of(vector: np.ndarray) -> np.ndarray:
-    """The matrix whose product with another vector is the cross product with it, shape (3, 3)."""
+    """Return the matrix of the cross product with a vector, shape (3, 3)."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def rotation_by(angle: np.ndarray) -> np.ndarray:
-    """Rotation by a vector of angles [rad] (Rodrigues), shape (3, 3)."""
+    """Return the rotation matrix of a rotation vector [rad] (Rodrigues' formula), shape (3, 3)."""
     size = float(np.linalg.norm(angle))
     if size == 0.0:
         return np.eye(3)
@@ -66,12 +71,13 @@ class Turned(NamedTuple):
 
 
 def turn_freely(velocity_of: Callable[[np.ndarray], np.ndarray], dt: float) -> Turned:
-    """Turn a body over a step dt [s]; velocity_of: its angular velocity [rad/s] when it has turned by a rotation, shape (3, 3).
+    """Rotate a body over a step dt [s]; velocity_of: function that returns the angular velocity [rad/s] of the body after a
+    rotation, shape (3, 3).
 
-    A free body keeps its angular momentum, from which its inertia as it is turned gives the angular velocity. The rotation
-    follows by the method of Runge and Kutta of order four on the rotation group, in parts of the step in which the body turns
-    by no more than LARGEST_TURN: its energy then changes by some 1e-10 of itself for each radian, and by rounding where the
-    angular velocity is constant (Munthe-Kaas 1998, BIT 38, 92).
+    A free body conserves its angular momentum; its angular velocity follows from its rotated inertia. The rotation is
+    integrated by the Runge-Kutta method of order four on the rotation group (Munthe-Kaas 1998, BIT 38, 92), in substeps in
+    which the body rotates by at most LARGEST_TURN. The relative energy error is about 1e-10 per radian; for a constant
+    angular velocity it is rounding only.
     """
     rotation, angle = np.eye(3), np.zeros(3)
     first = velocity_of(rotation)
@@ -102,7 +108,8 @@ def _pulled_back(angle: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 
 
 def inverse_inertia(mass: np.ndarray, arm: np.ndarray, turns: Sequence[int], own: float = 0.0) -> np.ndarray:
-    """Angular velocities that angular impulses give about some of the axes, (3, 3) [1/(kg m²)]; none about the others."""
+    """Return the matrix that gives angular velocities for angular impulses about the axes in `turns`, (3, 3) [1/(kg m²)];
+    zero for other axes."""
     inverse = np.zeros((3, 3))
     inverse[np.ix_(turns, turns)] = _inverse_about(inertia_of(mass, arm, own), turns)
     return inverse
@@ -114,19 +121,19 @@ def _inverse_about(inertia: np.ndarray, turns: Sequence[int]) -> np.ndarray:
 
 
 class RigidState(NamedTuple):
-    """A rigid body as a step begins."""
+    """State of a rigid body at the start of a step."""
 
     centre: np.ndarray
-    """Of mass [m], (3,)."""
+    """Centre of mass [m], (3,)."""
     spin: np.ndarray
     """Angular velocity [rad/s], (3,)."""
     per_mass: np.ndarray
-    """What impulses change of its velocity along the axes [1/kg], (3,): nothing where a motion prescribes it."""
+    """Velocity per impulse along each axis [1/kg], (3,); 0 if a motion prescribes it."""
     per_inertia: np.ndarray
-    """What angular impulses change of its angular velocity [1/(kg m²)], (3, 3): the same."""
+    """Angular velocity per angular impulse [1/(kg m²)], (3, 3); 0 for prescribed rotations."""
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Velocities [m/s] that the rotation of the body alone gives places [m], shape (m, 3) each."""
+        """Return the velocities [m/s] due to the rotation of the body at positions [m], shape (m, 3) each."""
         return np.cross(self.spin, place - self.centre)
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
@@ -136,7 +143,7 @@ class RigidState(NamedTuple):
 
 
 class Push(NamedTuple):
-    """A force at the centre of mass [N] and a torque [N m], together of shape (6,), over a step."""
+    """A force at the centre of mass [N] and a torque [N m], shape (6,), acting over a step."""
 
     strength: np.ndarray
     column: int  # of its work

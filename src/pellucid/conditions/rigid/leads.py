@@ -1,4 +1,4 @@
-"""Prescribed displacements and rotations of a rigid body."""
+"""Prescribed displacements and rotations of a rigid body in a run."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -12,9 +12,10 @@ if TYPE_CHECKING:
 
 
 class Leads:
-    """The motions of one body, by the numbers of its motion: 0 to 2 along the axes, 3 to 5 about them.
+    """Prescribed motions of one rigid body, by component: 0 to 2 are displacements along the axes, 3 to 5 rotations about
+    them.
 
-    along, about: axes along and about which it can move. led: which numbers are prescribed, shape (6,).
+    along, about: axes along and about which the body can move. led: mask of the prescribed components, shape (6,).
     """
 
     def __init__(self, motions: "Sequence[Motion]", along: Sequence[int], about: Sequence[int]) -> None:
@@ -28,21 +29,22 @@ class Leads:
             self._owners[owner, [*moves, *turns]] = True
         self.led = np.asarray(self._owners.any(axis=0))
         self.is_whole = bool(self.led[[*along, *(3 + axis for axis in about)]].all())
-        """Whether nothing of the motion is free."""
+        """True if all components of the motion are prescribed."""
         self.top_speed = max((motion.top_speed() for motion in motions), default=0.0)
         self.top_turn = max((motion.top_turn() for motion in motions), default=0.0)
         self.rates, self.reached = np.zeros(6), np.zeros(6)
-        """Velocities over the step [m/s, rad/s], and displacements and angles at its end [m, rad]; zero where it is free."""
+        """Velocities over the step [m/s, rad/s], and displacements and angles at its end [m, rad]; 0 for free components."""
 
     def begin(self, time: float, dt: float) -> None:
-        """Set the mean velocities over a step from `time` [s], which end at the prescribed displacements; zero where dt = 0."""
+        """Set the mean velocities over a step from `time` [s], which end at the prescribed displacements; 0 if dt = 0."""
         for number, function in self._functions.items():
             reached = function(time + dt)
             self.reached[number] = reached
             self.rates[number] = (reached - function(time)) / dt if dt > 0.0 else 0.0
 
     def shares(self, impulse: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """The share of each motion in an impulse and angular impulse, shape (6,) [N s, N m s]: by name, shape (3,) each."""
+        """Return the impulses and the angular impulses of each motion by name, shape (3,) each, for the impulses of all
+        components, shape (6,) [N s, N m s]."""
         given = np.where(self._owners, impulse, 0.0)
         along = dict(zip(self._names, given[:, :3], strict=True))
         return along, dict(zip(self._names, given[:, 3:], strict=True))

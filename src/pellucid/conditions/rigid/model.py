@@ -1,4 +1,4 @@
-"""Rigid bodies: what the key `rigid` of a body stands for."""
+"""Rigid bodies: the condition for the key `rigid` of a body."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -13,7 +13,7 @@ from pellucid.parts.condition import Condition
 
 
 class Rigid(Condition):
-    """A body that moves as a rigid one."""
+    """A rigid body."""
 
     # the energy that points lose as they take the velocity of the rigid body
     losses: ClassVar[Sequence[Channel]] = (IMPACT_HEAT,)

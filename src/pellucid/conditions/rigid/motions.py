@@ -1,4 +1,4 @@
-"""Rigid motions as vectors of six numbers, and the walls that bodies with such motions do not pass."""
+"""Rigid motions as vectors of six components, and walls that stop rigid bodies."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,25 +14,28 @@ MOST_ROWS = 16  # points of a body that walls hold at once; three would do on ea
 
 
 class RigidMotions:
-    """Velocities V + ω × s of places s from the centre of a body; its numbers are V and ω times a length of the body.
+    """Rigid motions V + ω × s at positions s relative to the centre of a body. The six components of a motion are V and ω
+    times a length of the body.
 
-    thin: axes along which nothing moves; turns: axes about which the body can turn; leads: what is prescribed of the motion.
+    thin: mask of the axes along which the body cannot move; turns: axes about which the body can rotate; leads: the
+    prescribed components.
     """
 
     def __init__(self, thin: Sequence[bool], turns: Sequence[int], leads: Leads, arm: np.ndarray) -> None:
-        """arm: of the points from the centre, shape (n, 3) [m]."""
+        """arm: positions of the points relative to the centre, shape (n, 3) [m]."""
         self._may_move = ~np.array([*thin, *(axis not in turns for axis in range(3))])
         self._free = np.flatnonzero(~leads.led)
         self.length = float(np.sqrt(np.mean(np.sum(arm * arm, axis=1)))) or 1.0
         self.sizes = np.array([1.0, 1.0, 1.0, self.length, self.length, self.length])
-        """Of its numbers, over velocities and angular velocities; of what these take, over angular impulses and impulses."""
+        """Factors from velocities and angular velocities to components, and from components of the momentum to impulses and
+        angular impulses."""
         self.given = leads.rates * self.sizes
-        """The numbers that are prescribed, zero where they are free."""
+        """The prescribed components; 0 for free components."""
         self._led = leads.led
 
     def of_body(self, mass: float, inertia: np.ndarray) -> np.ndarray:
-        """The inertia of a body with this mass [kg] and inertia [kg m²], shape (3, 3), by its numbers, (6, 6); zero for those
-        that cannot change."""
+        """Return the inertia matrix in components, (6, 6), of a body with a mass [kg] and an inertia tensor [kg m²], (3,
+        3); 0 for components that cannot change."""
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = mass * np.eye(3)
         matrix[3:, 3:] = inertia / self.length**2
@@ -47,20 +50,21 @@ class RigidMotions:
         return self.given + _solved(inertia, momentum - inertia @ self.given, np.flatnonzero(self._may_move & ~self._led))
 
     def at(self, s: np.ndarray) -> np.ndarray:
-        """Velocities at places s from the centre for unit numbers: shape (n, 3, 6)."""
+        """Return the velocities at positions s relative to the centre for unit components, shape (n, 3, 6)."""
         turning = np.cross(np.eye(3)[None], s[:, None, :]) / self.length  # (n, about, along)
         along = np.broadcast_to(np.eye(3), (len(s), 3, 3))
         return np.concatenate([along, turning.transpose(0, 2, 1)], axis=2) * self._may_move
 
     def momentum_of(self, strength: np.ndarray) -> np.ndarray:
-        """Return the rate of change of the body's numbers, (6,), by a force at the centre [N] and a torque [N m], together
-        (6,)."""
+        """Return the rate of change of the momentum in components, (6,), due to a force at the centre [N] and a torque [N
+        m], shape (6,)."""
         return np.asarray(strength / self.sizes * self._may_move)
 
     def roots(self, inertia: np.ndarray, mass: float) -> np.ndarray:
-        """R with R Rᵀ = K⁻¹ of an inertia K, shape (6, 6), but for what is none compared with this mass [kg].
+        """Return R with R Rᵀ = K⁻¹ for an inertia matrix K, shape (6, 6), without directions of negligible inertia compared
+        with a mass [kg].
 
-        Of the free numbers: nothing else changes those that are prescribed.
+        R contains only free components, since impulses do not change prescribed ones.
         """
         sizes, axes = np.linalg.eigh(inertia[np.ix_(self._free, self._free)])
         real = sizes > SMALL * mass
@@ -77,12 +81,13 @@ def _solved(inertia: np.ndarray, momentum: np.ndarray, chosen: np.ndarray) -> np
 
 
 def inertia_at(weight: np.ndarray, motions: np.ndarray) -> np.ndarray:
-    """The inertia of masses, shape (n, 3) [kg], at places where unit numbers give these velocities, shape (n, 3, 6): (6, 6)."""
+    """Return the inertia matrix, (6, 6), of masses, shape (n, 3) [kg], at positions with these velocities for unit
+    components, shape (n, 3, 6)."""
     return np.einsum("kd,kdi,kdj->ij", weight, motions, motions)
 
 
 class Wall(NamedTuple):
-    """A face of the grid that a support holds along its normal."""
+    """A face of the grid that a support constrains along its normal."""
 
     row: int  # of the support
     axis: int
@@ -92,8 +97,8 @@ class Wall(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """A motion that walls allow, and the impulses by which they enforce it: on its numbers, shape (6,), and of each wall along
-    its axis [N s]."""
+    """A motion that does not pass walls, shape (6,); the impulses of the walls in components, shape (6,); and the impulse
+    of each wall along its axis [N s]."""
 
     motion: np.ndarray
     given: np.ndarray
@@ -101,14 +106,15 @@ class Kept(NamedTuple):
 
 
 class RigidWalls:
-    """The walls of a grid for one body: no point of it passes them in a step, and they push alone."""
+    """Walls of a grid for one body: no point of the body passes them in a step, and they can only push."""
 
     def __init__(self, actions: NodalActions) -> None:
         self._actions, self._faces = actions, _faces(actions)
         self._rows, self._limits, self._of_row = np.zeros((0, 6)), np.zeros(0), list[Wall]()
 
     def find(self, position: np.ndarray, width: np.ndarray, motions: np.ndarray, dt: float) -> None:
-        """Find which limits walls set to the motion over a step dt [s] of points at these places, each so wide [m]."""
+        """Compute the limits that walls impose on the motion over a step dt [s]; position: positions of the points [m];
+        width: half their extent [m]."""
         rows, limits, self._of_row = [np.zeros((0, 6))], [np.zeros(0)], []
         cell = self._actions.field.grid.lattice.cell
         for wall in self._walls():
@@ -120,10 +126,12 @@ class RigidWalls:
         self._rows, self._limits = np.concatenate(rows), np.concatenate(limits)
 
     def keep_inside(self, motion: np.ndarray, roots: np.ndarray) -> "Kept":
-        """The motion nearest to this one that takes no point through a wall, unless its prescribed part does.
+        """Return the nearest motion for which no point passes a wall, except by its prescribed components, with the
+        impulses of the walls.
 
-        roots: of the inertia by which it is nearest, see `RigidMotions`. Least distance programming by non-negative least
-        squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23), with a row more as long as one is not kept.
+        roots: of the inertia matrix that defines the distance, see `RigidMotions.roots`. Least distance programming by
+        non-negative least squares (Lawson & Hanson 1974, Solving Least Squares Problems, chapter 23); constraints are added
+        one by one until none is violated.
         """
         rows, limits, kept, pushes = self._rows, self._limits, motion, np.zeros(0)
         chosen: list[int] = []
@@ -157,7 +165,7 @@ class RigidWalls:
 
 
 def _faces(actions: NodalActions) -> list[tuple[int, int, float, float]]:
-    """The node in the middle of each face of the grid, its axis, the direction into the grid and its place [m]."""
+    """Return for each face of the grid the node in its middle, its axis, the direction into the grid and its position [m]."""
     grid, found = actions.field.grid, []
     index, position = grid.where()
     for axis in (axis for axis in range(3) if not grid.thin[axis]):
