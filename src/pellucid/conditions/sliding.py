@@ -14,7 +14,7 @@ OTHER_NAMES = ("friction", "frictional", "slip-friction", "rough")
 
 
 class Sliding(Condition):
-    """Contact with or without friction; probes read its force by name."""
+    """Contact with or without friction; probes read its force by its name."""
 
     name: str | None = name_parameter("name for probes of its force: on the first body, or on all bodies at a wall", None)
     kind: Literal["frictionless", "stick", "coulomb"] = parameter(
@@ -35,7 +35,7 @@ class Sliding(Condition):
             raise ValueError('`friction` belongs to `kind = "coulomb"`: give both or neither')
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a name that another condition has: a probe could not distinguish them."""
+        """Report a name that another condition already has, since a probe could not distinguish them."""
         for place, other in parts.placed(Condition):
             later = isinstance(other, Sliding) and place >= path
             if self.name is not None and other.reaction() == self.name and not later:

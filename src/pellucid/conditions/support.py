@@ -1,4 +1,4 @@
-"""Supports: nodes whose velocity is prescribed."""
+"""Data model of supports: nodes with prescribed velocity."""
 
 from collections.abc import Iterator, Sequence
 from itertools import product
@@ -27,8 +27,11 @@ Axis = Literal["x", "y", "z"]
 
 
 class Support(Condition):
-    """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall. With
-    `friction` or `stick` it rubs on what it presses, with `opens` it lets go what moves away."""
+    """Prescribed nodal velocity. `fix = "normal"` on a face is a symmetry plane or slip wall; a velocity moves the wall.
+
+    A wall with `friction` or `stick` resists sliding of bodies in contact. A wall with `opens` releases bodies that move
+    away.
+    """
 
     name: str | None = name_parameter("name for probes of its reaction", None)
     body: str | None = parameter(
@@ -94,13 +97,13 @@ class Support(Condition):
             raise ValueError('fix = "normal" needs a face of the grid as `where`, such as "x-lower"')
 
     def _wall_keys(self) -> list[str]:
-        """Return the keys that make it a yielding wall."""
+        """Return the given keys that make the support a wall with friction or an opening wall."""
         given = {"friction": self.friction is not None, "stick": self.stick, "opens": self.opens is not None}
         return [key for key, is_given in given.items() if is_given]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body without own nodes, a face that does not exist, a region without nodes, and a wall that cannot have
-        friction or open."""
+        """Report a body without its own nodes, a face that does not exist, a region without nodes, and invalid keys of
+        friction or opening."""
         yield from self._face_problems((*path, "where"), parts)
         yield from self._yielding_problems(path, parts)
         yield from self._velocity_problems(path, parts)
@@ -138,7 +141,7 @@ class Support(Condition):
                 yield Finding(here, text, 'remove it, or use "all-nodes"')
 
     def _wetting_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a contact angle of what no fluid wets, and two of one face."""
+        """Report a contact angle where there is no wall or no surface tension, and different angles on one face."""
         if self.contact_angle is None:
             return
         held = [face for face in self.faces() if self.face_velocity(face) is not None]
@@ -211,12 +214,12 @@ class Support(Condition):
 
     @property
     def _means_a_body(self) -> bool:
-        """True if it names what only a body with a mesh of its own has."""
+        """True if the region refers to the mesh of a body (named set, normal or boundary)."""
         region = self.region()
         return region is not None and needs_mesh(region)
 
     def _only_body_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a support that needs a body and does not name it."""
+        """Report a support that requires a body but does not name it."""
         text, bodies = 'named sets, normals and "boundary" belong to a body', parts.of(BodyModel)
         if len(parts.names(BodyModel)) > 1:
             yield Finding(path, f"{text}, and the case has {listed(parts.names(BodyModel))}", "name one of them as `body`")
@@ -257,13 +260,13 @@ class Support(Condition):
                 yield Finding(path, text, "move or enlarge the box to overlap the grid")
 
     def channels(self) -> Sequence[Channel]:
-        """Return the channels of energy lost by points that take its velocity at once, and of friction."""
+        """Return the channels of the energy lost by points that take the velocity of the support, and of friction."""
         clamps = self.body is None and (not self.faces() or self.lets_go())
         return (*([IMPACT_HEAT] if clamps else []), *([FRICTION_HEAT] if self.wall_friction() > 0.0 else []))
 
     @classmethod
     def activate(cls, conditions: Sequence["Support"], assembly: Assembly) -> Sequence[ActiveCondition]:
-        """Constrain nodes of all grids, also along thin axes, and nodes of bodies with their own."""
+        """Constrain nodes of all grids, also along thin axes, and nodes of bodies with their own nodes."""
         from pellucid.conditions.constrained_nodes import constrain_all
 
         only = {"body": next(iter(assembly.bodies))}  # where a support means a body and names none
@@ -281,27 +284,30 @@ class Support(Condition):
         return self.velocity if held else None
 
     def holds(self, nodes: Selectable, axis: int, active: ActiveAxes, reach: float) -> np.ndarray:
-        """Return a mask of the grid nodes, shape (n,), that its region constrains along an axis; all False if it has no
-        region or names a body. reach: distance by which nodes may lie outside a box [m]."""
+        """Return a mask of the grid nodes that the region of the support constrains along an axis, shape (n,); all False if
+        the support has no region or names a body.
+
+        reach: distance by which nodes may lie outside a box [m].
+        """
         region = self.region()
         if region is None or needs_mesh(region) or self.body is not None or not self.axes()[axis]:
             return np.zeros(len(nodes.position), bool)
         return chosen_nodes(region, nodes, active, reach)
 
     def region(self) -> Where | None:
-        """The region in which it constrains nodes, if it is neither all nodes nor a face of the grid."""
+        """Return the region in which the support constrains nodes; None for all nodes or a face of the grid."""
         return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
 
     def holds_all(self) -> bool:
-        """Return True if it holds nodes in all directions."""
+        """Return True if the support constrains nodes in all directions."""
         return self.fix != "normal" and set(self.fix) == {"x", "y", "z"}
 
     def wall_friction(self) -> float:
-        """The coefficient of friction of a wall, 0 where it is smooth."""
+        """Return the friction coefficient of the wall; 0 without friction, infinite for `stick`."""
         return inf if self.stick else self.friction or 0.0
 
     def lets_go(self) -> bool:
-        """Return True if as a wall it holds nothing that moves away."""
+        """Return True for an opening wall, which does not hold bodies that move away."""
         return self.wall_friction() > 0.0 if self.opens is None else self.opens
 
     def label(self, number: int) -> str:
@@ -309,7 +315,7 @@ class Support(Condition):
         return f"support `{self.name}`" if self.name else f"support number {number + 1}"
 
     def faces(self) -> tuple[Face, ...]:
-        """The faces of the grid that it constrains."""
+        """Return the names of the faces of the grid that the support constrains."""
         if isinstance(self.where, tuple):
             return self.where
         if isinstance(self.where, Region) or self.where == "all-nodes" or self.where == "boundary":
@@ -317,7 +323,7 @@ class Support(Condition):
         return (self.where,)
 
     def on_each_face(self) -> "list[Support]":
-        """Return one support for each face of the grid that it lists, or itself."""
+        """Return one support for each listed face of the grid, or the support itself if it has no list of faces."""
         return [self.model_copy(update={"where": face}) for face in self.where] if isinstance(self.where, tuple) else [self]
 
     # of one of these
@@ -330,12 +336,13 @@ class Support(Condition):
         return "x" in self.fix, "y" in self.fix, "z" in self.fix
 
     def face(self) -> tuple[int, int] | None:
-        """The axis and the end, 0 lower and 1 upper, of the face of the grid on which it is, if it is on one."""
+        """Return the axis and the end (0 lower, 1 upper) of the face of the grid on which the support acts, or None. Raises
+        ValueError for a list of faces."""
         if isinstance(self.where, tuple):
             raise ValueError(f"a support of the faces {listed(self.where)} is on none of them alone")
         return next((("xyz".index(face[0]), ("lower", "upper").index(face[2:])) for face in self.faces()), None)
 
 
 def on_each_face(supports: Sequence[Support]) -> list[Support]:
-    """Supports each of which lists no faces: as such they act."""
+    """Return the supports, split so that each acts on at most one face of the grid."""
     return [one for support in supports for one in support.on_each_face()]

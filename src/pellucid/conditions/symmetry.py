@@ -1,4 +1,4 @@
-"""Planes of symmetry at faces of the grid, and seams where it is periodic."""
+"""Planes of symmetry at faces of the grid, and seams of periodic grids."""
 
 from collections.abc import Sequence
 
@@ -8,8 +8,11 @@ from pellucid.grid.model import GridCase
 
 
 def symmetry_planes(supports: Sequence[Support], grid: GridCase) -> list[Plane]:
-    """The faces of the grid that supports hold at rest along their normals, whatever they do along them and to what parts:
-    surfaces beside them go on as their mirror images."""
+    """Return the faces of the grid that supports hold at rest along their normals, as planes of symmetry: surfaces are
+    continued beyond them as mirror images.
+
+    Constraints along the face and the bodies of the supports do not matter.
+    """
     planes = []
     for axis, name in enumerate("xyz"):
         for end, place in (("lower", grid.lower[axis]), ("upper", grid.extent_upper()[axis])):

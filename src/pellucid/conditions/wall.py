@@ -22,7 +22,7 @@ ON_A_FACE = 1e-9  # of a cell, by which a plane on a face of the grid may lie ou
 
 
 class Wall(Sliding):
-    """A plane that bodies cannot pass, rigid and without a body of its own. It is as wide as the grid."""
+    """A rigid plane that bodies cannot penetrate, without a body of its own. It extends across the whole grid."""
 
     losses: ClassVar[Sequence[Channel]] = (CONTACT_WORK,)  # what bodies lose on it
 
@@ -50,7 +50,7 @@ class Wall(Sliding):
 
     @property
     def advances(self) -> bool:
-        """True if it moves along its normal."""
+        """True if the wall moves along its normal."""
         return sum(a * b for a, b in zip(self.normal, self.velocity, strict=True)) != 0.0
 
     @field_validator("normal")
@@ -61,15 +61,15 @@ class Wall(Sliding):
         return normal
 
     def plane(self) -> WallPlane:
-        """The plane at time 0."""
+        """Return the plane at time 0."""
         return WallPlane(self.point, self.normal, self.velocity)
 
     def touching(self, bodies: Sequence[BodyModel]) -> list[BodyModel]:
-        """The bodies that touch it: those that it names, or all that can."""
+        """Return the bodies in contact with the wall: the listed bodies, or all bodies that can have contact with walls."""
         return [body for body in bodies if body.name in self.bodies or not (self.bodies or body.why_no_wall())]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a plane that does not fit the grid, and bodies that cannot touch it."""
+        """Report a plane that does not fit the grid, and bodies that cannot have contact with it."""
         yield from parts.no_grid((*path, "point"), "contact with walls needs a grid")
         if parts.grid is not None:
             yield from self._grid_problems(path, parts.grid)

@@ -45,7 +45,7 @@ class Inflow(GivenFlow, Condition):
         return None if self.pressure is None else INFLOW_WORK.name
 
     def _allows_turning(self) -> bool:
-        """True for a pressure, which may have any sign."""
+        """Return True if a pressure is given, which may have any sign."""
         return self.pressure is not None
 
     @classmethod

@@ -103,7 +103,7 @@ class RigidBody:
         """Largest rate of oscillation on springs, which the time step must resolve [1/s]."""
 
     def add_forces(self, place: np.ndarray, force: np.ndarray) -> None:
-        """Forces [N] at places [m], shape (m, 3) each, over the coming step."""
+        """Add forces [N] at positions [m], shape (m, 3) each, over the coming step."""
         self._pushed.append((place.copy(), force))
 
     def state(self) -> RigidState:

@@ -137,7 +137,8 @@ class RigidState(NamedTuple):
         return np.cross(self.spin, place - self.centre)
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
-        """Σ f·a for the accelerations a at places [m] that forces f there give it, shape (m, 3) each [N²/kg]."""
+        """Return Σ f·a [N²/kg], with the accelerations a of the body at positions [m] due to the forces f [N] there, shape
+        (m, 3) each."""
         strength = resultant(place - self.centre, force)
         return float(np.sum(self.per_mass * strength[:3] ** 2) + strength[3:] @ self.per_inertia @ strength[3:])
 

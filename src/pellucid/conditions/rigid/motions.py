@@ -27,8 +27,8 @@ class RigidMotions:
         self._free = np.flatnonzero(~leads.led)
         self.length = float(np.sqrt(np.mean(np.sum(arm * arm, axis=1)))) or 1.0
         self.sizes = np.array([1.0, 1.0, 1.0, self.length, self.length, self.length])
-        """Factors from velocities and angular velocities to components, and from components of the momentum to impulses and
-        angular impulses."""
+        """Components of a motion divided by velocities and angular velocities, shape (6,); equally, impulses and angular
+        impulses divided by components of the momentum."""
         self.given = leads.rates * self.sizes
         """The prescribed components; 0 for free components."""
         self._led = leads.led

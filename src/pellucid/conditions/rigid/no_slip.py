@@ -1,21 +1,21 @@
-"""The velocity that a fluid has at nodes near the surface of a rigid body, so that it does not slip on the surface itself.
+"""Velocity of a fluid at nodes near the surface of a rigid body, for no slip on the surface itself.
 
-Nodes do not lie on the surface. If each of them moved either with the body or with the fluid, the fluid would meet the body up
+Nodes do not lie on the surface. If each node moved either with the body or with the fluid, the fluid would meet the body up
 to half a cell away from the surface. At a node with the signed distance d from the surface, positive outside, the fluid
-therefore gets the rigid velocity and in addition the tangential velocity
+therefore gets the rigid velocity plus the tangential velocity
 
     δ(d) = (g d + c d²) / (1 + κ d) ,    κ: the sum of the principal curvatures, positive on a convex body,
 
-where g and c follow from the velocities relative to the body at two places on the normal, at the distances SAMPLES. The
-velocity profile is thus continued through the surface, with any position of the surface between the nodes. The divisor is the
-growth of the area of a parallel surface. About a cylinder of five cells a polynomial alone has an error of third order that
-makes the torque 2 % too large, and 5 % with a quarter of the step. Steady shear flow about a turning cylinder has the profile
-δ exactly.
+where g and c follow from the velocities relative to the body at two positions on the normal, at the distances SAMPLES. The
+velocity profile is thus continued through the surface, for any position of the surface between the nodes. The denominator
+is the growth of the area of a parallel surface. Around a cylinder with a radius of five cells, a polynomial alone has a
+third-order error: the torque is 2 % too large, and 5 % with a quarter of the step. The profile δ is exact for steady shear
+flow around a rotating cylinder.
 
-Distance and normal follow from the share f of the volume of a node that the body fills: a plane face at the distance d gives a
-known profile f(d). On a curved face the shape functions average over the tangential plane as well: the surface seems farther
-away by h²κ v/2, where v is the variance of the shape functions in cells and κ the sum of the principal curvatures, as a mean
-over the surface.
+Distance and normal follow from the fraction f of the volume of a node that the body fills: a plane face at the distance d
+gives a known profile f(d). On a curved face the shape functions also average over the tangential plane: the surface appears
+farther away by h²κ v/2, where h is the cell size and v the variance of the shape functions in cells. κ is averaged over the
+surface.
 """
 
 from typing import NamedTuple
@@ -37,7 +37,7 @@ LEAST_SLOPE = 1e-6  # of the share filled, per cell: where it changes less, the 
 
 
 class Surface(NamedTuple):
-    """The surface of a body as seen from nodes."""
+    """Surface of a body, described by data at the nodes near it."""
 
     distance: np.ndarray  # (n,) signed, positive outside [m]
     normal: np.ndarray  # (n, 3) out of the body
@@ -46,7 +46,7 @@ class Surface(NamedTuple):
 
 
 class Window(NamedTuple):
-    """A box of nodes, which may wrap around periodic axes; beyond a wall the nodes on it are repeated."""
+    """A box of nodes, which may extend across periodic seams; beyond a wall the nodes on the wall are repeated."""
 
     node: np.ndarray  # (m,) their numbers, in order, each once
     place: np.ndarray  # (nx, ny, nz) of each node of the box in `node`
@@ -56,7 +56,7 @@ class Window(NamedTuple):
 
 
 class NoSlip:
-    """Finds the surface of a body near nodes of a grid, and the velocity profile outside."""
+    """Computes the surface of a body near nodes of a grid, and the velocity profile outside the body."""
 
     def __init__(self, grid: Grid) -> None:
         self._grid = grid
@@ -75,7 +75,8 @@ class NoSlip:
         self._filled = 1.0 - (covered - covered[0]) / (covered[-1] - covered[0])
 
     def find_window(self, nodes: np.ndarray) -> Window:
-        """Return the box of nodes around these nodes, given by their numbers, that the search for surface and profile reads."""
+        """Return the box of nodes around given nodes, whose data the computation of surface and profile needs. nodes: node
+        numbers."""
         at = np.rint((self._grid.find_positions(nodes) - self._lower) / self._cell).astype(int)
         at = at if len(at) else np.zeros((1, 3), int)
         margin = np.where(self._thin, 0, MARGIN)
@@ -88,8 +89,8 @@ class NoSlip:
         return self._window
 
     def share_in_grid(self, node: np.ndarray) -> np.ndarray:
-        """Return the volumes of nodes compared with one within the grid, (n,): about a half on a face, where functions from
-        beyond it are folded onto the next two nodes."""
+        """Return the volumes of nodes relative to that of an interior node, (n,): about 1/2 on a face, where the shape
+        functions of nodes beyond the face are added to the next two nodes."""
         at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
         ends = ~self._thin & ~self._periodic
         to_face = np.where(ends, np.minimum(at, self._counts - 1 - at), 2)
@@ -97,19 +98,23 @@ class NoSlip:
         return np.asarray(volumes[np.minimum(to_face, 2)].prod(axis=1))
 
     def find_next(self, node: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the numbers of the nodes that lie this many nodes away, shape (n,), and which of them are in the grid."""
+        """Return the numbers of the nodes at an offset of `by` nodes from each node, shape (n,), and a mask of those in the
+        grid."""
         at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
         to = np.where(self._thin, 0, at) + by
         return self._node(to), np.all(self._periodic | ((to >= 0) & (to < self._counts)), axis=1)
 
     def find_surface(self, window: Window, filled: np.ndarray, place: np.ndarray) -> Surface:
-        """Return the surface near nodes.
+        """Return the surface of a body near nodes.
 
         Parameters
         ----------
-        window : the nodes that are read, see `find_window`
-        filled : (nodes of the window,) share of the volume of each node that the body fills
-        place : (n, 3) of the nodes near which the surface is wanted [m]
+        window : Window
+            nodes with known data, see `find_window`
+        filled : ndarray, shape (nodes of the window,)
+            fraction of the volume of each node that the body fills
+        place : ndarray, shape (n, 3)
+            positions of the nodes at which the surface is computed [m]
         """
         share = filled[window.place]
         axes = np.flatnonzero(~self._thin)
@@ -135,12 +140,13 @@ class NoSlip:
         return Surface(self._cell * distance, normal, certainty, curvature / self._cell)
 
     def functions(self, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the shape function of a node along one axis and its slope at offsets in cells, shape (n,) each."""
+        """Return the shape function of a node along one axis and its derivative at offsets in cells, shape (n,) each."""
         offset = np.clip(offset, -self._half, self._half)
         return np.nan_to_num(self._function(offset)), np.nan_to_num(self._function.derivative()(offset))
 
     def certainty(self, share: np.ndarray, steepness: np.ndarray) -> np.ndarray:
-        """Return the certainty (see `Surface`) at nodes that a body fills by a share that changes so steeply per cell."""
+        """Return the certainty (see `Surface`) at nodes, from the filled fraction `share` and the magnitude of its gradient
+        [1/cell], shape (n,) each."""
         seen = self._distance_to(share)
         # in a thin body the slopes of both faces cancel; half the slope of a plane face is still one that is curved or oblique
         single = np.where(seen > 0.0, 1.0, np.minimum(1.0, 2.0 * steepness / np.maximum(self._slope_at(seen), LEAST_SLOPE)))
@@ -149,8 +155,8 @@ class NoSlip:
     def curvature_of(
         self, window: Window, node: np.ndarray, normal: np.ndarray, certainty: np.ndarray, distance: np.ndarray
     ) -> float:
-        """Return the sum of the principal curvatures [1/m], as a mean over the surface: the divergence of its normals at nodes
-        within half a cell of it."""
+        """Return the sum of the principal curvatures, averaged over the surface [1/m]: the divergence of the normals at
+        nodes within half a cell of the surface."""
         known = np.zeros(len(window.node))
         normals = np.zeros((len(window.node), 3))
         at = np.searchsorted(window.node, node)
@@ -165,7 +171,7 @@ class NoSlip:
         return float(divergence[whole].mean()) / self._cell if whole.any() else 0.0
 
     def _mean_curvature(self, share: np.ndarray, at: np.ndarray, normal: np.ndarray, steepness: np.ndarray) -> float:
-        """Return the sum of the principal curvatures [1/cell], as a mean over the surface near nodes of a window."""
+        """Return the sum of the principal curvatures, averaged over the surface near nodes of a window [1/cell]."""
         curved, step = np.zeros((len(at), 3, 3)), np.eye(3, dtype=int)
         axes = np.flatnonzero(~self._thin)
         here = share[tuple(at.T)]
@@ -181,9 +187,13 @@ class NoSlip:
     def sample(
         self, window: Window, velocity: np.ndarray, mass: np.ndarray, place: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return velocities, of the nodes of the window, interpolated linearly at places, (n, 3) each, and how far these are
-        those of a fluid, shape (n,): 0 where a node around a place has hardly any mass compared with its neighbours, as beyond
-        a free surface, or lies outside the grid."""
+        """Return velocities interpolated linearly from the nodes of the window to positions, and their reliability as
+        velocities of a fluid.
+
+        velocity: (nodes of the window, 3); mass: (nodes of the window,); place: (n, 3) [m]. The reliability, shape (n,), is
+        between 0 and 1. It is 0 at positions outside the grid, and where a node around the position has almost no mass
+        compared with its neighbours, as beyond a free surface.
+        """
         s = np.where(self._thin, 0.0, (place - self._lower) / self._cell)
         inside = np.all((s >= 0.0) & (s <= self._counts - 1) | self._thin | self._periodic, axis=1)
         of_nodes = mass[window.place]
@@ -198,12 +208,12 @@ class NoSlip:
 
     @staticmethod
     def _along(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndarray:
-        """Return a function of each value of a window and the next one along an axis."""
+        """Return a binary function of each value of a window and the next value along an axis."""
         n = values.shape[axis]
         return np.asarray(function(values.take(range(n - 1), axis), values.take(range(1, n), axis)))
 
     def _interpolate(self, values: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """Return values of a window interpolated linearly at places in cells from its first node, shape (n, 3)."""
+        """Return values of a window, interpolated linearly to positions in cells from its first node, shape (n, 3)."""
         most = np.array(values.shape[:3]) - 1
         s = np.where(self._thin, 0.0, np.clip(place, 0.0, most))
         first = np.minimum(s.astype(int), np.maximum(most - 1, 0))
@@ -216,11 +226,12 @@ class NoSlip:
     def sample_as_points(
         self, window: Window, velocity: np.ndarray, mass: np.ndarray, place: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what `sample` does, but velocities as points there have them, and the mass of a node, (n,), at the places.
+        """Return the velocities of points at positions, (n, 3), their reliability, (n,), and the mass of a node, (n,); see
+        `sample`.
 
-        APIC gives a node velocities that lie above those of points by half of their curvature times the variance of the
-        functions. Parabolas through three nodes along each axis, with that variance, take this back. A node on a face has a
-        part of the volume of others, and is compared with these by its share.
+        In APIC, the velocities of nodes exceed those of points by half of their curvature times the variance of the shape
+        functions. Parabolas through three nodes along each axis, with this variance, compensate the difference. The mass of
+        a node on a face is divided by its relative volume before it is compared with other nodes.
         """
         s = np.where(self._thin, 0.0, (place - self._lower) / self._cell)
         ends = ~self._thin & ~self._periodic
@@ -249,8 +260,10 @@ class NoSlip:
         return SAMPLES[0] * self._cell, SAMPLES[1] * self._cell
 
     def continue_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return δ at the nodes [m/s], (n, 3), from velocities relative to the body at `heights`; as far as the farther one is
-        not known, 0 to 1, c is 0."""
+        """Return δ at the nodes [m/s], (n, 3), from the velocities relative to the body at `heights`, (n, 3) each.
+
+        far_known: reliability of the velocity at the larger height, between 0 and 1, (n,); c is multiplied by it.
+        """
         a, b = self.heights
         d = surface.distance[:, None]
         curvature = min(max(surface.curvature, FLATTEST / self._cell), SHARPEST / self._cell)
@@ -261,8 +274,8 @@ class NoSlip:
         return surface.certainty[:, None] * (profile - along)
 
     def slope_of_profile(self, surface: Surface, near: np.ndarray, far: np.ndarray, far_known: np.ndarray) -> np.ndarray:
-        """Return the slope of δ on the surface [1/s], (n, 3), see `continue_profile`; on concave surfaces without the divisor,
-        as about Poiseuille's flow."""
+        """Return the normal derivative of δ on the surface [1/s], (n, 3), see `continue_profile`; on concave surfaces
+        without the denominator, as for Poiseuille flow."""
         a, b = self.heights
         curvature = min(max(surface.curvature, 0.0), SHARPEST / self._cell)
         near, far = (1.0 + curvature * a) * near, (1.0 + curvature * b) * far
@@ -271,15 +284,16 @@ class NoSlip:
         return np.asarray(surface.certainty[:, None] * (slope - along))
 
     def _distance_to(self, share: np.ndarray) -> np.ndarray:
-        """Return the distance of a plane face [cells] that fills these shares of nodes."""
+        """Return the distances of plane faces [cells] for filled fractions of nodes."""
         return np.interp(-np.clip(share, 0.0, 1.0), -self._filled, self._distances)
 
     def _slope_at(self, distance: np.ndarray) -> np.ndarray:
-        """Return how fast the share falls at distances from a plane face [1/cell]."""
+        """Return the rate at which the filled fraction decreases at distances from a plane face [1/cell]."""
         above, below = (np.interp(distance + side, self._distances, self._filled) for side in (1.0, -1.0))
         return 0.5 * (below - above)
 
     def _node(self, at: np.ndarray) -> np.ndarray:
-        """Numbers of nodes, of those outside the walls the ones on them."""
+        """Return the numbers of nodes from their indices along the axes, shape (..., 3); indices beyond a wall give the
+        node on the wall."""
         within = np.where(self._periodic, np.mod(at, self._counts), np.clip(at, 0, self._counts - 1))
         return within @ self._strides

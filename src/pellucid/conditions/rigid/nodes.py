@@ -1,35 +1,36 @@
-"""The nodes about a rigid body: they move as it does, and hold it where walls and other bodies do.
+"""Nodes around a rigid body: they move with the body, and stop it where walls and other bodies stop them.
 
-The mass of a node is a small part of that of the body. Were nodes free, what stops one would stop this part alone, and under a
-lasting load the body would sink in. So the nodes that the body reaches take the rigid motion u = (V, ω) with the momentum of
-them all, before contact and with every impulse that contact finds:
+The mass of a node is a small part of the mass of the body. If the nodes were free, a stopped node would stop only this
+part, and under a lasting load the body would sink in. Therefore the nodes that the body reaches take the rigid motion u =
+(V, ω) with their total momentum, before contact and with every contact impulse:
 
     min ½ Σ_I φ_I m_I |R_I u - v_I|² + ½ (u - u°)·E (u - u°),  while no point of the body passes a wall ,
 
-where R_I u = V + ω × (x_I - c) is the rigid velocity at the node, and u° the motion as the step begins. The points of the body
-carry their rotation to the nodes as an affine field, so that these have R_I u° of it, with a mass m°_I. As with driven points,
-a node follows wholly where the body gives it a share FULL_DRIVE_FRACTION of its mass, φ_I = min(1, share/FULL_DRIVE_FRACTION).
+where R_I u = V + ω × (x_I - c) is the rigid velocity at the node, c the centre of mass, and u° the motion at the start of
+the step. The points of the body transfer their rotation to the nodes as an affine field, so that they give the node the
+mass m°_I with the velocity R_I u°. As for driven points, a node follows completely if the body gives it at least the
+fraction FULL_DRIVE_FRACTION of its mass, φ_I = min(1, share/FULL_DRIVE_FRACTION).
 
-Place of the surface: where other bodies share the nodes, only those move with the body that lie no more than half a cell
-outside its surface. The functions of its points reach up to 1.5 cells farther, and a fluid would meet the body there. The other
-nodes, the outer ones, have φ_I = 0 and go on with the velocity of the other bodies; forces on the share m°_I of their mass act
-on the body, Q = Σ m°_I R_Iᵀ Δv_I.
+Position of the surface: where other bodies share the nodes, only nodes at most half a cell outside the surface move with
+the body. The shape functions of its points reach up to 1.5 cells farther, and a fluid would meet the body there. The other
+nodes, called outer nodes, have φ_I = 0 and keep the velocity of the other bodies; forces on the share m°_I of their mass
+act on the body, Q = Σ m°_I R_Iᵀ Δv_I.
 
 No slip on the surface itself, with APIC (`pellucid.conditions.rigid.no_slip`): the other bodies at an inner node have the
-velocity R_I u + δ_I. The node gets the momentum m°_I δ_I when the step begins, and gives it back when the body takes its share.
-Outer nodes follow R_I u + δ_I along the surface, with φ_I as above; their motion along the normal stays free. Where an earlier
-rigid body reaches the node as well, there is no δ. MUSL maps the momentum again and would mix both velocities of a node: the
-nodes that the body shares strain the points by the velocities that they moved with.
+velocity R_I u + δ_I. The node gets the momentum m°_I δ_I at the start of the step, and loses it when the velocities return
+to the points of the body. Outer nodes follow R_I u + δ_I along the surface, with φ_I as above; their motion along the
+normal stays free. Where an earlier rigid body also reaches the node, δ is zero. MUSL maps the momentum again and would mix
+both velocities of a node: the nodes that the body shares strain the points with the velocities that moved them.
 
 Momentum and angular momentum: the impulses J_I = φ_I m_I (R_I u - v_I) act on the body where they act on the node, with the
-lever arm x_I - c. The inner nodes have the inertia Σ m°_I R_Iᵀ R_I of the body, which is not its own, K: functions spread the
-mass of a point, and outer nodes have some. E = K - Σ m°_I R_Iᵀ R_I makes up for it, so that
+lever arm x_I - c. The inertia Σ m°_I R_Iᵀ R_I of the inner nodes differs from the inertia K of the body: shape functions
+distribute the mass of a point, and outer nodes have a part of the mass. E = K - Σ m°_I R_Iᵀ R_I corrects for this, so that
 
     Σ R_Iᵀ J_I + E (u - u°) = Q + impulses on the body as a whole ,    K (u' - u°) = Σ m°_I R_Iᵀ (v_I - R_I u°) + E (u - u°) .
 
-The second equation is what the body takes from inner nodes at the end of the step; the others at a node take m_I v_I less that:
-their increments are counted from the velocity that they alone gave it. What the impulses lose of the energy is that of an
-impact without rebound.
+The second equation gives the motion u' of the body from the inner nodes at the end of the step. The other bodies at a node
+get m_I v_I minus the body's part: their increments are relative to the velocity that they alone gave the node. The energy
+lost by the impulses is that of an impact without rebound.
 """
 
 from collections.abc import Mapping, Sequence
@@ -53,7 +54,7 @@ ROUNDING = 1e-13  # of the momentum of the nodes
 LEAST_SHARE = 0.01  # of inertia: of other bodies at an outer node, and of the body, when E takes off what supports hold
 LEAST_OTHERS = 1e-6  # of the mass of a node: other bodies, of which the velocity is known there
 FILLED_HALF_A_CELL_OUTSIDE = {"trilinear": 1 / 8, "gimp": 1 / 8, "quadratic-bspline": 1 / 6, "cubic-bspline": 77 / 384}
-"""Share of the volume of a node that a body with a plane face half a cell away fills, for each kind of shape functions."""
+"""Fraction of the volume of a node filled by a body with a plane face half a cell away, for each kind of shape functions."""
 
 
 class BodySums(NamedTuple):
@@ -75,11 +76,11 @@ class Received(NamedTuple):
 
 
 class RigidNodes:
-    """The nodes of a velocity field that a rigid body reaches.
+    """Nodes of a velocity field that a rigid body reaches.
 
-    arrays: of the body; alone: whether no other body is in its velocity field; flip: share of FLIP in the transfer;
-    earlier: those of the bodies in its field that act before it in a step; no_slip: finds how a fluid moves near the surface,
-    None where the points of the field have no affine velocity fields.
+    arrays: arrays of the body; alone: True if no other body is in its velocity field; flip: fraction of FLIP in the
+    transfer; earlier: the nodes of bodies in the field that act before this body in a step; no_slip: computes the fluid
+    velocities near the surface, None if points of the field have no affine velocity fields.
     """
 
     def __init__(
@@ -104,7 +105,8 @@ class RigidNodes:
         self._no_slip = no_slip
         self._clear = Clearing(STEP, grid.rows, self._sums)
         self.led_impulse = np.zeros(6)
-        """What the nodes take that neither forces nor walls give: of the numbers that are prescribed, what leads them."""
+        """Impulses on the nodes in components that come neither from forces nor from walls: those of the prescribed
+        components come from motions."""
 
     def hold(
         self,
@@ -115,10 +117,11 @@ class RigidNodes:
         before: np.ndarray,
         push: np.ndarray,
     ) -> np.ndarray:
-        """Move the nodes with the body, whose points are at these positions relative to its centre, shape (n, 3) [m].
+        """Set the rigid motion of the nodes; arm: positions of the body's points relative to its centre, shape (n, 3) [m].
 
-        inertia: of the body by its numbers, (6, 6), see `RigidMotions`; before: its numbers at the start of the step; push:
-        change of the numbers by forces in the step, (6,). Returns the numbers after the step.
+        inertia: inertia matrix of the body in components, (6, 6), see `RigidMotions`; before: components of the motion at
+        the start of the step; push: change of the momentum components by forces in the step, (6,). Returns the components
+        of the motion after the step.
         """
         self._inertia, self._before, self._push = inertia, before, push
         self._find_nodes(centre, arm, motions)
@@ -133,7 +136,8 @@ class RigidNodes:
         return self._motion
 
     def receive(self, motions: RigidMotions) -> Received:
-        """Return what the body receives from the nodes at the end of a step, from their final velocities."""
+        """Return the momentum and energy that the body receives from the nodes at the end of a step, from their final
+        velocities."""
         nodes, m, u = self._nodes, self._share[:, None], self._before
         velocity, increment = self._of(nodes.velocity), self._of(nodes.velocity_increment)
         old, pic = velocity - increment, np.where(self._shared, 1.0, 1.0 - self._flip)
@@ -157,16 +161,16 @@ class RigidNodes:
         return Received(momentum, after, max(mixing, 0.0), spread + light + min(mixing, 0.0))
 
     def await_contact(self) -> None:
-        """Remember the velocities before contact: all other impulses have been given."""
+        """Store the velocities before contact, after all other impulses were applied."""
         self._velocity, self._increment = self._of(self._nodes.velocity), self._of(self._nodes.velocity_increment)
 
     def respond(self) -> None:
-        """Set the nodal velocities to the rigid velocity that follows from the contact impulses so far."""
+        """Set the nodal velocities to the rigid velocity for the contact impulses so far."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity + self._response(velocity) / self._m
 
     def finish(self) -> None:
-        """End contact: these velocities become those of the nodes, with the impulses that they take."""
+        """Complete contact: set the final velocities of the nodes, and apply the impulses of the rigid motion."""
         velocity = self._pushed()
         self._nodes.velocity[self._at] = velocity
         self._give(self._response(velocity))
@@ -210,9 +214,12 @@ class RigidNodes:
         self._find_inertia(motions, clamped)
 
     def _part_from_others(self, centre: np.ndarray, motions: RigidMotions, follows: np.ndarray) -> None:
-        """Compute increments relative to the other bodies at a node, and let outer nodes follow these, whatever momentum
-        the body gave them. Computes the fluid's motion near the surface and, in `follows`, how closely outer nodes follow
-        it."""
+        """Compute increments relative to the other bodies at a node, and let outer nodes follow these bodies, independently
+        of the momentum from the rigid body.
+
+        Also computes the motion of the fluid near the surface, and sets `follows`, the degree to which outer nodes follow
+        it, between 0 and 1, shape (n, 1).
+        """
         nodes, at, mass = self._nodes, self._at, self._m[:, 0].copy()
         self._base = self._of(nodes.velocity) - self._of(nodes.velocity_increment)
         common = [(np.isin(at, other._at), np.isin(other._at, at), other) for other in self._earlier]
@@ -242,7 +249,7 @@ class RigidNodes:
         nodes.momentum[at] += self._m * apart
 
     def _find_slip(self, centre: np.ndarray, motions: RigidMotions, chosen: np.ndarray, follows: np.ndarray) -> None:
-        """Find velocities relative to the body at chosen nodes with which the fluid does not slip on its surface."""
+        """Compute the velocities relative to the body at chosen nodes for which the fluid does not slip on the surface."""
         no_slip, near = self._no_slip, np.flatnonzero(chosen)
         if no_slip is None or not len(near):
             return
@@ -276,8 +283,8 @@ class RigidNodes:
         follows[near, 0] = np.where(outer, certainty, 1.0)
 
     def _arms(self, centre: np.ndarray) -> np.ndarray:
-        """Return the vectors from the centre of the body to the nodes, shape (n, 3) [m]; on a periodic grid to the images
-        nearest to its points."""
+        """Return the vectors from the centre of the body to the nodes, shape (n, 3) [m]; on a periodic grid, to the images
+        nearest to the points of the body."""
         arms = self._field.grid.find_positions(self._at) - centre
         if (periods := self._periods).any():
             middle = self._of(self._sums.body_moment) / self._share[:, None]
@@ -297,7 +304,7 @@ class RigidNodes:
         self._roots = motions.roots(of_nodes + self._lacking, mass)
 
     def _to_rigid(self, velocity: np.ndarray) -> np.ndarray:
-        """Impulses after which nodes with these velocities, shape (n, 3), move as the body."""
+        """Return the impulses that give nodes with these velocities, shape (n, 3), the rigid motion, shape (n, 3) [N s]."""
         goals, given = self._actions.supports.velocity, self._given
         lacks = self._kept * self._along(velocity - self._goal - self._motions @ given)
         momentum = self._push + np.einsum("kd,kdi->i", lacks, self._motions)
@@ -322,13 +329,15 @@ class RigidNodes:
         return np.asarray(impulse)
 
     def _along(self, velocity: np.ndarray) -> np.ndarray:
-        """The momentum with which nodes follow these velocities, shape (n, 3): outer ones along the surface alone."""
+        """Return the momentum of nodes for these velocities, shape (n, 3), weighted with φ_I; for outer nodes only along
+        the surface."""
         free = self._weight > 0.0
         across = np.sum(self._normal * free * velocity, axis=1)[:, None] * self._normal
         return np.asarray(self._weight * (velocity - across))
 
     def _pushed(self) -> np.ndarray:
-        """Velocities of the nodes with the contact impulses so far, as if each node moved alone."""
+        """Return the velocities of the nodes after the contact impulses so far, as if each node moved independently, shape
+        (n, 3)."""
         return self._velocity + self._of(self._nodes.velocity_increment) - self._increment
 
     def _of(self, values: np.ndarray) -> np.ndarray:
@@ -336,7 +345,8 @@ class RigidNodes:
         return domain.of_nodes(values[self._here], self._here)
 
     def _response(self, velocity: np.ndarray) -> np.ndarray:
-        """The impulses by which nodes with these velocities become rigid, beside those given before contact."""
+        """Return the impulses that make nodes with these velocities rigid, in addition to the impulses applied before
+        contact."""
         return self._to_rigid(velocity - self._impulse / self._m) - self._impulse
 
     def _give(self, impulse: np.ndarray) -> None:

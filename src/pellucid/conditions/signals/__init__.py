@@ -1,6 +1,6 @@
-"""Signals: prescribed displacements as functions of time, one file each, and rotations.
+"""Signals: prescribed displacements and rotations as functions of time, one module for each kind.
 
-The kinds that a case can name are listed here: one line each.
+This module lists the kinds that a case can name.
 """
 
 from typing import Annotated

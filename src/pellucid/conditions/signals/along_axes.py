@@ -1,4 +1,4 @@
-"""Displacements along the axes."""
+"""Data model of displacements along the axes."""
 
 from pellucid.conditions.signals import Signal
 from pellucid.model import Model, parameter

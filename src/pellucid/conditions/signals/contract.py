@@ -1,4 +1,4 @@
-"""The interface of a signal: a prescribed displacement as a function of time."""
+"""Interface of a signal: a prescribed displacement as a function of time."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -9,14 +9,14 @@ Displacement = Callable[[float], float]
 
 
 class SignalModel(Model):
-    """A displacement as a function of time. A new kind is a subclass with a `kind` of its own."""
+    """A displacement as a function of time. A new kind of signal is a subclass with its own `kind`."""
 
     kind: str
 
     @abstractmethod
     def function(self) -> Displacement:
-        """Displacement [m] as a function of time [s]."""
+        """Return the displacement [m] as a function of time [s]."""
 
     @abstractmethod
     def top_speed(self) -> float:
-        """Largest velocity [m/s]."""
+        """Return the largest absolute velocity [m/s], or an upper bound."""

@@ -1,4 +1,4 @@
-"""A smooth ramp."""
+"""Signal: a smooth ramp."""
 
 from typing import Literal
 

@@ -1,4 +1,4 @@
-"""A sine."""
+"""Signal: a sine."""
 
 from math import pi, sin
 from typing import Literal
@@ -8,7 +8,7 @@ from pellucid.model import parameter
 
 
 class Sine(SignalModel):
-    """u = a (sin(2π t/T + φ) - sin φ)."""
+    """A sine, u = a (sin(2π t/T + φ) - sin φ)."""
 
     kind: Literal["sine"] = "sine"
     amplitude: float = parameter("m", "amplitude a")

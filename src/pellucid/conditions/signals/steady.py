@@ -1,4 +1,4 @@
-"""A constant velocity."""
+"""Signal: a constant velocity."""
 
 from typing import Literal
 

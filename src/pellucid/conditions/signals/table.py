@@ -1,4 +1,4 @@
-"""A table of displacements in a file."""
+"""Signal: a table of displacements in a file."""
 
 from typing import Literal
 
@@ -10,9 +10,10 @@ from pellucid.model import InputFile, parameter
 
 
 class Table(OverTime, SignalModel):
-    """A table of time [s] and displacement [m]: monotone cubics between the rows, constant before and behind.
+    """A table of time [s] and displacement [m]: monotone cubic interpolation, constant before the first and after the last
+    row.
 
-    The displacement counts from that at t = 0. Source of the interpolation: Fritsch & Butland 1984, SIAM J. Sci. Stat.
+    The displacement is relative to that at t = 0. Source of the interpolation: Fritsch & Butland 1984, SIAM J. Sci. Stat.
     Comput. 5, 300, as in scipy's PCHIP.
     """
 

@@ -1,4 +1,4 @@
-"""Tables of a quantity over time in CSV files, as cases name them."""
+"""CSV files with a quantity as a function of time."""
 
 import csv
 from abc import abstractmethod
@@ -13,10 +13,11 @@ from pellucid.system.input_files import file_bytes
 
 
 def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
-    """The rows of a file, time [s] and a quantity such as "displacement [m]", shape (rows, 2); a row of names may stand first.
-    Where all rows have `another` too, their shape is (rows, 3).
+    """Read the rows of a file: time [s] and a quantity such as "displacement [m]", shape (rows, 2). A header row is
+    allowed.
 
-    Raises ValueError naming the file's line.
+    If all rows have a third column, `another` quantity, the shape is (rows, 3). Raises ValueError, which names the line of
+    the file.
     """
     try:
         text = file_bytes(path).decode("utf-8-sig")
@@ -47,16 +48,16 @@ def read_rows(path: str, quantity: str, another: str = "") -> np.ndarray:
 
 
 def check_order(times: Sequence[float]) -> None:
-    """Raise ValueError where instants [s] do not come one after the other."""
+    """Raise ValueError if times [s] do not increase."""
     for before, after in pairwise(times):
         if not before < after:
             raise ValueError(f"time {after:g} s does not come after {before:g} s; sort the times, each once")
 
 
 def between_rows(rows: np.ndarray) -> Callable[[float], float]:
-    """The quantity of such rows less that at t = 0, as a function of time [s].
+    """Return the quantity of a table relative to its value at t = 0, as a function of time [s].
 
-    Monotone cubics between the rows, constant before and behind.
+    Monotone cubic interpolation between the rows, constant before the first and after the last row.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -70,7 +71,8 @@ def between_rows(rows: np.ndarray) -> Callable[[float], float]:
 
 
 def steepest(rows: np.ndarray) -> float:
-    """The largest slope between rows, at most 3 times that of a row to the next with monotone cubics."""
+    """Return an upper bound of the slope of the interpolation: 3 times the largest slope between two rows, which monotone
+    cubics do not exceed."""
     return float(3.0 * np.abs(np.diff(rows[:, 1]) / np.diff(rows[:, 0])).max())
 
 
@@ -90,20 +92,21 @@ def _numbers(cells: list[str]) -> bool:
 
 
 class OverTime(Model):
-    """A quantity over time in a file, which is read at once, so that an error in it is one of the case."""
+    """A quantity as a function of time in a file. The file is read with the case, so that its errors are reported as errors
+    of the case."""
 
     @abstractmethod
     def rows(self) -> np.ndarray:
-        """Time [s] and the quantity, shape (rows, 2). Raises ValueError naming the file's line."""
+        """Return time [s] and the quantity, shape (rows, 2). Raises ValueError, which names the line of the file."""
 
     @check
     def _read_it(self) -> None:
         self.rows()
 
     def function(self) -> Callable[[float], float]:
-        """The quantity as a function of time [s]."""
+        """Return the quantity relative to its value at t = 0, as a function of time [s]."""
         return between_rows(self.rows())
 
     def top_speed(self) -> float:
-        """Return the largest rate between rows."""
+        """Return an upper bound of the rate of the quantity."""
         return steepest(self.rows())

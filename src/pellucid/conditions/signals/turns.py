@@ -1,4 +1,4 @@
-"""Prescribed rotations as functions of time: the signals of displacements, with an angle in place of a distance."""
+"""Prescribed rotations as functions of time: the same signals as for displacements, with an angle instead of a distance."""
 
 from abc import abstractmethod
 from math import radians
@@ -19,7 +19,7 @@ SAID = 'in degrees, or a text with a unit such as "0.3 rad"'
 
 
 class TurnModel(Model):
-    """A rotation as a function of time. A new kind is a subclass with a `kind` of its own."""
+    """A rotation as a function of time. A new kind of rotation is a subclass with its own `kind`."""
 
     kind: str
 
@@ -27,15 +27,15 @@ class TurnModel(Model):
 
     @abstractmethod
     def function(self) -> Displacement:
-        """Angle [rad] as a function of time [s]."""
+        """Return the angle [rad] as a function of time [s]."""
 
     @abstractmethod
     def top_speed(self) -> float:
-        """Largest angular velocity [rad/s]."""
+        """Return the largest absolute angular velocity [rad/s], or an upper bound."""
 
 
 class LikeDisplacement(TurnModel):
-    """A rotation whose angle is the number that a displacement would have."""
+    """A rotation whose angle [rad] is given by a displacement signal."""
 
     @abstractmethod
     def signal(self) -> SignalModel:
@@ -61,7 +61,7 @@ class RampTurn(LikeDisplacement):
 
 
 class SineTurn(LikeDisplacement):
-    """θ = α (sin(2π t/T + φ) - sin φ)."""
+    """A sine, θ = α (sin(2π t/T + φ) - sin φ)."""
 
     kind: Literal["sine"] = "sine"
     angle: float = parameter("", f"amplitude α {SAID}")
@@ -83,9 +83,10 @@ class SteadyTurn(LikeDisplacement):
 
 
 class TableTurn(OverTime, TurnModel):
-    """A table of time [s] and angle in degrees: monotone cubics between the rows, constant before and behind.
+    """A table of time [s] and angle in degrees: monotone cubic interpolation, constant before the first and after the last
+    row.
 
-    The angle counts from that at t = 0.
+    The angle is relative to that at t = 0.
     """
 
     kind: Literal["table"] = "table"

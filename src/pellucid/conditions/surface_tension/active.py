@@ -24,15 +24,16 @@ if TYPE_CHECKING:
 
 
 class TenseSurface(ActiveCondition):
-    """The surface of a fluid that is built.
+    """Surface tension of a fluid in a run.
 
-    Forces are the exact derivative of the energy by places and volumes of the points, f = -V (N ∇φ + φ ∇N) with φ = ∂E/∂V, so
-    that they neither make nor take energy but for the step's length. As the energy is summed over cells, it changes a little
-    as the fluid passes these; that would be a force on it as a whole, which an acceleration of all its points takes away,
-    except across faces of the grid that it has reached: these hold it.
+    Forces are the exact derivative of the energy with respect to positions and volumes of the points, f = -V (N ∇φ + φ ∇N)
+    with φ = ∂E/∂V, so that energy is conserved except for errors of the time step. Since the energy is summed over cells,
+    it changes slightly when the fluid moves relative to the grid. This would be a total force on the fluid, which a uniform
+    acceleration of all points removes, except along the normal of faces of the grid that the fluid has reached, which
+    support it.
 
-    The energy belongs to the state at the beginning of a step. So a step is booked with its work, and in the next one what the
-    energy has changed otherwise.
+    The energy belongs to the state at the beginning of a step. A step is therefore recorded with its work; the remaining
+    change of the energy is recorded in the next step.
     """
 
     def __init__(self, model: "SurfaceTension", assembly: Assembly) -> None:
@@ -62,7 +63,7 @@ class TenseSurface(ActiveCondition):
         return abs(self._found)
 
     def _find(self) -> None:
-        """The energy of the volumes as they are, and its potential."""
+        """Compute the surface energy of the current volumes, and its potential."""
         body, surface = self._body, self._surface
         surface.volume.fill(0.0)
         scatter_volumes(body.n_slabs, body.mapped, surface.volume)
@@ -119,10 +120,11 @@ class TenseSurface(ActiveCondition):
 
 
 def _faces(grid: Grid, angles: Mapping[str, float], default: float) -> tuple[Faces, Faces, Faces]:
-    """Return how a fluid meets the faces of the grid: at the contact angle [°] if supports constrain the face, else not at
-    all.
+    """Return the cosines of the contact angles at the faces of the grid, for each axis; FREE for faces that no support
+    constrains.
 
-    angles: by name of the face; default: of faces whose nodes are constrained in regions.
+    angles: contact angles by name of the face [°]; default: contact angle of faces whose nodes are constrained in regions
+    [°].
     """
     index, position = grid.where()
     cells = np.rint((position - np.array(grid.lattice.lower)) * grid.lattice.inverse_cell)

@@ -1,27 +1,29 @@
-"""The surface energy of a fluid from the volumes of its points on the nodes, and its derivative by these.
+"""Surface energy of a fluid as a function of the nodal volumes of its points, and the derivative of this energy.
 
-The share of the volume about a node that the fluid fills is smoothed once by (1, 2, 1)/4 along each axis. The colour c is 0
-where next to nothing is filled, grows with it and is 1 where nearly all is: where points lie unevenly within the fluid c has no
-slope, and there is no force. The area of the surface is ∫|∇c| dV, whatever the width over which c falls (the mean of the
-areas of its level sets, by the coarea formula), summed over the cells by the slopes in their middle:
+The fraction of the volume around a node that the fluid fills is smoothed once by (1, 2, 1)/4 along each axis. The colour c
+is 0 for a very small filled fraction, increases with it, and is 1 for an almost completely filled node. Thus c is constant
+within the fluid even if points are distributed unevenly, and there is no force. The area of the surface is ∫|∇c| dV,
+independently of the width over which c decreases (the mean of the areas of its level sets, by the coarea formula). It is
+summed over the cells with the gradients at their centres:
 
     E = σ Σ_c V_c (√(|∇c|² + ε²/h²) - ε/h)  -  σ cos θ Σ_I A_I c_I over the nodes of walls.
 
-Across walls c goes on as in a mirror: without the second part, the fluid meets them at a right angle. With it, a wall that is
-wet has the energy -σ cos θ per area (Young).
+Across walls c is continued as a mirror image: without the second term, the contact angle is a right angle. With it, a wet
+wall has the energy -σ cos θ per area (Young).
 
-Before planes that cut cells (`planes`) the volume about a node counts over the share of it that is open, and the energy of a
-cell by its share. A face of the grid counts over the share of its area that lies before the planes: behind one, or where one
-lies on the face, neither the support nor the end of the grid meets fluid.
+Near planes that cut cells (`planes`), the volume around a node is multiplied by its open fraction, in front of the planes,
+and the energy of a cell by its open fraction. A face of the grid counts with the fraction of its area in front of the
+planes: behind a plane, or where a plane coincides with the face, neither the support nor the end of the grid touches fluid.
 
-A film on a wall that is thinner than a cell fills the share s < 1 of its nodes. A film of any thickness costs σ (1 - cos θ) per
-area; by the two parts it would cost c(s) of this, which grows with the square of s, so that the film would save energy by
-spreading: a foot of single points crept ahead of a drop and did not stop. Nodes of walls therefore have the energy
+A film on a wall that is thinner than a cell fills the fraction s < 1 of its nodes. A film of any thickness has the energy σ
+(1 - cos θ) per area. The two terms give only the fraction c(s) of this energy, which increases with the square of s, so
+that the film would gain energy by spreading: single points would creep ahead of a drop without end. Nodes of walls
+therefore have the additional energy
 
-    σ (1 - cos θ) Σ_I A_I (s (2 - s) - c(s))
+    σ (1 - cos θ) Σ_I A_I (s (2 - s) - c(s)) ,
 
-in addition, which vanishes where a wall is dry or the fluid is thick: a film draws together. From 60° to 90° it acts in
-proportion to cos θ, and beyond, where a foot is no wedge, not at all.
+which vanishes where a wall is dry or the fluid is thick: a film contracts. For contact angles from 60° to 90° this term is
+multiplied by a factor proportional to cos θ. For larger angles, where the edge of the fluid is not a wedge, it is zero.
 """
 
 from collections.abc import Iterator, Sequence
@@ -36,13 +38,15 @@ from pellucid.grid.lattice import Grid, layers_of
 from pellucid.grid.nodal_fields import FOUND, STEP, SUM, NodalField, allocate
 
 BENDS, FULL = 0.75, 0.96
-"""The colour grows in proportion to the share that is filled up to BENDS of it and does not grow from FULL on, since points
-fill a node within the fluid to 1 ± 0.03; below a half it is the same turned round, so that the surface keeps its place."""
+"""Filled fractions: the colour increases linearly with the filled fraction up to BENDS, and is constant from FULL on, since
+points fill a node within the fluid to 1 ± 0.03. Below one half the function is point-symmetric, so that the surface keeps
+its position."""
 SOFTNESS = 1e-3
-"""ε: where the slope of the colour is less than this over a cell, the energy is rounded off, as it must be for it to have a
-derivative everywhere. It takes some tenths of a per cent of the tension."""
+"""ε: the energy is smoothed where the colour changes by less than ε over a cell, so that its derivative exists everywhere.
+This reduces the tension by some tenths of a per cent."""
 WETTING = 0.5
-"""Cosine of the contact angle from which on the energy of thin films acts in full; on walls that a fluid does not wet, none."""
+"""Smallest cosine of the contact angle for which the energy of thin films is used in full; it is zero on walls that the
+fluid does not wet."""
 LEAST_OPEN = 0.02  # share of the volume about a node before planes, below which the node counts as behind them
 MARGIN = 3  # nodes about those that points reach: smoothing reaches one further, and so do the cells about it
 
@@ -72,21 +76,22 @@ FIRST, LAST, BUT_FIRST, BUT_LAST = slice(0, 1), slice(-1, None), slice(1, None),
 
 
 _Wetted = tuple[Any, float, np.ndarray]
-"""Which nodes a wall has, the cosine of its contact angle, and its areas about them [m²]."""
+"""Nodes of a wall, cosine of its contact angle, and areas of the wall around the nodes [m²]."""
 
 
 class _Beside(NamedTuple):
     """Effect of wall planes on the nodes in a box."""
 
     per_share: np.ndarray
-    """One over the share of the smoothed volume about a node that lies before the planes; 0 behind them."""
+    """Reciprocal of the fraction of the smoothed volume around a node in front of the planes; 0 behind the planes."""
     cells: np.ndarray
-    """Share of each cell."""
+    """Fraction of each cell in front of the planes."""
     planes: list[_Wetted]
 
 
 class SurfaceEnergy:
-    """The energy of the surface of a fluid with a tension [N/m]; faces: how it meets those of the grid, along each axis."""
+    """Energy of the surface of a fluid with a tension [N/m]; faces: cosines of the contact angles at the grid faces, for
+    each axis."""
 
     def __init__(
         self,
@@ -102,7 +107,7 @@ class SurfaceEnergy:
         self._order = sorted(range(3), key=lambda axis: -lattice.strides[axis])
         self._layers = [layers_of(*axis) for axis in zip(lattice.counts, grid.thin, grid.periodic, strict=True)]
         self.volume, self.potential = allocate(SurfaceFields, grid.n_nodes)
-        """Of these, `find` finds the potential."""
+        """Nodal volumes, the input, and their potential, which `find` computes."""
         widths = [_widths(function, count) for function, count in zip(functions, lattice.counts, strict=True)]
         self._widths = [
             np.full(1, grid.slice_thickness) if grid.thin[axis] else lattice.cell * widths[axis] for axis in range(3)
@@ -110,16 +115,16 @@ class SurfaceEnergy:
         self._planes = planes
         self._open = find_open_space(grid, functions, planes) if planes else None
         self.at_wall = np.zeros(3, bool)
-        """Along which axes the fluid has reached a wall that it wets."""
+        """Mask of the axes along which the fluid has reached a wall."""
 
     def _nodes(self, stored: np.ndarray) -> np.ndarray:
-        """A view of what nodes within the walls have, by their indices along the axes."""
+        """Return a view of nodal values within the walls, indexed by the indices along the axes."""
         view = stored.reshape([self._layers[axis] for axis in self._order]).transpose(np.argsort(self._order))
         nx, ny, nz = (len(width) for width in self._widths)
         return view[:nx, :ny, :nz]
 
     def find(self) -> float:
-        """Find the potential of the volumes, where there are any: the energy [J]."""
+        """Compute the potential of the nodal volumes, and return the surface energy [J]."""
         volume, potential = self._nodes(self.volume), self._nodes(self.potential)
         box, walls = self._box(volume)
         x, y, z = (width[part] for width, part in zip(self._widths, box, strict=True))
@@ -145,7 +150,7 @@ class SurfaceEnergy:
         return energy
 
     def _box(self, volume: np.ndarray) -> tuple[tuple[slice, slice, slice], list[tuple[bool, bool]]]:
-        """The nodes about the fluid, and whether they end at walls along each axis."""
+        """Return the box of nodes around the fluid, and for each axis whether its ends are walls."""
         filled, box, walls = volume != 0.0, [], []
         for axis in range(3):
             n = volume.shape[axis]
@@ -170,14 +175,14 @@ class SurfaceEnergy:
         return _Beside(per_share, self._open.cells[cells], planes)
 
     def _reach(self, colour: np.ndarray, beside: _Beside) -> None:
-        """Find along which axes the fluid has reached planes."""
+        """Set the mask of the axes along which the fluid has reached planes."""
         for plane, (_, _, area) in zip(self._planes, beside.planes, strict=True):
             if float(np.sum(area * colour)) > 0.0:
                 self.at_wall |= plane.wall.normal != 0.0
 
     def _of_slopes(self, colour: np.ndarray, share: np.ndarray | float) -> tuple[float, np.ndarray]:
-        """Return the energy of the surface [J] and its derivative by the nodal colour [J]; share: of the cells in front of
-        planes."""
+        """Return the energy of the surface [J] and its derivative by the nodal colour [J]; share: fraction of each cell in
+        front of planes."""
         slopes = []
         for axis in self._axes:
             along = np.diff(colour, axis=axis) / self._cell
@@ -202,7 +207,8 @@ class SurfaceEnergy:
     def _wall_nodes(
         self, shape: tuple[int, ...], box: tuple[slice, slice, slice], walls: list[tuple[bool, bool]]
     ) -> Iterator[_Wetted]:
-        """The nodes of each face of the grid that is no plane of symmetry, its cosine, and their areas before planes [m²]."""
+        """Yield for each face of the grid that is not a plane of symmetry its nodes, the cosine of its contact angle, and
+        its areas around the nodes in front of planes [m²]."""
         for axis in self._axes:
             others = [self._grid.slice_thickness if self._grid.thin[o] else self._cell for o in range(3) if o != axis]
             open_shares = (None, None) if self._open is None else self._open.faces[axis]
@@ -219,7 +225,7 @@ class SurfaceEnergy:
                 yield _along(axis, end), cosine, area
 
     def _of_walls(self, colour: np.ndarray, slope: np.ndarray, wetted: Sequence[_Wetted]) -> float:
-        """Energy of wet walls [J], whose derivative by the colour is added to that of the surface."""
+        """Return the energy of wet walls [J], and add its derivative by the colour to `slope`."""
         energy = 0.0
         for nodes, cosine, area in wetted:
             energy -= self._tension * cosine * float(np.sum(area * colour[nodes]))
@@ -234,7 +240,8 @@ class SurfaceEnergy:
         slope: np.ndarray,
         wetted: Sequence[_Wetted],
     ) -> float:
-        """Energy that films thinner than a cell lack [J], whose derivative by the filled share is added to that of all else."""
+        """Return the additional energy of films thinner than a cell [J], and add its derivative by the filled fraction to
+        `slope`."""
         energy = 0.0
         for nodes, cosine, area in wetted:
             if cosine > 0.0:
@@ -246,7 +253,7 @@ class SurfaceEnergy:
 
 
 def _widths(function: object, count: int) -> np.ndarray:
-    """∫N of each node along an axis, in cells."""
+    """Return ∫N of each node along an axis, in cells, shape (nodes,)."""
     of, widths = axis_integrals(function, count), np.zeros(count + 1)
     for column in range(of.value.shape[1]):
         np.add.at(widths, np.minimum(of.first + column, count), of.value[:, column])
@@ -254,7 +261,7 @@ def _widths(function: object, count: int) -> np.ndarray:
 
 
 def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The colour where a share of the volume is filled, and its derivative by this."""
+    """Return the colour for a filled fraction, and its derivative."""
     off, bend = np.abs(filled - 0.5), FULL - BENDS  # from where half is filled
     t = np.clip((off + 0.5 - BENDS) / bend, 0.0, 1.0)
     size = 1.0 / (BENDS + FULL - 1.0)
@@ -263,7 +270,7 @@ def _colour(filled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _spread(values: np.ndarray, axis: int) -> np.ndarray:
-    """Half to either end of what lies between two nodes of an axis."""
+    """Distribute values between two nodes of an axis equally to both nodes."""
     shape = list(values.shape)
     shape[axis] += 1
     out = np.zeros(shape)
@@ -273,7 +280,7 @@ def _spread(values: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
-    """(1, 2, 1)/4 along an axis, mirrored at the nodes of walls."""
+    """Return values smoothed by (1, 2, 1)/4 along an axis, mirrored at the nodes of walls."""
     out = 0.5 * values
     out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
     out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]
@@ -285,7 +292,7 @@ def _smooth(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarr
 
 
 def _smooth_transposed(values: np.ndarray, axis: int, walls: tuple[bool, bool]) -> np.ndarray:
-    """Adjoint of `_smooth`."""
+    """Apply the adjoint of `_smooth`."""
     out = 0.5 * values
     out[_along(axis, BUT_FIRST)] += 0.25 * values[_along(axis, BUT_LAST)]
     out[_along(axis, BUT_LAST)] += 0.25 * values[_along(axis, BUT_FIRST)]

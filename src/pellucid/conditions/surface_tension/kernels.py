@@ -1,4 +1,4 @@
-"""Volumes of points to the nodes, and the forces of a potential of these volumes back on the nodes of the points."""
+"""Kernels of surface tension: scatter volumes of points to the nodes, and the forces of a potential of these volumes."""
 
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil
@@ -21,8 +21,11 @@ def scatter_volumes(s, mapped, target):
 
 @parallel_loop()
 def gather_potential(s, mapped, potential, values, sums):
-    """A potential of the nodes [J/m³], shape (nodes,), and its slopes [N/m³] at the points of n slabs, shape (points, 4); sums:
-    of each slab the slopes times the volumes [N], shape (slabs, 3)."""
+    """Interpolate a nodal potential [J/m³], shape (nodes,), and its gradient [N/m³] to the points of n slabs: `values`,
+    shape (points, 4).
+
+    sums: for each slab the sum of volume times gradient [N], shape (slabs, 3).
+    """
     functions, lattice, index, points, slabs = mapped.functions, mapped.lattice, mapped.index, mapped.points, mapped.slabs
     h, fx, fy, fz = lattice.inverse_cell, 0.0, 0.0, 0.0
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -51,7 +54,7 @@ def gather_potential(s, mapped, potential, values, sums):
 
 @parallel_loop_by_colour(gives="target")
 def scatter_forces(s, mapped, values, acceleration, target):
-    """Add the forces -V (N ∇φ + φ ∇N) + N m a [N] of the points of n slabs to those of the nodes, shape (nodes, 3).
+    """Add the forces -V (N ∇φ + φ ∇N) + N m a [N] of the points of n slabs to the nodal forces, shape (nodes, 3).
 
     values: φ and ∇φ at the points, shape (points, 4); acceleration: a [m/s²], shape (3,).
     """

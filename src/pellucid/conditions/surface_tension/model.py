@@ -1,4 +1,4 @@
-"""Surface tension of a fluid of material points, as the user describes it."""
+"""Data model of the surface tension of a fluid of material points."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import pi, sqrt
@@ -24,7 +24,7 @@ FUNCTIONS = "quadratic-bspline"
 
 
 class SurfaceTension(Condition):
-    """Tension of the surface of a fluid of material points, and the angle at which it meets walls."""
+    """Surface tension of a fluid of material points, and its contact angle at walls."""
 
     swings_as: ClassVar[Swing] = Swing("capillary", "the shortest waves of its surface tension pass a cell")
     losses: ClassVar[Sequence[Channel]] = (SURFACE_ENERGY,)
@@ -47,7 +47,7 @@ class SurfaceTension(Condition):
 
     @property
     def walls(self) -> Sequence[tuple[Wall, float]]:
-        """Walls that are planes at rest and that it touches, with their contact angles [°], in a case (`in_case`)."""
+        """Plane walls at rest in contact with the fluid, with their contact angles [°], in a case (`in_case`)."""
         return self._walls
 
     @property
@@ -73,7 +73,7 @@ class SurfaceTension(Condition):
         return sqrt(4.0 * pi * self.tension / (density * cell**3))
 
     def load_channel(self) -> str:
-        """Return the channel of the work of its forces, an exchange within the balance."""
+        """Return the channel of the work of surface tension, which is an exchange within the balance."""
         return SURFACE_TENSION_WORK.name
 
     def columns(self) -> Mapping[str, str]:
@@ -85,7 +85,7 @@ class SurfaceTension(Condition):
         return self.rate(body.material.density, cell)
 
     def why_not_steady(self) -> Reason | None:
-        """Return the reason: the relaxation does not know the stiffness of capillary waves."""
+        """Return the reason: the stiffness of capillary waves is not included in the relaxation."""
         return Reason(
             "[steady] cannot find the equilibrium of a fluid with surface tension",
             "remove [steady], and let the viscosity damp the motion",
@@ -98,7 +98,8 @@ class SurfaceTension(Condition):
         return [TenseSurface(condition, assembly) for condition in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report bodies without such a surface, duplicates, unsuitable grids or schemes, and contact angles without a wall."""
+        """Report bodies without surface tension, duplicates, unsuitable grids or schemes, and contact angles without a
+        wall."""
         yield from parts.no_grid((*path, "body"), "the surface is found on the nodes of a grid")
         yield from parts.unknown(BodyModel, (*path, "body"), self.body)
         yield from self._body_problems((*path, "body"), parts)

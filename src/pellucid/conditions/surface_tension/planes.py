@@ -1,9 +1,10 @@
-"""Walls that are planes across the cells of the grid, as the surface energy of a fluid beside them takes them.
+"""Plane walls that cut cells of the grid, for the surface energy of a fluid in front of them.
 
-The space before the planes is sampled by parts of cells, each with the share of it that lies before them, which is exact for
-planes along the axes. From it follow the share of the volume about a node and of a cell that the fluid can fill. The area of a
-plane about a node is summed where lines along an axis cross the plane, so that a plane on a face of the grid has all of its
-area. Faces of the grid count with the share of their area that lies before the planes, since no fluid is behind these.
+The space in front of the planes is sampled by parts of cells, each with its fraction in front of the planes; this is exact
+for planes along the axes. The result is the fraction of the volume around each node and of each cell that the fluid can
+fill. The area of a plane around a node is summed where lines along an axis cross the plane, so that a plane on a face of
+the grid counts with its full area. Faces of the grid count with the fraction of their area in front of the planes, since
+there is no fluid behind the planes.
 """
 
 from collections.abc import Sequence
@@ -30,21 +31,21 @@ class WettedPlane(NamedTuple):
 
 
 class OpenSpace(NamedTuple):
-    """The space before some planes, by nodes within the faces of the grid, shape (x, y, z), and by cells."""
+    """Space in front of planes, for nodes within the faces of the grid, shape (x, y, z), and for cells."""
 
     nodes: np.ndarray
-    """Share of the volume about each node that lies before the planes."""
+    """Fraction of the volume around each node in front of the planes."""
     cells: np.ndarray
-    """Share of each cell."""
+    """Fraction of each cell in front of the planes."""
     areas: list[np.ndarray]
     """Area of each plane around each node [m²]."""
     faces: list[tuple[np.ndarray, np.ndarray]]
-    """Along each axis, the share of the area about the nodes of the lower and of the upper face of the grid that lies before
+    """For each axis, the fraction of the area around the nodes of the lower and of the upper face of the grid in front of
     the planes, one node thick along the axis."""
 
 
 def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[WettedPlane]) -> OpenSpace:
-    """Sample the space before planes."""
+    """Return the open space in front of planes, computed by sampling."""
     axes = [_Samples(grid, function, axis) for axis, function in enumerate(functions)]
     shape = tuple(axis.smooth.shape[1] for axis in axes)
     cells = tuple(axis.boxes.shape[1] for axis in axes)
@@ -71,15 +72,16 @@ def find_open_space(grid: Grid, functions: GridFunctions, planes: Sequence[Wette
 
 
 def _height(plane: WettedPlane, place: Sequence[np.ndarray | float]) -> np.ndarray:
-    """Return the height of places above a plane [m]."""
+    """Return the height of positions above a plane [m]."""
     normal = plane.wall.normal
     return np.asarray(normal[0] * place[0] + normal[1] * place[1] + normal[2] * place[2] - plane.wall.level)
 
 
 def _before(plane: WettedPlane, place: Sequence[np.ndarray | float], across: float, on: float, near: float) -> np.ndarray:
-    """Share of the parts of a plane or face that lies before another plane, whose height changes by `across` [m] over a part.
+    """Return the fraction of each part of a plane or face that is in front of another plane, whose height changes by
+    `across` [m] over a part.
 
-    on: where the two are one; near: distance below which they are [m].
+    on: fraction where the two coincide; near: distance below which they coincide [m].
     """
     height = _height(plane, place)
     if across > near:
@@ -88,7 +90,8 @@ def _before(plane: WettedPlane, place: Sequence[np.ndarray | float], across: flo
 
 
 def _area(planes: Sequence[WettedPlane], number: int, axes: Sequence["_Samples"], near: float) -> np.ndarray:
-    """Area of a plane about each node [m²]: where lines along the axis across which it lies most cross it within the grid."""
+    """Return the area of a plane around each node [m²], summed where lines along the axis nearest to its normal cross the
+    plane within the grid."""
     normal, level = planes[number].wall.normal, planes[number].wall.level
     axis = int(np.argmax(np.abs(normal)))
     one, two = (other for other in range(3) if other != axis)
@@ -106,7 +109,8 @@ def _area(planes: Sequence[WettedPlane], number: int, axes: Sequence["_Samples"]
 
 
 def _open_share(planes: Sequence[WettedPlane], axes: Sequence["_Samples"], axis: int, upper: bool, near: float) -> np.ndarray:
-    """Share of the area about the nodes of a face of the grid that lies before the planes; a plane on the face hides it."""
+    """Return the fraction of the area around the nodes of a face of the grid in front of the planes; 0 where a plane
+    coincides with the face."""
     one, two = (other for other in range(3) if other != axis)
     place: list[np.ndarray | float] = [0.0, 0.0, 0.0]
     place[one], place[two] = axes[one].place[:, None], axes[two].place[None, :]
@@ -122,7 +126,8 @@ def _open_share(planes: Sequence[WettedPlane], axes: Sequence["_Samples"], axis:
 
 
 def _spread_linearly(values: np.ndarray, place: Sequence[np.ndarray | float], axes: Sequence["_Samples"]) -> np.ndarray:
-    """Sums of values at places about the nodes, shape (x, y, z); they are added in the order of the places."""
+    """Return values at positions distributed linearly to the nodes, shape (x, y, z), and summed in the order of the
+    positions."""
     shape = tuple(axis.n_nodes for axis in axes)
     ends = []
     for at, axis in zip(place, axes, strict=True):
@@ -137,7 +142,8 @@ def _spread_linearly(values: np.ndarray, place: Sequence[np.ndarray | float], ax
 
 
 class _Samples:
-    """Parts of the cells along an axis, and what they give to nodes and cells, shape (parts, nodes) or (parts, cells)."""
+    """Sampling points (parts of cells) along an axis, and their weights at nodes, shape (parts, nodes), and in cells, shape
+    (parts, cells)."""
 
     def __init__(self, grid: Grid, function: object, axis: int) -> None:
         count, cell = grid.lattice.counts[axis], grid.lattice.cell
@@ -159,12 +165,13 @@ class _Samples:
         self.smooth = smooth[:, : count + 1]  # weights beyond a face are zero
 
     def in_cells(self, place: np.ndarray | float) -> np.ndarray:
-        """Places along the axis [m] from the lower face, in cells, within the grid."""
+        """Return positions along the axis [m] as distances from the lower face in cells, limited to the grid."""
         return np.clip((np.asarray(place) - self.lower) / self._cell, 0.0, self.n_nodes - 1.0)
 
 
 def _collect(values: np.ndarray, weights: Sequence[np.ndarray]) -> np.ndarray:
-    """Sums over parts, shape (x, y, z), by their weights along the axes; einsum adds in one order on any number of threads."""
+    """Return sums over parts, shape (x, y, z), with their weights along the axes; einsum adds in the same order for any
+    number of threads."""
     x, y, z = weights
     along_z = np.einsum("abc,ck->abk", values, z)
     return np.asarray(np.einsum("ajk,ai->ijk", np.einsum("abk,bj->ajk", along_z, y), x))

@@ -14,16 +14,16 @@ from pellucid.parts.body_model import BodyModel
 
 FACES = tuple(f"{axis}-{end}" for axis in "xyz" for end in ("lower", "upper"))
 NEUTRAL = 90.0
-"""Contact angle of a plane of symmetry [°], beyond which the fluid goes on as its mirror image."""
+"""Contact angle of a plane of symmetry [°], at which the fluid is continued as its mirror image."""
 
 
 class FaceRoles(NamedTuple):
-    """Contact angles of a fluid at the faces of the grid that supports hold along their normals."""
+    """Contact angles of a fluid at the faces of the grid that supports constrain along their normals."""
 
     angles: dict[str, float]
-    """Degrees, by the names of the faces."""
+    """Contact angles [°], by the names of the faces."""
     unknown: list[str]
-    """Faces that may be walls or planes of symmetry, where the two differ."""
+    """Faces that may be walls or planes of symmetry, with different contact angles."""
 
 
 def find_face_roles(
@@ -33,9 +33,9 @@ def find_face_roles(
     thin: tuple[bool, bool, bool],
     has_walls: bool = False,
 ) -> FaceRoles:
-    """Find the contact angle [°] of each face of the grid that supports hold.
+    """Return the contact angle [°] of each face of the grid that supports constrain along its normal.
 
-    default: that of the fluid; has_walls: whether there are walls that are planes.
+    default: contact angle of the fluid [°]; has_walls: True if there are plane walls.
     """
     cut = {face for body in bodies for face in getattr(body, "cut_at", ())}
     angles: dict[str, float] = {}
@@ -59,6 +59,6 @@ def find_face_roles(
 
 
 def _is_wall(support: Support, face: str, thin: tuple[bool, bool, bool]) -> bool:
-    """Return True if the support makes the face a wall: no-slip, moving, rubbing or opening."""
+    """Return True if the support makes the face a wall: no-slip, moving, with friction or opening."""
     along = () if support.fix == "normal" else [axis for axis in support.fix if axis != face[0] and not thin["xyz".index(axis)]]
     return bool(along) or support.wall_friction() > 0.0 or support.lets_go() or any(support.velocity)
