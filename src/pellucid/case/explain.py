@@ -98,7 +98,7 @@ def problem(found: Finding, data: Any) -> Problem:
 
 
 def dotted(path: Path, data: Any) -> str:
-    """Return a path as a dotted key, with list items by name if they have a name, else by index."""
+    """Return a path as a dotted key, with list items by name or, for unnamed items, by index."""
     parts = []
     for part in path:
         data = data[part] if value_at((part,), data) is not MISSING else None
@@ -156,7 +156,7 @@ def _findings(path: Path, group: list[Detail], data: Any, schema: Schema) -> lis
 
 
 def _belongs(path: Path, data: Any, schema: Schema) -> str:
-    """Return the neighbouring or enclosing table in which an unknown key is known, or an empty text."""
+    """Return the remedy for an unknown key that belongs to a neighbouring or enclosing table, or an empty text."""
     key, around = path[-1], path[:-1]
     if len(path) > 1 and key in schema.keys_at(path[:-2], data):
         table = f"`{dotted(path[:-2], data)}`" if len(path) > 2 else "the case"

@@ -289,7 +289,7 @@ class Case(Model):
         return changed(type(self), self.to_data(), settings)
 
     def quick_variant(self) -> "Case":
-        """Return the case with its quick settings, for a run within seconds; the case itself if it has none."""
+        """Return the case with its quick settings, for a run within seconds; the case itself without such settings."""
         return self.with_settings(self.quick) if self.quick else self
 
     def __repr__(self) -> str:

@@ -72,7 +72,8 @@ class LoadedFaces:
 
 
 def face_problems(where: Where, path: Path, name: str, parts: Parts, by_centre: bool = False) -> Iterator[Finding]:
-    """Report why loads cannot act on faces of a body in a region: the body has no persistent faces, or none there."""
+    """Report the reason why loads cannot act on faces of a body in a region: the body has no persistent faces, or no faces
+    in the region."""
     body = parts.named(BodyModel, name)
     if body is None:
         return

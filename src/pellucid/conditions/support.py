@@ -284,8 +284,8 @@ class Support(Condition):
         return self.velocity if held else None
 
     def holds(self, nodes: Selectable, axis: int, active: ActiveAxes, reach: float) -> np.ndarray:
-        """Return a mask of the grid nodes that the region of the support constrains along an axis, shape (n,); all False if
-        the support has no region or names a body.
+        """Return a mask of the grid nodes that the region of the support constrains along an axis, shape (n,); all False
+        for a support without a region or with a body.
 
         reach: distance by which nodes may lie outside a box [m].
         """
@@ -295,7 +295,7 @@ class Support(Condition):
         return chosen_nodes(region, nodes, active, reach)
 
     def region(self) -> Where | None:
-        """Return the region in which the support constrains nodes; None for all nodes or a face of the grid."""
+        """Return the region whose nodes the support constrains; None for all nodes or a face of the grid."""
         return self.where if isinstance(self.where, Region) else "boundary" if self.where == "boundary" else None
 
     def holds_all(self) -> bool:
@@ -323,7 +323,7 @@ class Support(Condition):
         return (self.where,)
 
     def on_each_face(self) -> "list[Support]":
-        """Return one support for each listed face of the grid, or the support itself if it has no list of faces."""
+        """Return one support for each listed face of the grid, or only the support itself without a list of faces."""
         return [self.model_copy(update={"where": face}) for face in self.where] if isinstance(self.where, tuple) else [self]
 
     # of one of these

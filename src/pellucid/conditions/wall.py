@@ -1,4 +1,4 @@
-"""Walls that are planes without a body, as the user describes them."""
+"""Data model of walls: planes without a body."""
 
 from collections.abc import Iterator, Sequence
 from itertools import product

@@ -64,7 +64,7 @@ ALWAYS: Mapping[Channel, int] = {channel: FIXED_COLUMNS[channel] for channel in 
 """Channels that every history contains, with their columns."""
 
 ONLY_TAKE: Sequence[Channel] = (CONTACT_WORK, TRANSFER_HEAT, FRICTION_HEAT)
-"""Channels that can only remove energy from bodies; a positive sum is an error of the method."""
+"""Channels that can only remove energy from bodies; energy that they add to the bodies in sum is an error of the method."""
 
 
 def channel_of_load(name: str) -> Channel:
@@ -77,9 +77,9 @@ class WorkLayout:
     """Columns of a row of works for the channels of a run, and the number of supports with impulses.
 
     loads: channels of external forces, each with a nodal array and a column starting at FIRST_LOAD; others: channels of
-    work counted by conditions or kernels. channels: those of both shown in the history, in its order, with their columns.
-    touching: True if surfaces are in contact: their forces have a nodal array too, the last one, and their work goes to
-    contact. Raises ValueError if two channels have the same name.
+    work counted by conditions or kernels. channels: all channels shown in the history, in its order, with their columns.
+    touching: True if surfaces are in contact; the last nodal array then contains the contact forces, whose work is added to
+    the contact work. Raises ValueError if two channels have the same name.
     """
 
     def __init__(
@@ -144,8 +144,8 @@ def row_length(columns: int, n_impulses: int) -> int:
 def step_work(sums: np.ndarray, columns: int) -> StepWork:
     """Convert a row summed by a kernel, see `row_length`, to the work of a step.
 
-    The impulses of the supports and of thin axes come first in the row; the last impulse is that of loads and absorbing
-    faces.
+    The impulses of the supports and of thin axes come first in the row; the impulse of loads and absorbing faces comes
+    last.
     """
     impulses = sums[columns + 1 :].reshape(-1, 3)
     return StepWork(sums[:columns], float(sums[columns]), impulses[:-1], impulses[-1], {})

@@ -161,7 +161,7 @@ class Body(ConstrainedPoints, ABC):
 
     @property
     def on_grid(self) -> ContactBody | None:
-        """Contact interface of the body's points on the grid; None if they have no contact on the grid."""
+        """Contact interface of the body's points on the grid; None without contact on the grid."""
         return None
 
     @property

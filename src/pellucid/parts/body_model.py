@@ -34,7 +34,8 @@ class BodyModel(Part):
     place: ClassVar[str]
     """Key that defines the initial geometry of the body."""
     start_only: ClassVar[tuple[str, ...]] = ("velocity", "initial")
-    """Keys of the initial state, in addition to `place`; a body that continues an earlier run takes its state from there."""
+    """Keys of the initial state, in addition to `place`; for a body that continues an earlier run, the state comes from
+    that run."""
     strained_from_place: ClassVar[bool] = True
     """True if strains are measured from the geometry in the case, also for a body that continues an earlier run."""
     is_surface: ClassVar[bool] = False
@@ -76,8 +77,8 @@ class BodyModel(Part):
         """Return the lower and upper corner at the start [m], each of shape (3,)."""
 
     def standing(self, grid: GridCase) -> Standing:
-        """Return the initial positions, without points if only the built body knows them. Raises CaseError if it cannot be
-        placed."""
+        """Return the initial positions; without points if they are known only when the body is built. Raises CaseError if
+        the body cannot be placed."""
         return Standing(np.zeros((0, 3)))
 
     @abstractmethod

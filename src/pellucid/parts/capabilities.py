@@ -105,8 +105,8 @@ class HeldInRegions(Protocol):
     """A body whose points on the grid are also held by supports at rest within their regions, in addition to the grid nodes."""
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
-        """Set the support that holds each point in all directions, counted from 1 face by face, 0 for none, shape (n,), by
-        number."""
+        """Set for each point the number of the support that holds it in all directions, counted from 1 face by face, 0 for
+        none, shape (n,), in the order of the point numbers."""
 
 
 @runtime_checkable
@@ -181,7 +181,7 @@ class HasContactSurface(Protocol):
         contact forces."""
 
     def encloses(self, places: np.ndarray) -> bool:
-        """Return True if the surface is closed and all of these positions [m], shape (n, 3), lie inside."""
+        """Return True if the surface is closed and contains all positions [m], shape (n, 3)."""
         return False
 
 
@@ -202,7 +202,7 @@ class HasPointsAtWalls(Protocol):
     """A body without a contact surface whose points have contact with walls."""
 
     def make_points_at(self, plane: "WallPlane", column: int) -> "ContactSurface | None":
-        """Create the contact surface of the body's points at a plane; return None if they have no contact with the plane."""
+        """Create the contact surface of the body's points at a plane; return None without contact at the plane."""
 
 
 # only for bodies on the grid

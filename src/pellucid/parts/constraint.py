@@ -44,8 +44,8 @@ class LeadsPoints(PointConstraint, Protocol):
 
 @runtime_checkable
 class RigidConstraint(PointConstraint, Protocol):
-    """A constraint that moves the points as a rigid body; only the whole body, not its points, takes velocity from the
-    nodes."""
+    """A constraint that moves the points as a rigid body: the nodes change the velocity of the whole body, not of single
+    points."""
 
     own_energy: float
     """Kinetic energy of the rotation of the points about themselves [J]."""

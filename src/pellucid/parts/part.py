@@ -1,7 +1,7 @@
 """The parts of a case, and a view of all of them.
 
 A part that is valid by itself checks its compatibility with the others: its method `problems` receives a view of all valid
-parts. No part needs to know the kind of another.
+parts. Parts do not depend on the kinds of other parts.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

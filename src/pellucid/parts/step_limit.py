@@ -22,12 +22,12 @@ NO_LIMIT = StepLimit(inf, "none", "no stability limit")
 
 
 def tightest(limits: Iterable[StepLimit]) -> StepLimit:
-    """Return the smallest of some limits; the first of equal ones."""
+    """Return the smallest of several step limits (the first of equal limits); NO_LIMIT if there are none."""
     return min(limits, key=lambda limit: limit.step, default=NO_LIMIT)
 
 
 def waves_in_cells(cell: float, wave: float, speed: float = 0.0, cause: Cause = "wave") -> StepLimit:
-    """Limit the step so that waves [m/s] in a body moving at a speed [m/s] cross at most one cell [m]."""
+    """Return the step limit for which waves [m/s] in a body moving at a speed [m/s] cross at most one cell [m]."""
     if wave + speed <= 0.0:
         return NO_LIMIT
     if speed > wave:
@@ -38,12 +38,12 @@ def waves_in_cells(cell: float, wave: float, speed: float = 0.0, cause: Cause = 
 
 
 def motion_in_cells(cell: float, speed: float) -> StepLimit:
-    """Limit the step so that a body moving at a speed [m/s] crosses at most one cell [m]."""
+    """Return the step limit for which a body moving at a speed [m/s] crosses at most one cell [m]."""
     return waves_in_cells(cell, 0.0, speed)
 
 
 def spread_in_cells(cell: float, diffusivity: float) -> StepLimit:
-    """Limit the step so that momentum diffusing at a kinematic viscosity [m²/s] spreads over at most one cell [m]."""
+    """Return the step limit for which momentum diffusing at a kinematic viscosity [m²/s] spreads over at most one cell [m]."""
     if diffusivity <= 0.0:
         return NO_LIMIT
     reason = f"kinematic viscosity {diffusivity:.3g} m2/s in cells of {cell:.4g} m"
@@ -51,8 +51,8 @@ def spread_in_cells(cell: float, diffusivity: float) -> StepLimit:
 
 
 def bending_in_cells(cell: float, rigidity: float) -> StepLimit:
-    """Limit the step so that bending waves cross at most one cell [m]; rigidity: bending stiffness over areal density
-    [m⁴/s²]."""
+    """Return the step limit for which bending waves cross at most one cell [m]; rigidity: bending stiffness over areal
+    density [m⁴/s²]."""
     if rigidity <= 0.0:
         return NO_LIMIT
     return StepLimit(cell * cell / (2.0 * rigidity**0.5), "bending", f"bending waves in cells of {cell:.4g} m")
@@ -101,25 +101,25 @@ def springs_of_contact(rate: float) -> StepLimit:
 
 
 def fall_through_cells(step: float) -> StepLimit:
-    """Return the limit by an object falling from rest that crosses a cell in this time [s]."""
+    """Return the step limit by an object that falls from rest and crosses a cell in this time [s]."""
     return StepLimit(step, "gravity", f"an object falling from rest crosses a cell in {step:.3g} s")
 
 
 def time_to_fall(cell: float, gravity: float) -> float:
-    """Return the time in which an object falling from rest crosses a cell [s]; cell: edge length [m], gravity: acceleration
-    [m/s²]."""
+    """Return the time that an object needs to fall from rest across a cell [s]; cell: edge length [m], gravity:
+    acceleration [m/s²]."""
     return sqrt(2.0 * cell / gravity)
 
 
 def told(rate: float, limits: Iterable[StepLimit]) -> StepLimit:
-    """Return a limit found as a rate [1/s], with the cause and reason of the tightest of some limits."""
+    """Return a step limit given by a rate [1/s], with the cause and reason of the tightest of several limits."""
     return tightest(limits)._replace(step=1.0 / rate) if rate > 0.0 else NO_LIMIT
 
 
 def signals_seen(cell: float, rate: float, diffusivity: float, speed: float, cause: Cause = "wave") -> StepLimit:
-    """Return a limit found as a rate [1/s] of signals that cross cells [m], with its probable reason.
+    """Return a step limit given by the rate [1/s] at which signals cross cells [m], with its probable reason.
 
-    The reason is the kinematic viscosity [m²/s] if it explains the rate, else waves in a body moving at a speed [m/s].
+    The reason is the kinematic viscosity [m²/s] if it explains the rate, otherwise waves in a body moving at a speed [m/s].
     """
     spread = spread_in_cells(cell, diffusivity)
     if spread.step * rate < 1.0 + EXPLAINS:

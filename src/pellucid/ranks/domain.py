@@ -97,7 +97,8 @@ class Domain:
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Context in which an error of one process ends all processes; an error raised by all is raised in each of them."""
+        """Context manager that ends all processes if one of them raises an error; an error raised by all is raised in each
+        process."""
         try:
             yield
         except BaseException as error:
@@ -210,7 +211,8 @@ class Domain:
 
     @contextmanager
     def joining(self, where: str) -> Iterator[None]:
-        """Context in which point data is gathered in the first process (IN_FIRST) or not at all (NOWHERE), for output."""
+        """Context manager that sets whether point data is gathered in the first process (IN_FIRST) or not at all (NOWHERE),
+        for output."""
         self.joins = where
         try:
             yield

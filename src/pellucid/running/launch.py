@@ -37,7 +37,7 @@ class _Size(NamedTuple):
 
 
 LARGE = _Size(1_000_000, 256 * 2**20)
-"""Largest case that `validate` sets up. The set-up takes a few seconds once the kernels are compiled."""
+"""Size of the largest case that `validate` sets up; this needs a few seconds once the kernels are compiled."""
 NOT_SET_UP = (
     "set-up: not checked, because a case of this size takes long to set up; `pellucid run` checks it before the first step"
 )
@@ -108,12 +108,12 @@ def _begin(
 def try_set_up(case: "Case", progress: Progress) -> list[str]:
     """Set a case up as `run_case` does, up to its first step, and discard it.
 
-    Large cases, whose set-up takes long (`LARGE`), are only judged from their models.
+    Large cases, whose set-up takes long (`LARGE`), are judged from their models only.
 
     Returns
     -------
     list of str
-        Lines on where membranes touch others, the time step, the number of steps and the run time, for the user.
+        Lines for the user on the contact of membranes with other bodies, the time step, the number of steps and the run time.
 
     Raises
     ------
@@ -145,10 +145,10 @@ def resume_case(
     settings: Mapping[str, object] | None = None,
     foretell: bool = False,
 ) -> Run:
-    """Resume the run in `out` from its last checkpoint, bit for bit; from the start if it has none yet.
+    """Resume the run in `out` from its last checkpoint, bit for bit; without a checkpoint, restart it from the beginning.
 
     `settings` change values that may change in a run, by dotted keys (`identity.MAY_CHANGE`: end, step, limits, output).
-    Raises `UsageError` if there is no run or a setting may not change, otherwise as `run_case`.
+    Raises `UsageError` if there is no run or a setting may not change, and the errors of `run_case`.
     """
     progress = seen(progress)
     domain.group.join()

@@ -43,7 +43,7 @@ class Amount(Model):
 
 
 class GasCase(Amount):
-    """An ideal gas with constant heat capacities; the default values are those of air."""
+    """An ideal gas with constant heat capacities. Default: air."""
 
     temperature: float = parameter("K", "initial temperature", gt=0)
     gamma: float = parameter("", "ratio of the heat capacities", 1.4, gt=1)

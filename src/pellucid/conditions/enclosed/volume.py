@@ -80,7 +80,7 @@ class EnclosedVolume:
             add((pressure * areas)[body.stored_array("id")])
 
     def membrane_area(self) -> float:
-        """Area of the outer membrane including its holes [m²]."""
+        """Return the area of the outer membrane including its holes [m²]."""
         return float(self._membrane.surface_areas().sum())
 
     def mobility(self, now: Enclosure) -> float:

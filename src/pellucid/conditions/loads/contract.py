@@ -87,7 +87,7 @@ class Load(ChangesInTime, LoadModel):
 
     @property
     def region(self) -> Where | None:
-        """Region in which the load acts; None for all points."""
+        """Region of the points on which the load acts; None for all points."""
         return None if "where" in self.declared_anew else self.where
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:

@@ -12,11 +12,11 @@ from pellucid.users.users_code import read_only
 
 
 class PointsView:
-    """The points or nodes of a body at the start of a step, without points that left the grid, as read-only arrays.
+    """Read-only arrays of the points or nodes of a body at the start of a step, without points that left the grid.
 
-    The order is that of the point numbers, i.e. of the mesh, of the vertices of the surface, or of seeding; it does not
-    change when the grid sorts the points. Attributes: position [m] and velocity [m/s], shape (n, 3); mass [kg] and number
-    `id`, shape (n,); for membranes also normals, areas and triangles.
+    The order is the order of the point numbers (mesh, surface vertices or seeding); it does not change when the grid sorts
+    the points. Attributes: position [m] and velocity [m/s], shape (n, 3); mass [kg] and number `id`, shape (n,); for
+    membranes also normals, areas and triangles.
     """
 
     def __init__(self, body: Body) -> None:

@@ -53,7 +53,7 @@ class RigidSpring(RigidLoad):
             raise Refusal("this spring has no effect", "give a `stiffness`, a `turning_stiffness`, or a damping")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a body that is not rigid, directions in which a body cannot move, and invalid motions of the anchor at the
+        """Report a body that is not rigid, components along axes without motion, and invalid motions of the anchor at the
         start."""
         yield from super().problems(path, parts)
         yield from thin_problems(self.stiffness, self.turning_stiffness, ("stiffness", "turning_stiffness"), path, parts)

@@ -95,7 +95,7 @@ class Inflow(GivenFlow, Condition):
             yield Finding((*path, "body"), text, "use `pellucid resume` to continue a run, or remove [start]")
 
     def _speed_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a fixed time step in which the inflow crosses more than one cell."""
+        """Report a fixed time step that is so long that the inflow crosses more than one cell per step."""
         step = getattr(parts.sections["time"].items[0], "step", None)
         if parts.grid is None or step is None or self.velocity is None:
             return

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class LeadingOut(ActiveCondition):
-    """Outflow with a prescribed flow. The opening is that of the first body that reaches the face."""
+    """Outflow with a prescribed flow, through the opening of the first body that reaches the face."""
 
     def __init__(self, outflow: "Outflow", bodies: Sequence[str], assembly: Assembly, path: str) -> None:
         self._layout, self._name = assembly.layout, outflow.name

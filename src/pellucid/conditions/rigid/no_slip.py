@@ -75,8 +75,8 @@ class NoSlip:
         self._filled = 1.0 - (covered - covered[0]) / (covered[-1] - covered[0])
 
     def find_window(self, nodes: np.ndarray) -> Window:
-        """Return the box of nodes around given nodes, whose data the computation of surface and profile needs. nodes: node
-        numbers."""
+        """Return the box of nodes around the given nodes (node numbers), whose data is needed to compute surface and
+        profile."""
         at = np.rint((self._grid.find_positions(nodes) - self._lower) / self._cell).astype(int)
         at = at if len(at) else np.zeros((1, 3), int)
         margin = np.where(self._thin, 0, MARGIN)
@@ -89,7 +89,7 @@ class NoSlip:
         return self._window
 
     def share_in_grid(self, node: np.ndarray) -> np.ndarray:
-        """Return the volumes of nodes relative to that of an interior node, (n,): about 1/2 on a face, where the shape
+        """Return the volumes of nodes divided by the volume of an interior node, (n,): about 1/2 on a face, where the shape
         functions of nodes beyond the face are added to the next two nodes."""
         at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
         ends = ~self._thin & ~self._periodic
@@ -284,7 +284,7 @@ class NoSlip:
         return np.asarray(surface.certainty[:, None] * (slope - along))
 
     def _distance_to(self, share: np.ndarray) -> np.ndarray:
-        """Return the distances of plane faces [cells] for filled fractions of nodes."""
+        """Return the distances of plane faces from nodes with these filled fractions [cells]."""
         return np.interp(-np.clip(share, 0.0, 1.0), -self._filled, self._distances)
 
     def _slope_at(self, distance: np.ndarray) -> np.ndarray:

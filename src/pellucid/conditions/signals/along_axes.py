@@ -5,7 +5,7 @@ from pellucid.model import Model, parameter
 
 
 class AlongAxes(Model):
-    """A displacement along each axis, or none."""
+    """Displacements along the axes; each is optional."""
 
     x: Signal | None = parameter("", "along x", None)
     y: Signal | None = parameter("", "along y", None)

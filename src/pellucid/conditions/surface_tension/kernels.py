@@ -1,4 +1,4 @@
-"""Kernels of surface tension: scatter volumes of points to the nodes, and the forces of a potential of these volumes."""
+"""Kernels of surface tension: scatter point volumes to the nodes, and scatter the forces of a nodal potential."""
 
 from pellucid.grid.points import place_of
 from pellucid.grid.stencil import node_at, stencil

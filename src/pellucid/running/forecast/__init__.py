@@ -27,7 +27,7 @@ def foretold(simulation: Any, until: float | None, progress: Progress) -> Progre
 
 @contextmanager
 def pace_learned(simulation: Any, recorder: "Recorder") -> Iterator[None]:
-    """Context that stores the time per step of the block for later forecasts, also if the block ends with an error."""
+    """Context manager that stores the time per step of the block for later forecasts, also if the block ends with an error."""
     from numba import config
 
     from pellucid.running.forecast.pace import Paces

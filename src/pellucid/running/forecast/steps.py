@@ -30,7 +30,7 @@ Limits = dict[tuple[str, str], StepLimit | None]
 
 
 def of_case(case: "Case") -> Foretold:
-    """Return the steps ahead from the models of a case; unknown if a body knows its step only when it is set up."""
+    """Return the forecast of a case from its models; unknown if a step limit is known only when the body is built."""
     if case.steady is not None:
         return _steady(case)
     limits = dict(_limits(case))
