@@ -86,7 +86,7 @@ def read_table(path: Path) -> Table:
     if not lines:
         raise CurveError(f"{path} is empty; write a row of names with units, {EXAMPLE}")
     remarks = next((n for n, (_, row) in enumerate(lines) if not row[0].startswith("#")), 0)
-    if _number(lines[remarks][1][0]) is None:  # else the names themselves stand behind #
+    if _number(lines[remarks][1][0]) is None:  # otherwise the row of names itself starts with a comment sign
         del lines[:remarks]
     if len(lines[0][1]) == 1 and (other := next((mark for mark in ";\t" if mark in lines[0][1][0]), "")):
         name = {";": "semicolons", "\t": "tabs"}[other]

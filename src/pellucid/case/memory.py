@@ -15,7 +15,7 @@ from pellucid.grid.viscous_rows import ViscousRows
 if TYPE_CHECKING:
     from pellucid.case.spec import Case
 
-NODE_BYTES = bytes_of(Nodes) + bytes_of(NodeFlags) + np.dtype(np.int64).itemsize  # and a place in a list of nodes
+NODE_BYTES = bytes_of(Nodes) + bytes_of(NodeFlags) + np.dtype(np.int64).itemsize  # and an entry in a list of nodes
 PROGRAM_BYTES = 300 * 2**20  # the program, its libraries and kernels
 POINT_BYTES = 450  # position, velocity, state of the law, and the second copy that sorting writes to
 

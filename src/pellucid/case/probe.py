@@ -41,7 +41,7 @@ QUANTITIES: Registry[Quantity] = Registry("quantity")
 NAME = r"[A-Za-z][A-Za-z0-9_-]*"
 REACTIONS = ("reaction", "torque")  # of a condition
 TRIANGLES = "triangles"
-PLACED = ("count", "nearest", "point")  # what needs a key of its own beside the values
+PLACED = ("count", "nearest", "point")  # reductions that need a further key
 
 
 def reduction(name: str) -> Callable[[ReductionFunction], ReductionFunction]:

@@ -53,7 +53,7 @@ def parts_in(case: type[BaseModel], data: Mapping[str, Any]) -> Parts:
     sections = {}
     for key, place in places(case).items():
         if place.is_list:
-            # what is no list may still hold the part that another names
+            # an invalid value may contain a part that another part names
             written = data.get(key, [])
             items = [_sound(item, place) for item in written] if isinstance(written, list) else [None]
         elif place.is_optional and data.get(key) is None:

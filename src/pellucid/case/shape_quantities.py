@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.case.probe import TRIANGLES, Fetch, quantity, surface_quantity
 from pellucid.geometry.algorithms import enclosure_shape as shape
 
-ROUND = 1e-4  # part of an axis by which the next one must be shorter for it to have a direction: meshes of balls are rounder
+ROUND = 1e-4  # smallest relative difference of two axes that defines a direction: meshes of balls differ less
 
 
 @surface_quantity("surface_area", "m^2", "area of a surface, or of the outer faces of a solid")

@@ -29,7 +29,7 @@ class Absorbing(Condition):
     """Absorbing faces of the grid, with the traction -ρ c_p v_n n - ρ c_s v_t: plane waves along the normal leave without
     reflection."""
 
-    # what leaves through the faces, which the momentum equation of the nodes counts
+    # energy that leaves through the faces, counted by the momentum equation of the nodes
     losses: ClassVar[Sequence[Channel]] = (ABSORBED_ENERGY,)
 
     where: tuple[Face, ...] = parameter("", "faces of the grid", min_length=1)

@@ -25,7 +25,7 @@ from pellucid.parts.support_precedence import find_owners
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
 
-REACH = 1e-6  # of a cell, by which a node may lie beyond a box and still count
+REACH = 1e-6  # tolerance for nodes outside a box, in cells
 
 
 class Released(ActiveCondition):

@@ -16,7 +16,7 @@ from pellucid.parts.condition import Condition
 class Damping(Condition):
     """Drag on a body, proportional to mass and velocity."""
 
-    losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # what it takes
+    losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # energy removed by the drag
 
     body: str = parameter("", "name of the body")
     rate: float = parameter("1/s", "decay rate of the velocity of a free body", gt=0)

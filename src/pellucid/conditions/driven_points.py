@@ -24,8 +24,8 @@ from pellucid.jit.parallel import joint_by_colour, parallel_by_colour
 from pellucid.jit.vector import LANES, load, splat, store, total
 from pellucid.tensors import ZERO_VECTOR
 
-WORK, LOSS, IMPULSE = range(3)  # columns of what a slab takes; impulses x, y, z of each motion from IMPULSE on
-SHARES = LARGEST_STENCIL**3 * LANES  # numbers of the vectors in which the nodes of a run take their shares of its mass
+WORK, LOSS, IMPULSE = range(3)  # columns of `taken`; from IMPULSE on: impulses x, y, z of each motion
+SHARES = LARGEST_STENCIL**3 * LANES  # length of the vectors with the shares of nodes in the mass of a group
 
 
 class DrivenPoints(NamedTuple):
@@ -87,7 +87,7 @@ class Run(NamedTuple):
     first: int
     end: int
     motion: Any
-    about: Any  # their stencil
+    about: Any  # stencil of their nodes
 
 
 @generic

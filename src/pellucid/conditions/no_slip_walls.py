@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 SAMPLES = 4  # in a cell along each axis, of the share of a node that a region fills
 MOST_PLACES = 1_000_000  # that are looked up at once
 BISECTIONS = 40  # of the distance from the surface
-STOPS_WITHIN = 0.5  # cells outside the surface: so the fluid meets it on the mean over all places in a cell
+STOPS_WITHIN = 0.5  # cells outside the surface: on average the fluid then stops at the surface
 RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes stay held
 
 
@@ -54,13 +54,13 @@ class WallSurface(NamedTuple):
     """Surface of a region, described by data at the nodes near it."""
 
     node: np.ndarray  # (n,) in order
-    held: np.ndarray  # (n,) which of them the support holds
-    stopped: np.ndarray  # (n,) which of them do not move across the surface
-    released: np.ndarray  # (n, 3) axes along which it holds them alone
+    held: np.ndarray  # (n,) mask of the nodes that the support holds
+    stopped: np.ndarray  # (n,) mask of the nodes that do not move normal to the surface
+    released: np.ndarray  # (n, 3) mask of the axes along which only this support holds them
     surface: Surface
     filled: np.ndarray  # (n,) share of the volume of each node within the region
     share: np.ndarray  # (n,) see `NoSlip.share_in_grid`
-    area: np.ndarray  # (n,) of the surface, weighted with the shape function of each node [m^2]
+    area: np.ndarray  # (n,) surface area, weighted with the shape function of each node [m^2]
     window: Window
     samples: list[np.ndarray]  # two of (n, 3), where the fluid's velocity is read [m]
     signs: list[np.ndarray]  # two of (n, 3), -1 for components of a velocity that is read at its mirror image
@@ -215,7 +215,7 @@ def find_wall(no_slip: NoSlip, actions: NodalActions, row: int, region: Geometry
     ends = np.stack([np.abs(place - lower) < 0.5 * cell, np.abs(place - upper) < 0.5 * cell], axis=2)
     ends &= np.array(active)[:, None] & ~np.array(grid.periodic)[:, None]
     by_faces, clamped, mirrors = np.zeros((len(place), 3), bool), np.zeros(len(place), bool), np.zeros((3, 2), bool)
-    for support in faces:  # what planes of symmetry hold stays held, and the fluid goes on as its mirror image
+    for support in faces:  # nodes on planes of symmetry stay constrained; the fluid is mirrored there
         if (face := support.face()) is not None and support.body is None:
             on, along = ends[:, face[0], face[1]], np.array(support.axes())
             along = along & np.array(active)
@@ -312,7 +312,7 @@ def _find_shares(
     weights = [weight[along[d]] if active[d] else ones for d in range(3)]
     shares = np.prod(weights, axis=0) / SAMPLES ** len(axes)
     slopes = np.zeros((len(lattice), 3))
-    for d in axes:  # seen from a sample, the place lies on the other side
+    for d in axes:  # relative to a sample, the position is on the other side
         others = [weights[e] for e in range(3) if e != d]
         slopes[:, d] = -rise[along[d]] * np.prod(others, axis=0) / SAMPLES ** len(axes)
     filled, slope = np.zeros(len(place)), np.zeros((len(place), 3))

@@ -39,7 +39,7 @@ class Motion(Condition):
     given are free.
     """
 
-    # its work, and what points lose that take its velocity at once
+    # work of the motion, and energy lost by points that take its velocity instantly
     losses: ClassVar[Sequence[Channel]] = (MOTION_WORK, IMPACT_HEAT)
     unique_name: ClassVar[bool] = True
     name: str = name_parameter("name of the motion, for probes of its reaction")
@@ -102,7 +102,7 @@ class Motion(Condition):
         result: list[ActiveCondition] = []
         for name, member in assembly.bodies.items():
             if member.model.is_rigid:
-                continue  # it is led by what makes it rigid
+                continue  # handled by the condition for rigid bodies
             motions = [motion for motion in conditions if motion.body == name]
             if any(motion.displacement.normal is not None for motion in motions):
                 result.append(NormalMotions(member, motions))

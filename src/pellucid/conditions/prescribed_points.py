@@ -24,7 +24,7 @@ from pellucid.reductions import ordered_sum
 if TYPE_CHECKING:
     from pellucid.conditions.prescribed_motion import Motion
 
-ROUNDING = 1e-9  # of a mass: less is left where all of it is taken away
+ROUNDING = 1e-9  # relative to a mass: smaller remainders are rounding
 
 
 def marked(member: AssembledBody, motions: "Sequence[Motion]") -> np.ndarray:
@@ -67,7 +67,7 @@ class PrescribedPoints(ActiveCondition):
         self._taken = np.zeros((MOST_SLABS, driven_points.IMPULSE + 3 * len(motions)))
         for number, functions in enumerate(self._functions):
             self._axes[number, list(functions)] = 1
-        of_points = np.zeros(body.n_points, np.int64)  # by their numbers
+        of_points = np.zeros(body.n_points, np.int64)  # in the order of the point numbers
         of_points[body.stored_array("id")] = marked(member, motions)
         driven = of_points[body.arrays["id"]]
         body.arrays["driven"], body.arrays["start"] = driven, body.arrays["position"].copy()

@@ -269,7 +269,7 @@ class Support(Condition):
         """Constrain nodes of all grids, also along thin axes, and nodes of bodies with their own nodes."""
         from pellucid.conditions.constrained_nodes import constrain_all
 
-        only = {"body": next(iter(assembly.bodies))}  # where a support means a body and names none
+        only = {"body": next(iter(assembly.bodies))}  # for supports that refer to a body but do not name it
         known = [one.model_copy(update=only) if one.body is None and one._means_a_body else one for one in conditions]
         return constrain_all(known, assembly)
 
@@ -326,7 +326,7 @@ class Support(Condition):
         """Return one support for each listed face of the grid, or only the support itself without a list of faces."""
         return [self.model_copy(update={"where": face}) for face in self.where] if isinstance(self.where, tuple) else [self]
 
-    # of one of these
+    # of a support on at most one face
 
     def axes(self) -> tuple[bool, bool, bool]:
         """Return the constrained directions."""

@@ -18,13 +18,13 @@ from pellucid.parts.condition import is_driven
 from pellucid.parts.part import Parts
 from pellucid.units import in_degrees
 
-ON_A_FACE = 1e-9  # of a cell, by which a plane on a face of the grid may lie outside
+ON_A_FACE = 1e-9  # tolerance for a plane on a face of the grid, in cells
 
 
 class Wall(Sliding):
     """A rigid plane that bodies cannot penetrate, without a body of its own. It extends across the whole grid."""
 
-    losses: ClassVar[Sequence[Channel]] = (CONTACT_WORK,)  # what bodies lose on it
+    losses: ClassVar[Sequence[Channel]] = (CONTACT_WORK,)  # energy that bodies lose at the wall
 
     point: Vector = parameter("m", "a point of the plane at time 0")
     normal: Vector = parameter("", "normal of the plane, of any length, towards the bodies")

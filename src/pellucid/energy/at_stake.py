@@ -33,6 +33,6 @@ def energy_at_stake(bodies: Sequence[Balanced], gravity: tuple[float, float, flo
     masses = [body.stored_field("mass") for body in bodies]
     heights = [-np.sum(body.stored_field("position") * gravity, axis=1) for body in bodies]  # times the acceleration [m²/s²]
     lowest = min(float(height.min()) for height in heights)
-    # no matrix products: their bits depend on the cores of the machine
+    # no matrix products: their rounding depends on the number of cores
     potential = sum(float(np.sum(mass * (height - lowest))) for mass, height in zip(masses, heights, strict=True))
     return strain + potential + ROUNDING_SHARE * internal

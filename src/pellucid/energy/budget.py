@@ -139,7 +139,7 @@ class EnergyBudget:
             self.sums[channel.name] = so_far = self.sums[channel.name] + amount
             external += channel.sign * amount
             internal += amount if channel.sign == 0.0 else 0.0
-            # what is stored in points that leave or come in has not moved: no error is judged by it
+            # energy stored in points that leave or enter does not count as energy that moved
             if channel.sign != 0.0:
                 exchanged += abs(so_far - passed.get(channel, 0.0))
         self.transfer += kinetic - self.kinetic - (internal + external)

@@ -124,10 +124,10 @@ class StepWork(NamedTuple):
 
     works: np.ndarray  # (columns,) [J]; a row may leave out its last columns, in which nothing was done
     gravity_mass: float  # of the nodes on which gravity acts [kg]
-    reactions: np.ndarray  # (supports + 1, 3) impulses of the supports, in the last row those across thin axes [N s]
+    reactions: np.ndarray  # (supports + 1, 3) impulses of the supports; last row: of thin axes [N s]
     impulse: np.ndarray  # (3,) of all other external actions [N s]
     motions: Mapping[str, np.ndarray]  # impulses of prescribed motions by name, shape (3,) [N s]
-    turning: Mapping[str, np.ndarray] = {}  # angular impulses of those of rigid bodies about their centres [N m s]
+    turning: Mapping[str, np.ndarray] = {}  # angular impulses of motions of rigid bodies about their centres, by name [N m s]
 
 
 def no_work(columns: int, n_supports: int) -> StepWork:
@@ -176,7 +176,7 @@ class Passed(NamedTuple):
     momentum: np.ndarray  # (3,) [kg m/s]
     kinetic: float  # [J]
     stored: float  # internal or strain energy [J]
-    half_power: float = 0.0  # half the power of their internal forces, as in `Totals` [W]
+    half_power: float = 0.0  # half the power of the internal forces, as in `Totals` [W]
 
 
 def kinetic_energies(mass: np.ndarray, velocity: np.ndarray) -> np.ndarray:

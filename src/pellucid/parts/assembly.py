@@ -75,7 +75,7 @@ class Assembly(NamedTuple):
 
     bodies: Mapping[str, AssembledBody]  # by name
     actions: Sequence[NodalActions]  # of every velocity field
-    layout: WorkLayout  # the columns of their channels
+    layout: WorkLayout  # columns of works for the channels
 
     def forces_on(self, body: str, channel: str) -> Callable[[np.ndarray], None]:
         """Return a function that adds external forces [N], shape (n, 3), in storage order, to a body over a step."""

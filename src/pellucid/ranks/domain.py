@@ -33,7 +33,7 @@ Given = np.ndarray | OfListed
 class Rows(NamedTuple):
     """Rows of slabs of a grid, and the data to find their nodes."""
 
-    edges: np.ndarray  # (rows + 1,) the layers of nodes at which they begin, and behind the last
+    edges: np.ndarray  # (rows + 1,) first layer of nodes of each row, and the end
     across: int  # slabs in a row
     stencil: int  # nodes that a point reaches along the axis of the rows
     layer: int  # nodes in a layer
@@ -224,7 +224,8 @@ class Domain:
         return self.group.any(flag) if self.is_cut else flag
 
     def caught(self, signals: Sequence[int]) -> Sequence[int]:
-        """Return the signals that were caught: those of this process, or for several processes the largest one of all."""
+        """Return the signals that were caught: all signals of this process, or, for several processes, only the largest one
+        of all processes."""
         if not self.is_cut:
             return signals
         return [int(self.group.largest(max(signals, default=0)))] if self.any(len(signals) > 0) else []

@@ -166,7 +166,7 @@ class Group:
             status = getattr(error, "exit_status", 1)
             _wait_until_read(sys.stderr, seconds=2.0)
             self._comm.Abort(status)
-            os._exit(status)  # where the launcher takes its time
+            os._exit(status)  # if the launcher does not end the process at once
         self.know(error)
 
     def know(self, error: BaseException) -> None:

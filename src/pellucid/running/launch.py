@@ -70,7 +70,7 @@ def run_case(
         _check_alike(case, out, until)
         check_until(until, case)
         if out is not None and domain.group.is_first:
-            RunFolder(out).check_replaceable()  # before the set-up, which may take long
+            RunFolder(out).check_replaceable()  # before the set-up, which may be slow
             if case.start is not None and Path(case.start.path).resolve() == Path(out).resolve():
                 text = (
                     f"The run in {out} is the initial state of the case (start.path).\n    Choose another folder for the "

@@ -87,7 +87,7 @@ class ActiveEnclosed(ActiveCondition):
         works["outside_work"] = self._model.outside * grown
         swept = before.swept(now) if self._space.is_open or now.hole > 0.0 else grown
         mean = 0.5 * (gauge + self._gauge)
-        works["outside_work"] += mean * (grown - swept)  # on lids, which something else holds, and in holes
+        works["outside_work"] += mean * (grown - swept)  # on lids, which are supported otherwise, and in holes
         self._flow(self._time + 0.5 * self._passing, works)
         works["enclosed_energy"] = contents.energy - held
         self._works = works
@@ -124,7 +124,7 @@ class ActiveEnclosed(ActiveCondition):
         area = self._space.membrane_area() - self._now.hole if self._model.leak > 0.0 else 0.0
         flows, excess = self._efflux(self.contents, area), self.contents.excess(volume, self._model.outside)
         mass = 0.5 * dt * sum(flows)
-        if mass < excess:  # else the pressure outside is reached within half of this time
+        if mass < excess:  # otherwise the outside pressure is reached within half of this time
             half = copy(self.contents)
             half.let_out(mass, volume)
             flows = self._efflux(half, area)
@@ -185,7 +185,7 @@ class ActiveEnclosed(ActiveCondition):
         done = self._layout.no_work()
         for channel in self._model.channels():
             done.works[self._layout.column(channel)] = amount = self._works.get(channel.name, 0.0)
-            done.works[INTERNAL] -= channel.sign * amount  # what its pressure did by its own account
+            done.works[INTERNAL] -= channel.sign * amount  # work of the pressure in the energy of the contents
         return done
 
     def warning(self) -> str | None:

@@ -18,10 +18,10 @@ class Enclosure(NamedTuple):
     points have zero area, since no pressure acts on a hole."""
 
     volume: float  # [m³]
-    areas: list[np.ndarray]  # (n, 3) of each, outwards of the volume [m²]
-    places: list[np.ndarray]  # (n, 3) of each [m]
-    failed: list[int]  # of the points of each that bear no stress any more
-    hole: float = 0.0  # area of the holes that those leave in the outer membrane [m²]
+    areas: list[np.ndarray]  # (n, 3) vector areas of the points of each body, pointing out of the volume [m²]
+    places: list[np.ndarray]  # (n, 3) positions of the points of each body [m]
+    failed: list[int]  # number of failed points of each body
+    hole: float = 0.0  # area of the holes left by failed points in the outer membrane [m²]
 
     def swept(self, other: "Enclosure") -> float:
         """Return the volume that the membranes sweep between this state and another, without the volume swept by lids [m³]."""
@@ -94,8 +94,11 @@ class EnclosedVolume:
         return sum(float(np.sum(a * v)) for a, v in zip(now.areas, velocities, strict=True))
 
     def swing(self, rate: float) -> bool:
-        """Limit the steps of the membranes by the oscillation of the volume, at half its frequency `rate` [1/s], in
-        addition to their own rates; return True if `rate` exceeds the rates of all membranes."""
+        """Limit the steps of the membranes by the oscillation of the volume, in addition to their own rates; return True if
+        `rate` exceeds the rates of all membranes.
+
+        rate: half the angular frequency of the volume [1/s].
+        """
         governs = all(rate > body.totals.rate for body in self.bodies)
         for body in self.bodies:
             body.totals.rate = float(np.hypot(body.totals.rate, rate))

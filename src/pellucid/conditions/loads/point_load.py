@@ -31,5 +31,5 @@ class PointLoad(ChangesInTime, LoadModel):
     def active(self, assembly: Assembly, path: Path) -> ActiveCondition:
         member, force = assembly.bodies[self.body], np.array(self.force)
         chosen, add = chosen_points(self.where, member, path), assembly.forces_on(self.body, self.channel)
-        share = np.where(chosen, 1.0 / chosen.sum(), 0.0)[:, None]  # of the points by their `id`: sorting moves them
+        share = np.where(chosen, 1.0 / chosen.sum(), 0.0)[:, None]  # in the order of `id`, which sorting keeps
         return AtEachStep(lambda time: add(share[member.body.arrays["id"]] * (self.share(time) * force)))

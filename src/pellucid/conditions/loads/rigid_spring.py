@@ -33,7 +33,7 @@ class RigidSpring(RigidLoad):
     angle about it, a the displacement or angle of the anchor, k the stiffness, and c the damping coefficient.
     """
 
-    losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # what its dampers take
+    losses: ClassVar[Sequence[Channel]] = (DAMPING_HEAT,)  # heat of the dampers
 
     channel: ClassVar[str] = "spring_work"
     kind: Literal["rigid-spring"] = "rigid-spring"

@@ -61,8 +61,8 @@ class OpenFace(NamedTuple):
 class Columns(NamedTuple):
     """Columns of points behind an opening."""
 
-    place: np.ndarray  # (c, 3) of their first points [m]
-    depth: np.ndarray  # (c,) how far these are from the face [m]
+    place: np.ndarray  # (c, 3) positions of the first points of the columns [m]
+    depth: np.ndarray  # (c,) distances of the first points from the face [m]
     area: np.ndarray  # (c,) across the flow [m²]
     spacing: float  # of points in a column [m]
 

@@ -26,7 +26,7 @@ class LedStrip(Strip):
         super().__init__(flow, passage)
         self._driven, body = self._actions.driven(), passage.member.body
         density = float(np.sum(body.stored_array("mass")) / np.sum(body.volumes()))
-        self._mass = 2.0 ** ceil(log2(HEAVY * density * self._actions.field.grid.cell_volume))  # by which nothing is rounded
+        self._mass = 2.0 ** ceil(log2(HEAVY * density * self._actions.field.grid.cell_volume))  # a power of 2: no rounding
 
     def mean_at(self, time: float) -> float:
         """Return the mean velocity through the opening at a time [m/s]."""

@@ -18,8 +18,8 @@ class NodesAcross(NamedTuple):
     """Nodes of a layer that columns reach, with their weights."""
 
     place: np.ndarray  # (m, 3) [m]; along the normal at the face
-    stored: np.ndarray  # (m,) where they are stored, those of the layer at the lower end of the grid
-    column: np.ndarray  # (e,) of each weight the column
+    stored: np.ndarray  # (m,) storage indices of the nodes, for the layer at the lower end of the grid
+    column: np.ndarray  # (e,) column of each weight
     node: np.ndarray  # (e,) and the node, of the m
     weight: np.ndarray  # (e,)
 

@@ -46,7 +46,7 @@ class EndPressure(NamedTuple):
     level: float  # of the face, in cells
     inward: float
     axis: int
-    reach: float  # of points that count, in cells from the face
+    reach: float  # distance from the face of the points that count, in cells
 
 
 @point_function(given, EndPressure)
@@ -82,7 +82,7 @@ class EndOfFluid:
         self._gives: Bundle | None = None
         self._deep = body.functions[self.face.axis].stencil
         index, place = body.grid.where()
-        # nodes that points of the outermost layer of cells reach, and one layer beside
+        # nodes that points of the outermost layer of cells reach, and one more layer
         self._near = index[self.face.depth(place) < (self._deep + 0.5) * body.grid.lattice.cell]
 
     def push(self, pressure: float) -> None:

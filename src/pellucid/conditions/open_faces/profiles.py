@@ -9,7 +9,7 @@ from pellucid.findings import Reason
 from pellucid.geometry.shapes.contract import Geometry
 from pellucid.geometry.shapes.solids import Box, Cylinder
 
-TERMS = 200  # of the series of a duct, whose terms fall as the cube of their numbers
+TERMS = 200  # terms of the series of a duct, which decrease with the cube of their index
 Wall = tuple[float, float]
 
 

@@ -89,7 +89,7 @@ class RigidBody:
         self._pushed: list[tuple[np.ndarray, np.ndarray]] = []
         self._loads: list[Push] = []
         self._push_works = np.zeros(assembly.layout.n_columns)
-        self._led, self._turned = np.zeros((2, 6))  # what leads it gave beside that on the nodes, and as it turned [N s, N m s]
+        self._led, self._turned = np.zeros((2, 6))  # impulses of motions: direct, and due to rotation [N s, N m s]
         arrays = member.body.arrays
         arrays["start"], arrays["angle"] = arrays["position"].copy(), np.zeros_like(arrays["position"])
         m, arm = arrays["mass"][:, None], arrays["position"] - centre_of(arrays["mass"][:, None], arrays["position"])

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-LARGEST_TURN = 0.02  # rad by which a body turns in a part of a step, see `turn_freely`
+LARGEST_TURN = 0.02  # largest rotation in a substep [rad], see `turn_freely`
 
 
 def centre_of(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
@@ -84,7 +84,7 @@ def turn_freely(velocity_of: Callable[[np.ndarray], np.ndarray], dt: float) -> T
     parts = max(ceil(float(np.linalg.norm(first)) * dt / LARGEST_TURN), 1)
     h = dt / parts
     for _ in range(parts):
-        at, rates = [np.zeros(3)], [first]  # the way from where the part begins, and the angular velocity there
+        at, rates = [np.zeros(3)], [first]  # rotation vectors from the start of the substep, and angular velocities there
         slopes = [first]
         for share in (0.5, 0.5, 1.0):
             at.append(share * h * slopes[-1])
@@ -148,8 +148,8 @@ class Push(NamedTuple):
 
     strength: np.ndarray
     column: int  # of its work
-    carried: np.ndarray | None = None  # of a damper: velocity and angular velocity of what it is fixed to, shape (6,)
-    heat: int = 0  # of a damper: column of what it takes
+    carried: np.ndarray | None = None  # of a damper: velocity and angular velocity of its anchor, shape (6,)
+    heat: int = 0  # of a damper: column of its heat
 
     def book(self, works: np.ndarray, dt: float, rates: np.ndarray) -> float:
         """Add the work of force and torque over a step dt [s], on a body with a velocity and an angular velocity, shape (6,),

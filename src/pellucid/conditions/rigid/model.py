@@ -15,7 +15,7 @@ from pellucid.parts.condition import Condition
 class Rigid(Condition):
     """A rigid body."""
 
-    # the energy that points lose as they take the velocity of the rigid body
+    # energy lost by points when they take the velocity of the rigid body
     losses: ClassVar[Sequence[Channel]] = (IMPACT_HEAT,)
 
     body: str = parameter("", "name of the body")

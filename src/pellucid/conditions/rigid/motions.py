@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 from pellucid.conditions.rigid.leads import Leads
 from pellucid.grid.actions import NodalActions
 
-SMALL = 1e-9  # of the mass: inertia that is none, as about the line on which all points lie
+SMALL = 1e-9  # fraction of the mass below which inertia is negligible, e.g. about the line of all points
 MOST_ROWS = 16  # points of a body that walls hold at once; three would do on each
 
 
@@ -144,10 +144,10 @@ class RigidWalls:
             if lacking[worst] <= tolerance or worst in chosen:
                 break
             G, h = reach[[*chosen, worst]], limits[[*chosen, worst]] - rows[[*chosen, worst]] @ motion
-            size = float(np.abs(h).max() / np.abs(G).max())  # both of one size: else 1 - h u is rounding
+            size = float(np.abs(h).max() / np.abs(G).max())  # equal sizes, since otherwise 1 - h u is only rounding
             u, _ = nnls(np.vstack([G.T, h / size]), np.append(np.zeros(G.shape[1]), 1.0))
             if (left := 1.0 - h @ u / size) <= SMALL:
-                return Kept(motion, np.zeros(6), [])  # no free motion keeps to all of them: what is prescribed passes the walls
+                return Kept(motion, np.zeros(6), [])  # no free motion satisfies all: the prescribed part passes walls
             chosen.append(worst)
             pushes = size * u / left
             kept = motion + roots @ (G.T @ pushes)

@@ -26,7 +26,7 @@ from scipy.interpolate import BSpline
 from pellucid.grid.lattice import Grid
 from pellucid.grid.momentum import MASS_EPS
 
-SAMPLES = (2.0, 3.5)  # cells outside the surface: shape functions of points of the body hardly reach the first
+SAMPLES = (2.0, 3.5)  # cells outside the surface; points of the body barely reach the first
 DEGREES = {"trilinear": 1, "gimp": 1, "quadratic-bspline": 2, "cubic-bspline": 3}
 FLATTEST, SHARPEST = -0.15, 0.5  # curvatures per cell that the profile uses: 1 + κ d stays positive from -1.5 to 3.5 cells
 MARGIN = 6  # cells around a body that are read: the farther sample and the functions of the points
@@ -48,9 +48,9 @@ class Surface(NamedTuple):
 class Window(NamedTuple):
     """A box of nodes, which may extend across periodic seams; beyond a wall the nodes on the wall are repeated."""
 
-    node: np.ndarray  # (m,) their numbers, in order, each once
-    place: np.ndarray  # (nx, ny, nz) of each node of the box in `node`
-    first: np.ndarray  # (3,) where the box begins, in cells from the lower corner of the grid
+    node: np.ndarray  # (m,) node numbers, ascending, each once
+    place: np.ndarray  # (nx, ny, nz) index in `node` of each node of the box
+    first: np.ndarray  # (3,) first nodes of the box, in cells from the lower corner of the grid
     last: np.ndarray  # (3,) its last nodes
     share: np.ndarray  # (m,) see `NoSlip.share_in_grid`
 
@@ -98,8 +98,8 @@ class NoSlip:
         return np.asarray(volumes[np.minimum(to_face, 2)].prod(axis=1))
 
     def find_next(self, node: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the numbers of the nodes at an offset of `by` nodes from each node, shape (n,), and a mask of those in the
-        grid."""
+        """Return the numbers of the nodes at an offset of `by` nodes from each node, shape (n,), and a mask of the nodes
+        inside the grid."""
         at = np.rint((self._grid.find_positions(node) - self._lower) / self._cell).astype(int)
         to = np.where(self._thin, 0, at) + by
         return self._node(to), np.all(self._periodic | ((to >= 0) & (to < self._counts)), axis=1)

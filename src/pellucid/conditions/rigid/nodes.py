@@ -51,8 +51,8 @@ from pellucid.ranks.domain import domain
 
 HOLD = 1e6  # of the mass of all nodes: the weight of nodes within the grid that a support clamps
 ROUNDING = 1e-13  # of the momentum of the nodes
-LEAST_SHARE = 0.01  # of inertia: of other bodies at an outer node, and of the body, when E takes off what supports hold
-LEAST_OTHERS = 1e-6  # of the mass of a node: other bodies, of which the velocity is known there
+LEAST_SHARE = 0.01  # smallest fraction of inertia: of other bodies at an outer node; of the body, with E and supports
+LEAST_OTHERS = 1e-6  # smallest fraction of a node's mass for which the velocity of other bodies is known
 FILLED_HALF_A_CELL_OUTSIDE = {"trilinear": 1 / 8, "gimp": 1 / 8, "quadratic-bspline": 1 / 6, "cubic-bspline": 77 / 384}
 """Fraction of the volume of a node filled by a body with a plane face half a cell away, for each kind of shape functions."""
 
@@ -145,7 +145,7 @@ class RigidNodes:
         change = np.einsum(
             "kd,kdi->i", np.where(self._outer, 0.0, m * (increment - self._slip + pic * (old - rigid))), self._motions
         )
-        # bodies that act later may have changed what forces gave outer nodes
+        # later bodies may have changed the impulses of forces on outer nodes
         gained = np.where(self._outer, m * (velocity - self._base), 0.0)
         change += self._lacking @ (self._motion - u) + np.einsum("kd,kdi->i", gained, self._motions) - self._from_outer
         momentum = self._inertia @ u + change
@@ -317,7 +317,7 @@ class RigidNodes:
         self._motion = motion = kept.motion
         self._reactions = [(wall.row, wall.axis, push) for wall, push in kept.impulses]
         impulse = self._along(self._motions @ motion + self._goal - velocity)
-        # outer nodes give the body its share of what they take
+        # the body gets its share of the impulses on outer nodes
         self._from_outer += np.einsum("kd,kdi->i", (1.0 - self._kept) * impulse, self._motions)
         self.led_impulse = np.einsum("kd,kdi->i", impulse, self._motions) - self._push - kept.given
         self._beside = self._lacking @ (motion - self._before) - self._from_outer

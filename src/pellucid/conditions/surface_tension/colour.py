@@ -47,8 +47,8 @@ This reduces the tension by some tenths of a per cent."""
 WETTING = 0.5
 """Smallest cosine of the contact angle for which the energy of thin films is used in full; it is zero on walls that the
 fluid does not wet."""
-LEAST_OPEN = 0.02  # share of the volume about a node before planes, below which the node counts as behind them
-MARGIN = 3  # nodes about those that points reach: smoothing reaches one further, and so do the cells about it
+LEAST_OPEN = 0.02  # smallest open fraction of the volume around a node in front of planes
+MARGIN = 3  # layers of nodes around those that points reach; smoothing and the adjacent cells need one each
 
 
 class SurfaceFields(NamedTuple):

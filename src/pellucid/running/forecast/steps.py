@@ -47,7 +47,7 @@ def of_simulation(simulation: Any, until: float | None = None) -> Foretold:
     if case.steady is not None:
         return _steady(case)
     limit, name = simulation.step_limit()
-    if simulation.n_steps == 0:  # what acts in bodies at rest may not be seen yet
+    if simulation.n_steps == 0:  # the state of bodies at rest does not show all limits yet
         limit, name = _tightest({(name, "now"): limit, **_limits(case)})
     return _foretold(case, limit, name, simulation.time, until)
 
