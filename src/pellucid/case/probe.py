@@ -39,7 +39,7 @@ class Quantity(NamedTuple):
 REDUCTIONS: Registry[ReductionFunction] = Registry("reduction")
 QUANTITIES: Registry[Quantity] = Registry("quantity")
 NAME = r"[A-Za-z][A-Za-z0-9_-]*"
-REACTIONS = ("reaction", "torque")  # of a condition
+REACTIONS = ("reaction", "torque")  # quantities of a condition
 TRIANGLES = "triangles"
 PLACED = ("count", "nearest", "point")  # reductions that need a further key
 

@@ -22,7 +22,7 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.parts.condition import Condition
 from pellucid.parts.part import Parts
 
-SAMPLES = 4000  # of the integral of a boundary function, which is piecewise quadratic or cubic
+SAMPLES = 4000  # number of samples for the integral of a shape function at a boundary
 
 
 class Absorbing(Condition):

@@ -34,7 +34,7 @@ class DrivenPoints(NamedTuple):
     driven: np.ndarray  # (n,) the number of the point's motion plus one, 0 where it is free
     start: np.ndarray  # (n, 3) first position [m]
     velocity: np.ndarray  # (motions, 3) over this step [m/s]
-    displacement: np.ndarray  # (motions, 3) at its end [m]
+    displacement: np.ndarray  # (motions, 3) at the end of this step [m]
     axes: np.ndarray  # (motions, 3) 1 for each axis that the motion prescribes
     taken: np.ndarray  # (slabs, IMPULSE + 3 motions) work and loss [J], impulses [N s]
 

@@ -40,9 +40,9 @@ from pellucid.ranks.domain import domain
 if TYPE_CHECKING:
     from pellucid.conditions.support import Support
 
-SAMPLES = 4  # in a cell along each axis, of the share of a node that a region fills
-MOST_PLACES = 1_000_000  # that are looked up at once
-BISECTIONS = 40  # of the distance from the surface
+SAMPLES = 4  # samples in a cell along each axis, for the filled fraction of nodes
+MOST_PLACES = 1_000_000  # largest number of positions evaluated at once
+BISECTIONS = 40  # bisections to find the distance from the surface
 STOPS_WITHIN = 0.5  # cells outside the surface: on average the fluid then stops at the surface
 RIGID_REACH = 2  # cells around the points of rigid bodies within which nodes stay held
 

@@ -22,7 +22,7 @@ from pellucid.energy.works import (
 ARRAYS = "initial_momentum", "impulse", "exchanged", "support_impulses", "left_momentum", "entered_momentum"
 """Names of the arrays of the balance, which a checkpoint stores as lists."""
 
-ISOLATED = 1e-9  # of the largest Σ m|v|: impulses that add up to less are rounding
+ISOLATED = 1e-9  # relative to the largest Σ m|v|: smaller sums of impulses are rounding
 FIRST_JUDGED = 200  # steps after which the energy error is judged; before, too little energy may have moved to compare with
 
 

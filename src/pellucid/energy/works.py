@@ -123,9 +123,9 @@ class StepWork(NamedTuple):
     """Work and impulses of a step, summed over bodies and nodes."""
 
     works: np.ndarray  # (columns,) [J]; a row may leave out its last columns, in which nothing was done
-    gravity_mass: float  # of the nodes on which gravity acts [kg]
+    gravity_mass: float  # mass of the nodes on which gravity acts [kg]
     reactions: np.ndarray  # (supports + 1, 3) impulses of the supports; last row: of thin axes [N s]
-    impulse: np.ndarray  # (3,) of all other external actions [N s]
+    impulse: np.ndarray  # (3,) impulse of all other external actions [N s]
     motions: Mapping[str, np.ndarray]  # impulses of prescribed motions by name, shape (3,) [N s]
     turning: Mapping[str, np.ndarray] = {}  # angular impulses of motions of rigid bodies about their centres, by name [N m s]
 

@@ -37,7 +37,7 @@ class Rows(NamedTuple):
     across: int  # slabs in a row
     stencil: int  # nodes that a point reaches along the axis of the rows
     layer: int  # nodes in a layer
-    nodes: int  # of the grid
+    nodes: int  # number of nodes of the grid
 
 
 def cuts_of(cost: np.ndarray, processes: int) -> np.ndarray:

@@ -10,7 +10,7 @@ from pellucid.geometry.algorithms.lids import BENT, Lids
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.part import Parts
 
-FLAT = 1e-9  # of the third power of its extent, below which a membrane encloses nothing
+FLAT = 1e-9  # largest volume of a flat membrane, relative to the cube of its extent
 
 
 def encloses_problems(

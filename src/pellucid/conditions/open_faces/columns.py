@@ -64,7 +64,7 @@ class Columns(NamedTuple):
     place: np.ndarray  # (c, 3) positions of the first points of the columns [m]
     depth: np.ndarray  # (c,) distances of the first points from the face [m]
     area: np.ndarray  # (c,) across the flow [m²]
-    spacing: float  # of points in a column [m]
+    spacing: float  # spacing of points in a column [m]
 
     @property
     def n(self) -> int:

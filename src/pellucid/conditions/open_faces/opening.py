@@ -8,7 +8,7 @@ from pellucid.approximants.axis import GridFunction, GridFunctions, axis_weights
 from pellucid.conditions.open_faces.columns import Columns, OpenFace
 from pellucid.grid.lattice import Grid
 
-LEAST_WEIGHT = 1e-12  # of a node that points reach
+LEAST_WEIGHT = 1e-12  # smallest weight of a node that points reach
 SAMPLES = tuple(k / 24 for k in range(25))
 """Sample positions in a cell, as fractions. They include the ends of all shape functions, also of GIMP with 1 to 4 or 6
 points per cell."""

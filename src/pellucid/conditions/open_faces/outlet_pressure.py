@@ -43,7 +43,7 @@ class EndPressure(NamedTuple):
     """Scatter rule that uses gradients of the shape functions: the value -V p along an axis, for points near a face."""
 
     pressure: np.ndarray  # (1,) in this step [Pa]
-    level: float  # of the face, in cells
+    level: float  # position of the face, in cells
     inward: float
     axis: int
     reach: float  # distance from the face of the points that count, in cells

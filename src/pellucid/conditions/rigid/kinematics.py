@@ -148,8 +148,8 @@ class Push(NamedTuple):
 
     strength: np.ndarray
     column: int  # of its work
-    carried: np.ndarray | None = None  # of a damper: velocity and angular velocity of its anchor, shape (6,)
-    heat: int = 0  # of a damper: column of its heat
+    carried: np.ndarray | None = None  # velocity and angular velocity of the anchor of a damper, shape (6,)
+    heat: int = 0  # column of the heat of a damper
 
     def book(self, works: np.ndarray, dt: float, rates: np.ndarray) -> float:
         """Add the work of force and torque over a step dt [s], on a body with a velocity and an angular velocity, shape (6,),

@@ -89,9 +89,9 @@ def inertia_at(weight: np.ndarray, motions: np.ndarray) -> np.ndarray:
 class Wall(NamedTuple):
     """A face of the grid that a support constrains along its normal."""
 
-    row: int  # of the support
+    row: int  # index of the support
     axis: int
-    sign: float  # of the direction into the grid
+    sign: float  # sign of the direction into the grid, 1 or -1
     place: float  # [m]
     velocity: float  # [m/s]
 

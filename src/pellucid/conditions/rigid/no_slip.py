@@ -30,10 +30,10 @@ SAMPLES = (2.0, 3.5)  # cells outside the surface; points of the body barely rea
 DEGREES = {"trilinear": 1, "gimp": 1, "quadratic-bspline": 2, "cubic-bspline": 3}
 FLATTEST, SHARPEST = -0.15, 0.5  # curvatures per cell that the profile uses: 1 + κ d stays positive from -1.5 to 3.5 cells
 MARGIN = 6  # cells around a body that are read: the farther sample and the functions of the points
-LEAST_RATIO, FULL_RATIO = 0.2, 0.5  # of the masses of nodes around a sample: below, between and above, see `NoSlip.sample`
-REFINEMENTS = 2  # of distances: more change them by less than .01 of a cell
+LEAST_RATIO, FULL_RATIO = 0.2, 0.5  # ratios of node masses around a sample with reliability 0 and 1, see `NoSlip.sample`
+REFINEMENTS = 2  # iterations for distances; further ones change them by less than 0.01 cells
 ROUNDING = 1e-9  # of a cell
-LEAST_SLOPE = 1e-6  # of the share filled, per cell: where it changes less, the body has no face
+LEAST_SLOPE = 1e-6  # smallest gradient of the filled fraction at a face of the body [1/cell]
 
 
 class Surface(NamedTuple):

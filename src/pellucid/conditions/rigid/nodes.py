@@ -49,8 +49,8 @@ from pellucid.grid.nodal_fields import STEP, SUM, NodalField, allocate, with_mem
 from pellucid.grid.vectors import scatter_vectors
 from pellucid.ranks.domain import domain
 
-HOLD = 1e6  # of the mass of all nodes: the weight of nodes within the grid that a support clamps
-ROUNDING = 1e-13  # of the momentum of the nodes
+HOLD = 1e6  # weight of clamped nodes within the grid, relative to the mass of all nodes
+ROUNDING = 1e-13  # relative to the momentum of the nodes
 LEAST_SHARE = 0.01  # smallest fraction of inertia: of other bodies at an outer node; of the body, with E and supports
 LEAST_OTHERS = 1e-6  # smallest fraction of a node's mass for which the velocity of other bodies is known
 FILLED_HALF_A_CELL_OUTSIDE = {"trilinear": 1 / 8, "gimp": 1 / 8, "quadratic-bspline": 1 / 6, "cubic-bspline": 77 / 384}
@@ -69,8 +69,8 @@ class BodySums(NamedTuple):
 class Received(NamedTuple):
     """Momentum and energy that a rigid body receives from the nodes at the end of a step."""
 
-    momentum: np.ndarray  # (6,) of its numbers, with that from the start of the step
-    motion: np.ndarray  # (6,) its numbers then, if nothing were prescribed
+    momentum: np.ndarray  # (6,) in components, including the momentum at the start of the step
+    motion: np.ndarray  # (6,) components of the motion for this momentum, without prescribed components
     mixing: float  # kinetic energy that the nodes lose as they share it out among bodies [J]
     spread: float  # kinetic energy that they lose otherwise: by E, and where light nodes change fast [J]
 

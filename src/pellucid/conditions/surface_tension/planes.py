@@ -18,9 +18,9 @@ from pellucid.approximants.axis import axis_weights
 from pellucid.contact.wall_plane import WallPlane
 from pellucid.grid.lattice import Grid
 
-PARTS, PARTS_IN_SPACE = 8, 4  # of a cell along each axis
+PARTS, PARTS_IN_SPACE = 8, 4  # parts of a cell along each axis: in plane problems, in space
 MOST_PARTS = 4_000_000  # at a time
-NEAR = 1e-6  # of a cell: a plane closer to a face of the grid, or to another plane, lies on it
+NEAR = 1e-6  # distance below which a plane coincides with a face of the grid or another plane, in cells
 
 
 class WettedPlane(NamedTuple):
