@@ -97,9 +97,7 @@ def clock(n_steps):
     return SimpleNamespace(n_steps=n_steps, time=1.0, finished=lambda until: False)
 
 
-@pytest.mark.parametrize(
-    ("amount", "words"), [(6.0, r"added 6 J \(6 %"), (-7.0, r"removed 7 J \(7 %")]
-)
+@pytest.mark.parametrize(("amount", "words"), [(6.0, r"added 6 J \(6 %"), (-7.0, r"removed 7 J \(7 %")])
 def test_more_than_five_per_cent_is_warned_of_once(amount, words):
     watch, energy = Watch(EnergyCase(), False, True, "flip"), ContactEnergy()
     energy.unexplained = amount
