@@ -1,7 +1,8 @@
 """Parts of the surface of one body that face each other across a gap.
 
-Points of one velocity field share the nodes of the grid. Two parts of one body stick to each other there as soon as their
-points reach the same nodes, about a cell before their surfaces meet: neither slides nor separates any more.
+Material points of one velocity field share the nodes of the grid. Two parts of one body therefore stick to each other as
+soon as their points contribute to the same nodes, about one cell before their surfaces touch. From then on they neither
+slide nor separate.
 """
 
 from typing import NamedTuple
@@ -10,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 NARROW = 1.5
-"""Cells: width of a gap from which on points on both sides reach the same nodes."""
+"""Width of a gap [cells] below which points on both sides contribute to the same nodes."""
 ASIDE = 0.75  # cells along the surface, by which the two places of a pair may lie beside each other
 OPPOSITE = -0.7  # cosine between the normals of two parts that face each other, at most
 PARALLEL = -0.97  # cosine between the normals of both sides of a slit: less than the tip of a notch tapers
@@ -21,7 +22,7 @@ LEAST_GAP = 1e-3  # cells, above which there is a gap
 
 
 class Facing(NamedTuple):
-    """n pairs of places on a surface that face each other."""
+    """Pairs of points of a surface that face each other; n is the number of pairs."""
 
     one: np.ndarray  # (n,) numbers of the places
     other: np.ndarray  # (n,)
@@ -30,7 +31,7 @@ class Facing(NamedTuple):
 
 
 class Gap(NamedTuple):
-    """The narrowest gap between two parts of a surface."""
+    """Narrowest gap between two parts of a surface."""
 
     width: float  # [m]
     before: float  # width at the start [m]
@@ -38,9 +39,10 @@ class Gap(NamedTuple):
 
 
 def find_near(place: np.ndarray, distance: float, lower: np.ndarray, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of both of every two places [m], shape (n, 3), within a distance [m] of each other.
+    """Return the indices of all pairs of positions that are at most `distance` [m] apart, two arrays of shape (k,).
 
-    lower, periods: lower corner of the grid [m], and its periods, zero along axes without [m], shape (3,).
+    place: positions [m], shape (n, 3). lower: lower corner of the grid [m], shape (3,). periods: periods of the grid [m],
+    shape (3,), zero along non-periodic axes.
     """
     folds, inside = periods > 0.0, place - lower
     inside[:, folds] %= periods[folds]
@@ -59,20 +61,20 @@ def select_facing(
     periods: np.ndarray,
     opposite: float = OPPOSITE,
 ) -> tuple[Facing, np.ndarray]:
-    """Return the pairs of places that face each other across gaps of at most `NARROW` cells, and which of the pairs these are.
+    """Return the pairs that face each other across a gap of at most `NARROW` cells, and their mask, shape (k,).
 
     Parameters
     ----------
     place, normal
-        Places [m] and their unit normals, shape (n, 3).
+        Positions [m] and unit normals of the points, shape (n, 3).
     one, other
-        Numbers of the places of each pair, shape (k,).
+        Indices of both points of each pair, shape (k,).
     cell
-        Edge of the cells [m].
+        Cell size [m].
     periods
-        Periods of the grid, zero along axes without [m], shape (3,).
+        Periods of the grid [m], shape (3,), zero along non-periodic axes.
     opposite
-        Largest cosine between both normals.
+        Largest cosine of the angle between both normals.
     """
     gap, beside, away = measure_gaps(place, normal, one, other, periods)
     faces = (gap > LEAST_GAP * cell) & (gap <= NARROW * cell) & (beside <= ASIDE * cell)
@@ -83,8 +85,11 @@ def select_facing(
 def measure_gaps(
     place: np.ndarray, normal: np.ndarray, one: np.ndarray, other: np.ndarray, periods: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the gaps between pairs of places along their mean normals and how far they lie beside each other [m], shape (n,),
-    and the vectors from one to the other [m], shape (n, 3). A gap is negative where the material of the body lies between."""
+    """Return gap, tangential offset [m], shape (k,), and connecting vector [m], shape (k, 3), of each pair of points.
+
+    The gap is the component of the connecting vector along the mean normal. It is negative if the material of the body lies
+    between the points. The tangential offset is the length of the remaining component.
+    """
     away = place[other] - place[one]
     folds = periods > 0.0
     away[:, folds] -= periods[folds] * np.round(away[:, folds] / periods[folds])
@@ -95,9 +100,9 @@ def measure_gaps(
 
 
 def find_slit(facing: Facing, empty: np.ndarray, cell: float) -> Gap | None:
-    """Return the narrowest gap of a slit, or None where there is none that extends over `LEAST_EXTENT` cells.
+    """Return the narrowest gap of a slit; None if no slit extends over at least `LEAST_EXTENT` cells.
 
-    empty: whether nothing else lies in the middle of each pair, shape (n,).
+    empty: mask of the pairs with no other body at their midpoint, shape (n,). cell: cell size [m].
     """
     middle = facing.middle[empty]
     if len(middle) < FEWEST or float(np.linalg.norm(np.ptp(middle, axis=0))) < LEAST_EXTENT * cell:
@@ -108,7 +113,10 @@ def find_slit(facing: Facing, empty: np.ndarray, cell: float) -> Gap | None:
 
 
 def describe_gap(name: str, gap: Gap, cell: float, at_start: bool) -> str:
-    """Return the warning about a gap between parts of the body of this name. at_start: whether they have not moved yet."""
+    """Return the warning about a gap between two parts of body `name`.
+
+    cell: cell size [m]. at_start: True if the body has not moved yet.
+    """
     at = ", ".join(f"{value:.4g}" for value in gap.place)
     width = f"{gap.width / cell:.2g} cells ({gap.width:.3g} m)"
     if at_start:

@@ -1,4 +1,4 @@
-"""Points and triangles by the boxes of a lattice, so that searches look at few of them."""
+"""Lattice of boxes that sorts points and triangles, so that a search visits only a few of them."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ MOST_BOXES = 8  # per member, and a thousand
 
 
 class Boxes(NamedTuple):
-    """Members by the boxes of a lattice in which they are or which they see."""
+    """Members (points or triangles) sorted by the boxes of a lattice that they overlap."""
 
     lower: np.ndarray  # (3,) [m]
     size: float  # edge of a box [m]
@@ -20,9 +20,10 @@ class Boxes(NamedTuple):
 
 
 def make_boxes(low: np.ndarray, high: np.ndarray, lower: np.ndarray, upper: np.ndarray, size: float) -> Boxes:
-    """Sort members by the boxes between two corners [m], (3,) each; those beyond all boxes are left out.
+    """Return the members sorted by the boxes of a lattice between the corners `lower` and `upper` [m], shape (3,) each.
 
-    low, high: ends of the space that each member takes [m], shape (n, 3); size: least edge of a box [m].
+    Members outside the lattice are omitted. low, high: lower and upper corners of the bounding box of each member [m],
+    shape (n, 3). size: smallest edge length of a box [m].
     """
     counts = np.floor((upper - lower) / size).astype(np.int64) + 1
     while counts.prod() > MOST_BOXES * len(low) + 1000:
@@ -50,7 +51,7 @@ def _count(low, high, lower, size, counts, first):
 
 @kernel()
 def _sort(low, high, lower, size, counts, first, order):
-    """Sort the members by box into `order`; `first` as `_count` leaves it."""
+    """Write the members to `order`, sorted by box; `first` is the result of `_count` and is corrected."""
     for t in range(len(low) - 1, -1, -1):
         for i in range(_first(low[t, 0], lower[0], size), _last(high[t, 0], lower[0], size, counts[0])):
             for j in range(_first(low[t, 1], lower[1], size), _last(high[t, 1], lower[1], size, counts[1])):

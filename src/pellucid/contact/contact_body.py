@@ -1,4 +1,4 @@
-"""Contact on the nodes of the grid: the interface of a body, with its points, their shape functions and its surface."""
+"""Interface of a body for contact on the nodes of the grid: its points, their shape functions and its surface."""
 
 from collections.abc import Callable
 from typing import Protocol, TypeGuard, runtime_checkable
@@ -10,27 +10,27 @@ from pellucid.jit.bundle import Bundle
 
 
 class ContactResponse(Protocol):
-    """Response of a body with its own equation of motion to impulses on the nodes of the grid."""
+    """Response to nodal contact impulses of a body that integrates its own equation of motion."""
 
     def respond(self) -> None:
-        """Set the velocities with which the body responds to the impulses so far on the nodes of the grid."""
+        """Set the nodal velocities that result from the impulses applied so far."""
 
     def finish(self) -> None:
-        """Set these velocities on the nodes that move its points, when contact is resolved."""
+        """Copy the velocities to the nodes that move the points, after contact is resolved."""
 
 
 class ContactBody(Protocol):
-    """A body that touches others on the grid."""
+    """Body that can be in contact with other bodies on the nodes of the grid."""
 
     name: str
 
     @property
     def is_surface(self) -> bool:
-        """True if the points are those of a membrane, which has two sides: a `ContactMembrane`."""
+        """True if the body is a membrane, whose points can be in contact on both sides (`ContactMembrane`)."""
 
     @property
     def contact_response(self) -> ContactResponse | None:
-        """Response to impulses; None where the nodes of the grid respond by their masses."""
+        """Response to contact impulses; None if the nodal velocities change by impulse over nodal mass."""
 
     @property
     def n_points(self) -> int:
@@ -38,63 +38,70 @@ class ContactBody(Protocol):
 
     @property
     def functions(self) -> GridFunctions:
-        """Shape functions between its points and the nodes of the grid."""
+        """Shape functions of the body's points at the nodes of the grid."""
 
     @property
     def mapped(self) -> Bundle:
-        """Points as arguments of kernels."""
+        """Point data, bundled as an argument of kernels."""
 
     @property
     def n_slabs(self) -> int:
-        """Number of slabs into which its points are divided."""
+        """Number of slabs into which the points are divided."""
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return the distance of the surface from its points [m]; a negative one stands for half the edge of a point's cube.
+        """Return (d, a, b): the distance d of the surface from the points [m] and two numbers that are used if d is
+        negative.
 
-        The edge is (volume · the second number) to the power of the third.
+        If d is negative, the distance is half the edge length (a · volume)^b of a point's cube.
         """
 
 
 class ContactMembrane(ContactBody, Protocol):
-    """A membrane that touches others on the grid."""
+    """Membrane that can be in contact with other bodies on the nodes of the grid."""
 
     areal_density: float
-    """At rest [kg/m²]."""
+    """Mass per unit area of the undeformed membrane [kg/m²]."""
 
     def vector_areas(self) -> np.ndarray:
-        """Return the share of each point in the vector area [m²], shape (n, 3), in the order in which points are stored."""
+        """Return the vector area of each point [m²], shape (n, 3), in storage order."""
 
 
 @runtime_checkable
 class WarnsOfContact(Protocol):
-    """A body whose surface may be too coarse for contact."""
+    """Body that can warn that its surface is too coarse for contact."""
 
     def contact_warning(self, nodes: np.ndarray) -> str | None:
-        """Return a warning if it is too coarse where it touches others at these nodes of the grid, shape (n,), or None."""
+        """Return a warning if the surface is too coarse at its contact nodes; otherwise None.
+
+        nodes: grid nodes where the body is in contact, shape (n,).
+        """
 
 
 @runtime_checkable
 class WarnsOfApproach(Protocol):
-    """A body that has no contact with itself, though parts of it may approach each other."""
+    """Body without self-contact that can warn when parts of its surface approach each other."""
 
     def approach_warning(self, is_filled: Callable[[np.ndarray, float], np.ndarray]) -> str | None:
-        """Return a warning if parts of its surface have approached each other, or None.
+        """Return a warning if parts of the body's surface have approached each other; otherwise None.
 
-        is_filled: returns which places [m], shape (k, 3), lie within a distance [m] of other bodies.
+        is_filled: function of positions [m], shape (k, 3), and a distance [m] that returns the mask of positions within
+        this distance of other bodies.
         """
 
 
 @runtime_checkable
 class TakesSecondImpulses(Protocol):
-    """A body to which contact can give impulses again after its momentum was mapped to the nodes again."""
+    """Body that accepts second contact impulses, after its momentum was mapped to the nodes again."""
 
     @property
     def takes_second_impulses(self) -> bool:
-        """True if it takes them now; a condition that prescribes its motion may prevent that."""
+        """True if the body accepts second impulses in this step; a prescribed motion may prevent this."""
 
     def take_second_impulses(self, dt: float) -> float:
-        """Add the second increments of its velocity field at the end of a step dt [s]; return the kinetic energy gained [J],
-        0 for a body that counts its own works."""
+        """Apply the second velocity increments at the end of a step dt [s]; return the gain in kinetic energy [J].
+
+        The returned gain is 0 for a body that computes the work of these impulses itself.
+        """
 
 
 def is_membrane(body: ContactBody) -> TypeGuard[ContactMembrane]:

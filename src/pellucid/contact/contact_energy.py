@@ -1,9 +1,10 @@
-"""Energy of contact between surfaces: its work is stored in springs, taken by dampers and friction, or lost.
+"""Energy balance of contact between surfaces: energy stored in springs, dissipated by dampers and friction, or lost.
 
-The work of a force in a step counts the mean of the velocities before and after it, (v_k + v_(k+1))/2, and the springs change
-by the velocity between, v_k alone. The difference is the pending energy Δt/2 F·v (as in `pellucid.energy.budget`), so that
-work + taken + stored + Δt/2 F·v is constant where forces follow from the overlap and its rate. Its change is the unexplained
-energy: places jump over points of the other surface, areas change, or steps are too long for the vibrations.
+The work of a contact force in a step uses the mean of the velocities before and after the step, (v_k + v_(k+1))/2. The
+springs change with the velocity v_k of the step itself. The difference is the pending energy Δt/2 F·v (as in
+`pellucid.energy.budget`). The sum work + taken + stored + Δt/2 F·v is therefore constant if the forces follow from the
+overlap and its rate. A change of this sum is the unexplained energy: a point moves past points of the other surface, areas
+change, or the step is too long for the vibrations.
 """
 
 from collections.abc import Iterable, Mapping
@@ -13,7 +14,7 @@ import numpy as np
 
 
 class Held(NamedTuple):
-    """Energy of surfaces that overlap as a step begins [J]."""
+    """Energy of overlapping surfaces at the start of a step [J]."""
 
     stored: float = 0.0  # in the springs of the overlap
     taken: float = 0.0  # by dampers and friction since the last step began
@@ -21,18 +22,18 @@ class Held(NamedTuple):
 
 
 class ContactEnergy:
-    """Energy of all contact between surfaces since a run began [J].
+    """Energy of all contact between surfaces since the run began [J].
 
     Attributes
     ----------
     work : float
         Work on the bodies.
     taken : float
-        Energy that dampers and friction took, with that in the springs of friction.
+        Energy dissipated by dampers and friction, including the energy in the springs of friction.
     held : float
-        Stored and pending energy as the last step began.
+        Stored and pending energy at the start of the last step.
     unexplained : float
-        Energy that the bodies gained and no contact lost, until the last step began.
+        Energy that the bodies gained without a source in contact, up to the start of the last step.
     """
 
     def __init__(self) -> None:
@@ -40,7 +41,7 @@ class ContactEnergy:
         self._at_first: float | None = None
 
     def begin_step(self, touching: Iterable[Held]) -> None:
-        """Sum stored, taken and pending energy at the start of a step."""
+        """Sum stored, dissipated and pending energy of all contacts at the start of a step."""
         self.held = 0.0
         for stored, taken, pending in touching:
             self.held += stored + pending
@@ -50,7 +51,7 @@ class ContactEnergy:
         self.unexplained = self.work + self.taken + self.held - self._at_first
 
     def add_work(self, work: float) -> None:
-        """Add the work on the bodies in a step, without that of moving walls."""
+        """Add the contact work on the bodies in a step [J]; the work of moving walls is excluded."""
         self.work += work
 
     def state_numbers(self) -> dict[str, float | None]:
@@ -71,12 +72,14 @@ def taken_by_friction(
     damped: np.ndarray,
     slides: np.ndarray,
 ) -> float:
-    """Return the energy that friction takes as n points move along the other body by `moved`, shape (n, 3) [m] [J].
+    """Return the energy dissipated by friction as n points move along the other body [J].
 
-    spring: stiffness [N/m], (n,); before, carried: displacement of each point from where it stuck, before and now [m], drag:
-    force on each [N], (n, 3); damped: energy of the damper of points that stick [J], (n,); slides: (n,). Points that stick wind
-    up their spring, and the limit of friction acts on points that slide. Both count as taken: a spring returns its energy only
-    as long as the point stays in contact.
+    spring: stiffness [N/m], shape (n,). before, carried: displacements from the sticking positions before and after the
+    step [m], shape (n, 3). drag: friction forces [N], shape (n, 3). moved: displacements in the step [m], shape (n, 3).
+    damped: energy of the dampers of sticking points [J], shape (n,). slides: mask of sliding points, shape (n,).
+
+    Sticking points load their springs; on sliding points the friction limit does the work. Both count as dissipated, since
+    a spring returns its energy only while its point stays in contact.
     """
     wound = 0.5 * spring * (np.sum(carried * carried, axis=1) - np.sum(before * before, axis=1))
     return float(np.sum(np.where(slides, -np.einsum("ij,ij->i", drag, moved), wound + damped)))

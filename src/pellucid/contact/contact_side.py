@@ -1,4 +1,4 @@
-"""Sides of contacts, i.e. points of a surface that lie in another surface or behind a wall, and contacts made of them."""
+"""Contact sides, i.e. points of a surface that lie inside another surface or behind a wall, and contacts made of sides."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -17,9 +17,9 @@ from pellucid.jit import kernel
 
 
 class GivenBefore:
-    """Forces of dampers and friction in the last step, on points and against their feet.
+    """Damper and friction forces of the last step on contact points, with the feet on the other surface.
 
-    Their power along the velocities at the end of that step is a part of the energy that they took.
+    The power of these forces at the velocities at the end of that step is a part of the energy that they dissipated.
     """
 
     def __init__(self) -> None:
@@ -29,22 +29,25 @@ class GivenBefore:
         self._images = NO_IMAGES
 
     def keep(self, listed: np.ndarray, force: np.ndarray, feet: Feet | None = None, other: Described | None = None) -> None:
-        """Keep forces [N] on listed points, shape (n, 3); feet: on the points and images of another surface."""
+        """Store forces [N] on the listed points, shape (n, 3).
+
+        feet: contact feet on the points and images of another surface; other: description of that surface with its images.
+        """
         self._listed, self._force, self._feet = listed, force, feet
         if other is not None:
             self._images = other.point.copy(), other.flip.copy()
 
     def forget(self) -> np.ndarray:
-        """Keep nothing but what `pressed` returns; return the points that had such forces."""
+        """Discard the stored forces, except the data for `pressed`; return the indices of the points that had forces."""
         listed = self._before = self._listed
         self._pressed = self._force
         self.keep(self._listed[:0], self._force[:0])
         return listed
 
     def pressed(self, overlap: Overlap) -> np.ndarray:
-        """Return the normal forces in the last step [N], shape (n,), of the points of an overlap; 0 for points without one.
+        """Return the normal forces of the last step on the points of an overlap [N], shape (n,); 0 for points without one.
 
-        They were kept as their opposites, as `OverlapLaw` gives implicit forces.
+        The stored implicit normal forces have the opposite sign (see `OverlapLaw`).
         """
         listed = overlap.listed
         if not len(self._before):
@@ -54,9 +57,10 @@ class GivenBefore:
         return np.where(self._before[at] == listed, np.maximum(press, 0.0), 0.0)
 
     def power(self, velocity: np.ndarray, of_other: np.ndarray) -> float:
-        """Return the power [W] along velocities of the points less those at the feet [m/s].
+        """Return the power of the stored forces at the velocities of the points relative to the feet [W].
 
-        of_other: of the points of the other surface, shape (q, 3), or where there are no feet, of a wall, shape (3,).
+        velocity: velocities of the points of the surface [m/s]. of_other: velocities of the points of the other surface,
+        shape (q, 3), or the velocity of a wall, shape (3,), if there are no feet [m/s].
         """
         if not len(self._listed):
             return 0.0
@@ -125,10 +129,11 @@ class ContactSide(ABC):
 
     @abstractmethod
     def find(self, described: Mapping[int, Described], step: float, ahead: bool) -> Overlap | None:
-        """Return the points that overlap, or None.
+        """Return the overlapping points; None if no point overlaps.
 
-        described: the points of surfaces, by identity; step: length of the step, or of the one before if that was longer [s];
-        ahead: whether points count that come in within the step or had forces in the last one.
+        described: points and images of each surface, by the `id` of the surface. step: length of this step or of the
+        previous step, whichever is longer [s]. ahead: True to include points that enter within the step and points that had
+        forces in the previous step.
         """
 
     @property
@@ -137,18 +142,18 @@ class ContactSide(ABC):
         """Velocities of the points of the other surface, shape (q, 3), or of the wall, shape (3,) [m/s]."""
 
     def remove_overlap(self) -> None:
-        """Have a lead from now on, for steady states."""
+        """Add a contact lead to this side, which removes the overlap in steady states."""
         self.lead, self.share = ContactLead(self.one), 1.0
 
     def apply(self, overlap: Overlap, force: np.ndarray, forces: Mapping[int, np.ndarray]) -> None:
-        """Add forces on the points of the overlap [N], shape (n, 3), to those of both surfaces."""
+        """Add the forces on the points of the overlap [N], shape (n, 3), to the force arrays of both surfaces."""
         forces[id(self.one)][overlap.listed] += force
         if self.other is not None and self.feet is not None:
             self.feet.spread(-force, forces[id(self.other)])
 
 
 class PointContact(Touch):
-    """Contact of points of surfaces with other surfaces or a wall, by an `OverlapLaw`."""
+    """Contact of the points of surfaces with other surfaces or a wall; forces follow from an `OverlapLaw`."""
 
     law: OverlapLaw
 

@@ -14,23 +14,23 @@ FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a p
 
 
 class Response(Protocol):
-    """Motion of the m points of a surface in a step, by n nodes."""
+    """Response of m surface points to forces in a step; the points follow n nodes."""
 
     shares: sparse.csr_array
-    """Shares of the nodes in the points, shape (m, n)."""
+    """Weights of the nodes in the motion of the points, shape (m, n)."""
 
     def velocities(self, dt: float, pushed: np.ndarray | None) -> np.ndarray:
         """Return the velocities of the points at the end of a step dt [s] [m/s], shape (m, 3).
 
-        pushed: forces of contact on the points [N], shape (m, 3).
+        pushed: contact forces on the points [N], shape (m, 3); None for no forces.
         """
 
     def answers(self, dt: float) -> np.ndarray:
-        """Return the changes of nodal velocities over a step dt [s] by unit forces on the nodes [m/s/N], shape (n, 3)."""
+        """Return the change of each nodal velocity over a step dt [s] per unit force on the node [m/s/N], shape (n, 3)."""
 
 
 class MovingTriangles(NamedTuple):
-    """Triangles between n vertices that move, for contact of surfaces of triangles."""
+    """Moving triangles with n vertices, for contact between triangulated surfaces."""
 
     triangles: np.ndarray  # (T, 3) vertices, counterclockwise as seen from outside
     places: Callable[[], np.ndarray]  # of the vertices [m], (n, 3)
@@ -41,11 +41,11 @@ class MovingTriangles(NamedTuple):
 
 
 class ContactSurface(ABC):
-    """m points on the surface of a body.
+    """Contact surface of a body: m points, with data at the start of a step.
 
-    place [m], area (vectors, outwards) [m²], velocity [m/s]: shape (m, 3), of the state as a step begins. slip: how far each
-    is carried from where it stuck to another surface [m], shape (m, 3). reach: how far along the surface a point stands for it
-    [m], shape (m,).
+    place: positions [m]. area: outward area vectors [m²]. velocity [m/s]. slip: displacement of each point from the
+    position where it stuck to another surface [m]. The shape of these arrays is (m, 3). reach: radius along the surface
+    that each point represents [m], shape (m,).
     """
 
     body = ""
@@ -53,52 +53,60 @@ class ContactSurface(ABC):
     two_sided = False
     """True if other bodies can touch it from both sides: a membrane."""
     half_width: float | np.ndarray = 0.0
-    """Distance by which the body extends beyond its points, or beyond each of them [m]."""
+    """Distance by which the body extends beyond its points, one value or one per point [m]."""
     mass_per_area: float
-    """Mass per area that moves with the surface at once [kg/m²]."""
+    """Mass per area of the layer that moves with the surface without delay [kg/m²]."""
     rate: float
     """Largest oscillation rate: the inverse of the largest step of the body [1/s]."""
     is_plane = False
-    """True in a plane problem, where nothing varies across the slice."""
+    """True in a plane problem, i.e. all fields are constant across the slice."""
     follows_steps = True
-    """True if contact springs may be as stiff as the steps of the case can resolve; False if only at its rate."""
+    """True if the step size of the case limits the stiffness of contact springs; False if `rate` does."""
     rigid_mass = np.inf
     """Mass of a rigid body [kg]; infinite if its motion is prescribed."""
     is_hard = False
-    """True if it does not deform: it is rigid, or its motion is prescribed."""
+    """True if the body does not deform: it is rigid or its motion is fully prescribed."""
     serves_deformed = False
     """True if a deforming body uses it for contact; otherwise contact is on the nodes."""
     least_rate, swings = 0.0, 0.0
-    """How fast a rigid body swings that lies or falls on others by itself [1/s]; the square of that where it is now [1/s²]."""
+    """`least_rate`: oscillation rate of a rigid body that rests on or falls onto others without other forces [1/s].
+    `swings`: square of the current oscillation rate [1/s²]."""
     stands = False
-    """True if it has not moved since the start of the previous step."""
+    """True if the surface has not moved since the start of the previous step."""
     pushed_along: list[np.ndarray]
-    """Unit vectors along which the overlaps push a rigid body in which it is in this step, (3,) each."""
+    """Directions in which the overlaps of this step push a rigid body, unit vectors of shape (3,)."""
     n_edge_points = 0
-    """Of the points the last ones, which lie on sharp edges and corners of a body that does not deform. They have no area, and
-    count in contact with others that do not deform alone, whichever way their faces look."""
+    """Number of points on sharp edges and corners of a body that does not deform; they are the last points.
+
+    Edge points have no area. They are used only for contact with another body that does not deform, regardless of the
+    direction of the adjacent faces.
+    """
     edge_tangent = np.zeros((0, 3))
-    """Unit vectors along the edges at these points, zero at corners, shape (n_edge_points, 3)."""
+    """Unit vectors along the edges at the edge points, shape (n_edge_points, 3); zero at corners."""
     on_flat_side: np.ndarray
-    """Mask of points on flat sides, shape (m,); of bodies with edge points."""
+    """Mask of points on flat sides, shape (m,); defined only for bodies with edge points."""
     faces: np.ndarray | None = None
-    """Three points of each plane that bounds the body, counterclockwise as seen from outside, in a plane two and -1; None where
-    it is not convex, or not bounded by planes alone. Shape (k, 3)."""
+    """Indices of three points on each bounding plane, counterclockwise as seen from outside, shape (k, 3).
+
+    In a plane problem: two points and -1. None if the body is not convex or not bounded by planes alone.
+    """
     thin_axis: np.ndarray
-    """Unit vector of the axis that is thin in a plane, (3,); for planes of `faces` there."""
+    """Unit vector along the thin axis of a plane problem, shape (3,); used to construct the planes of `faces`."""
     stops_at_once = False
-    """True if all contacts of a rigid body use one damper for each point in this step, so that they are solved together."""
+    """True if, in this step, every contact of a rigid body has one damper per point; these contacts are solved together."""
     pushed: np.ndarray
-    """Change of the push of these contacts on the body in this step, in the terms of `mobility_rows`, (6,)."""
+    """Sum of the changes of force of these contacts on the body in this step, in the basis of `mobility_rows`, shape (6,)."""
     drag: np.ndarray | None = None
-    """Of a fluid, whose points do not know how far they were carried: how each resists sliding as long as friction does not
-    limit it [kg/s], shape (m,)."""
+    """Drag coefficients of a fluid surface [kg/s], shape (m,); None for other bodies.
+
+    The points of a fluid do not store a slip. Each one resists sliding with this coefficient, up to the friction limit.
+    """
     response: Response | None = None
-    """Motion of the points in a step by the forces on the nodes, where these are known before contact; None elsewhere."""
+    """Response of the points to forces in a step; None if the nodal forces are not known before contact."""
     triangles: MovingTriangles | None = None
-    """Triangles of the surface; None of one that is known by points alone."""
+    """Triangles of the surface; None if the surface consists of points only."""
     of_itself: Mapping[str, np.ndarray] = {}
-    """Arrays of the contact of the surface with itself, by name, which belong to the state of its body."""
+    """Arrays of self-contact by name; they are stored with the state of the body."""
     place: np.ndarray
     area: np.ndarray
     velocity: np.ndarray
@@ -111,46 +119,58 @@ class ContactSurface(ABC):
         return self.two_sided and not self.is_hard
 
     def corner_shares(self) -> sparse.csr_array | None:
-        """Return the shares of the corners in the points, shape (m, corners); None where each point is a corner."""
+        """Return the weights of the corners in each point, shape (m, corners); None if each point is a corner."""
         return None
 
     def begin(self) -> None:  # noqa: B027
-        """Update the points from the state of the body. Called before contact of a step is found."""
+        """Update the points from the state of the body. Called before contact detection in each step."""
 
     def end_at(self, faces: Sequence[tuple[int, float]]) -> None:  # noqa: B027
-        """Have no surface on faces of the grid through which points leave, each across an axis at a place [m]: there what it
-        touches goes on, and it does so itself."""
+        """Remove the surface where the body crosses faces of the grid through which points leave.
+
+        The body and the bodies in contact with it continue beyond these faces. faces: axis and position [m] of each face.
+        """
 
     def sizes(self) -> np.ndarray:
-        """The areas of the points [m²], shape (m,)."""
+        """Return the areas of the points [m²], shape (m,)."""
         return np.asarray(np.linalg.norm(self.area, axis=1))
 
     def weights(self) -> np.ndarray:
-        """The areas by which the points count in forces [m²], shape (m,): where a body deforms those of the start, so that the
-        energy of an overlap does not change as areas do."""
+        """Return the areas that weight the contact forces [m²], shape (m,).
+
+        For a deforming body they are the initial areas, so that the energy of an overlap does not change when areas change.
+        """
         return self.sizes()
 
     def normals(self) -> np.ndarray:
-        """Unit normals of the points, shape (m, 3), zero where they have no area; at edges the means of both faces."""
+        """Return the unit normals of the points, shape (m, 3): zero without area, the mean of both faces at an edge."""
         normal = np.empty_like(self.area)
         self.find_directions(normal, np.empty(len(normal)))
         return normal
 
     def find_directions(self, normal: np.ndarray, size: np.ndarray) -> None:
-        """Find the `normals` and `sizes` of the points."""
+        """Write the unit normals to `normal`, shape (m, 3), and the areas to `size` [m²], shape (m,)."""
         _find_directions(self.area, normal, size)
 
     def side(self) -> float:
-        """The area of the largest of its sides along the axes [m²]."""
+        """Return the projected area of the largest side along the coordinate axes [m²]."""
         return float(max(np.maximum(sign * self.area, 0.0).sum(axis=0).max() for sign in (1.0, -1.0)))
 
     def bearing_area(self) -> float:
-        """The area by which it counts as it lies on its largest side [m²], with half of its edges."""
+        """Return the effective contact area of a body that rests on its largest side [m²], including half of its edge
+        points."""
         n = len(self.place) - self.n_edge_points
         return self.side() + 0.5 * float(self.weights()[n:].sum())
 
     def planes(self) -> tuple[np.ndarray, np.ndarray]:
-        """The outward unit normals of its `faces`, shape (k, 3), and their places along these [m], shape (k,)."""
+        """Return the outward unit normals of `faces`, shape (k, 3), and the positions of the planes along them [m], shape
+        (k,).
+
+        Raises
+        ------
+        ValueError
+            If the body has no `faces`.
+        """
         if self.faces is None:
             raise ValueError("planes do not bound the body")
         first, second, third = (self.place[self.faces[:, column]] for column in range(3))
@@ -162,21 +182,27 @@ class ContactSurface(ABC):
         return normal, np.einsum("ij,ij->i", normal, first)
 
     def edges(self) -> np.ndarray:
-        """Longest edges of the elements about each point of a sheet [m], shape (m,)."""
+        """Return the longest element edge at each point of a membrane [m], shape (m,); zeros for other bodies."""
         return np.zeros(len(self.place))
 
     def speed(self) -> float:
-        """The largest of its points [m/s]."""
+        """Return the largest speed of the points [m/s]."""
         return float(np.linalg.norm(self.velocity, axis=1).max())
 
     def contact_rate(self) -> float:
-        """Return the oscillation rate of a rigid body on its contacts, which limits the step [1/s]. It is larger than the
-        body's own rate if others press it or if it rotates in an impact; the step has room for half of such a stiffness."""
+        """Return the oscillation rate of a rigid body on its contacts, which limits the time step [1/s].
+
+        The rate exceeds `least_rate` if other bodies press on the body or if it rotates in an impact. The factor 0.5
+        accounts for the stability margin of the step.
+        """
         return max(self.least_rate, sqrt(0.5 * self.swings))
 
     def mobility_along(self, place: np.ndarray, force: np.ndarray) -> float:
-        """Σ f·a for the accelerations a at places [m] that forces f there give a rigid body, shape (m, 3) each [N²/kg]; of one
-        whose motion is prescribed, none."""
+        """Return Σ f·a for the accelerations a that forces f cause at their points of application [N²/kg].
+
+        place: points of application [m], shape (m, 3). force: forces f [N], shape (m, 3). The result is 0 if the motion of
+        the body is prescribed.
+        """
         return 0.0
 
     def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -187,23 +213,30 @@ class ContactSurface(ABC):
         return np.zeros((len(place), 6))
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Velocities at places [m] by the rotation of a rigid body [m/s], shape (m, 3) each; of others none."""
+        """Return the velocities at positions [m] due to the rotation of a rigid body [m/s], shape (m, 3); zeros for other
+        bodies."""
         return np.zeros_like(place)
 
     def contact_warning(self, places: np.ndarray) -> str | None:
-        """Return a warning if it is too coarse where its points overlap with others, at places [m], shape (n, 3), or None."""
+        """Return a warning if the surface is too coarse at its overlapping points; otherwise None.
+
+        places: positions of the overlapping points [m], shape (n, 3).
+        """
         return None
 
     @abstractmethod
     def add_forces(self, force: np.ndarray) -> None:
-        """Forces on the points over this step [N], shape (m, 3)."""
+        """Apply contact forces to the points for this step.
+
+        force: forces [N], shape (m, 3).
+        """
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """Return the arrays for a checkpoint."""
         return {"surface/slip": self.slip} | {f"surface/itself/{name}": array for name, array in self.of_itself.items()}
 
     def go_on(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Begin as an earlier run ended, where that had this surface; else from where the body is, without friction."""
+        """Restore the surface from the arrays of an earlier run; if that run had no such surface, start without friction."""
         own = self.state_arrays()
         if all(name in arrays and arrays[name].shape == array.shape for name, array in own.items()):
             self.restore(arrays)

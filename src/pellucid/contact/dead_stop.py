@@ -1,22 +1,23 @@
-"""Dampers that stop two bodies of which none deforms.
+"""Dampers that stop two bodies that do not deform.
 
-**One damper on the mean approach of all points in contact.** It is so strong compared with what both bodies weigh there that
-they hardly rebound: one that is critical and may only push lets go at exp(-2) of the speed of an impact, one of DEAD times
-that at 1/(2 DEAD)² in short steps. In the steps of a run a body comes in by up to the way of a step before anything pushes,
-and the spring gives some hundredths of the speed back. A step takes the approach as an implicit one would, to 1/(1 + c A Δt)
-of it for the damper c and the change A of the approach by an impulse, so that no step is too long for it. A body that others
-push along the same way responds to each with its share of the mass.
+**One damper on the mean approach velocity of all points in contact.** The damper is so strong, relative to the mass of both
+bodies in contact, that they hardly rebound. A critical damper that can only push releases the body at exp(-2) of the impact
+speed; a damper of DEAD times the critical one releases it at 1/(2 DEAD)² in short steps. With finite steps a body enters by
+up to the displacement of one step before any force acts, and the spring returns some hundredths of the speed. A step treats
+the approach velocity implicitly: it falls to 1/(1 + c A Δt) of its value, with the damper c and the mobility A (change of
+the approach velocity per unit impulse). The step size is therefore not limited by the damper. If several contacts push a
+body along the same direction, each contact uses its share of the mass.
 
-A body that rolls or glides does not approach, though each of its points may: those ahead go down, those behind up, and with
-few points in contact their mean goes to and fro. So where both surfaces face each other the rotation of a body counts by the
-velocities along its own normals, with which it brings its surface nearer, a round one not at all; the rest by those along the
-normals of the other body, over which it may glide.
+A body that rolls or slides does not approach as a whole, although each of its points may: points in front move down, points
+behind move up. With few points in contact their mean alternates. Where both surfaces face each other, the rotation of a
+body is therefore measured along its own normals, in which direction it moves its surface closer (for a round body not at
+all). All other velocities are measured along the normals of the other body, over which it may slide.
 
-**A damper for each point of a flat side on a plane.** A block that begins to tip is carried by one edge at once; with one
-damper on the mean approach the middle of its side would carry it first. So the points of bodies that planes bound stop each
-by itself: along the normal, where forces only push, and along the surface, where friction limits them. All forces of a step
-follow together from f = s + c (v - Δt A (f - s)) with the springs s, the dampers c and the mobility A of the rigid bodies, of
-rank 6 or 12.
+**One damper for each point of a flat side on a plane.** A block that begins to tip is supported by one edge immediately.
+With one damper on the mean approach, the middle of its side would support it first. The points of bodies bounded by planes
+are therefore stopped individually: along the normal, where forces can only push, and along the surface, where friction
+limits the forces. All forces of a step follow together from f = s + c (v - Δt A (f - s)) with the springs s, the dampers c
+and the mobility A of the rigid bodies, of rank 6 or 12.
 """
 
 from collections.abc import Sequence
@@ -32,22 +33,25 @@ if TYPE_CHECKING:
     from pellucid.contact.overlap import Overlap
 
 Arrays = Sequence[np.ndarray]
-"""Values of the points of each overlap."""
+"""One array of point values for each overlap."""
 
 DEAD = 8.0  # over what is critical
 DEAD_APART = 64.0  # the same of points that stop each by itself
 BEARS = 0.2
-"""Share of the difference by which the pressure that a point bears follows that of its depth in a step. The rest counts as
-stopping the approach: otherwise springs throw back a body that came in by the way of a step."""
+"""Relaxation factor per step of the supported force of a point towards the force of its depth.
+
+The remaining difference counts as stopping the approach. Otherwise springs would throw back a body that entered by the
+displacement of one step.
+"""
 MOST_ROUNDS, SETTLED = 20, 1e-3
-"""Rounds in which forces that would pull and drags that would be too large are limited; change of the forces over the largest
-one that ends them."""
+"""`MOST_ROUNDS`: largest number of iterations that limit tensile forces and friction. `SETTLED`: relative change of the
+forces that ends the iteration."""
 FACING, ASKEW = 0.97, 0.9
-"""Cosines of the angle between normals that face each other, from which on they do so wholly, and down to which at all."""
+"""Cosines of the angle between opposite normals: full weight above `FACING`, zero weight below `ASKEW`."""
 
 
 class Before(NamedTuple):
-    """Points of a surface that stopped each by itself in the last step."""
+    """Points of a surface that had one damper each in the last step."""
 
     listed: np.ndarray  # (n,) indices of the points
     force: np.ndarray  # (n, 3) of the dampers on them [N]
@@ -59,14 +63,14 @@ NOTHING = Before(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.z
 
 
 class DeadStop:
-    """The dampers between surfaces, at least one of which belongs to a rigid body whose motion is not all prescribed.
+    """Dampers between surfaces, at least one of which belongs to a rigid body with free motion.
 
     Attributes
     ----------
     damped, approach : float
-        Force of all dampers [N], and the mean approach [m/s], as the last step began.
+        Total damper force [N] and mean approach velocity [m/s] at the start of the last step.
     before : dict
-        `Before` of each surface, by its number.
+        `Before` of each surface, by the number of the surface.
     """
 
     def __init__(self, sides: Sequence[ContactSurface]) -> None:
@@ -84,10 +88,12 @@ class DeadStop:
         self._pushes, self._swings = {}, {}
 
     def force_on_all(self, overlaps: "Sequence[Overlap]", pressures: Arrays, stiffness: Arrays, dt: float) -> list[np.ndarray]:
-        """Return the forces of one damper on the points of overlaps over a step dt [s], in proportion to their pressures [N].
+        """Return the forces of one common damper on the points of each overlap over a step dt [s] [N], in proportion to
+        `pressures`.
 
-        stiffness: of each point, now and after the step as it counts in the bound on the step, shape (2, n) [N/m].
-        Adds to the rate at which the bodies swing on each other.
+        pressures: spring forces of the points [N]. stiffness: for each point the current stiffness and the one after the
+        step that limits the step size, shape (2, n) [N/m]. Increases the squared oscillation rate `swings` of the rigid
+        bodies.
         """
         self._speeds = []
         total = sum(float(pressure.sum()) for pressure in pressures)
@@ -111,10 +117,12 @@ class DeadStop:
     def forces_apart(
         self, overlaps: "Sequence[Overlap]", pressures: Arrays, drags: Arrays, friction: float, stiffness: Arrays, dt: float
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Return the forces of a damper for each point of flat sides on planes, besides the pushes of other contacts.
+        """Return normal damper forces, shape (n,), and friction forces, shape (n, 3), of each overlap, with one damper per
+        point [N].
 
-        These are forces along the normals without the pressures, shape (n,), and drags of friction, shape (n, 3) [N]. drags:
-        forces of the springs of friction on the points, shape (n, 3) [N]; friction: its coefficient. See `force_on_all`.
+        Used for flat sides on planes. The normal forces exclude `pressures`. The forces of other contacts of the same
+        bodies in this step are taken into account. drags: forces of the friction springs on the points [N], shape (n, 3).
+        friction: coefficient of friction. pressures, stiffness, dt: see `force_on_all`.
         """
         place, normal, pressure = *_places(overlaps), np.concatenate(pressures)
         now, later = np.concatenate(stiffness, axis=1)
@@ -151,21 +159,22 @@ class DeadStop:
         return _split(force[:n] - pressure, overlaps), _split(drag, overlaps)
 
     def taken(self, given: Arrays, power: float, last: float) -> float:
-        """Return the energy that dampers took over the last step [J], of a length `last` [s].
+        """Return the energy dissipated by the dampers in the last step [J]; its length is `last` [s].
 
-        given: their forces on the points [N]; power: of these at its end [W].
+        given: damper forces on the points [N]. power: power of these forces at the end of that step [W].
 
-        The work of contact counts the mean of the velocities before and after a step: for a damper force F it is the mean of
-        the forces before and after times the velocity after, where F and v change much in a step.
+        The contact work uses the mean of the velocities before and after a step. For a damper force F this is the mean of
+        the forces before and after times the velocity after, because F and v change considerably in a step.
         """
         energy = 0.5 * last * (self.damped * self._now + power)
         self.damped, self.approach, self.before = sum(float(np.sum(force)) for force in given), self._now, {}
         return energy
 
     def taken_apart(self, overlaps: "Sequence[Overlap]", given: Arrays, pressed: Arrays, last: float) -> float:
-        """Return the energy that the dampers of single points took over the last step [J].
+        """Return the energy dissipated by the dampers of individual points in the last step [J]; its length is `last` [s].
 
-        given: forces of the dampers [N], shape (n, 3); pressed: pressures of the depths [N], shape (n,).
+        given: damper forces [N], shape (n, 3) per overlap. pressed: spring forces of the depths [N], shape (n,) per
+        overlap.
         """
         for side in self._rigid:
             side.swings += self._swings.get(id(side), 0.0)
@@ -184,14 +193,17 @@ class DeadStop:
         return 0.5 * last * work
 
     def end(self, last: float) -> float:
-        """Return the energy [J] that the dampers took over the step in which contact ended, and forget them."""
+        """Return the energy dissipated by the dampers in the step in which contact ended [J]; reset the dampers.
+
+        last: length of that step [s].
+        """
         self._speeds, self._swings = [], {}
         energy = self.taken_apart([], [], [], last)
         self.approach = 0.0
         return energy
 
     def _borne(self, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
-        """Return the force that each point bore at the start of the last step [N]."""
+        """Return the force that each point supported at the start of the last step [N], one array per overlap."""
         old = [self.before.get(self._numbers[id(part.one)], NOTHING) for part in overlaps]
         return [_at_points(part, of.listed, of.borne)[part.listed] for part, of in zip(overlaps, old, strict=True)]
 
@@ -219,7 +231,11 @@ class Dampers:
         self._force = held.copy()
 
     def solve(self, friction: float, n: int) -> np.ndarray:
-        """Return the forces along n normals, which only push, and both components of n drags limited by friction [N]."""
+        """Return the forces along n normals, which are not negative, and both components of n friction forces [N], shape
+        (3n,).
+
+        friction: coefficient of friction.
+        """
         self._push(n)
         if friction == 0.0:
             return self._force
@@ -234,7 +250,7 @@ class Dampers:
         return self._force
 
     def _push(self, n: int) -> None:
-        """Solve for the forces along the n normals, which only push: f ≥ 0."""
+        """Solve for the n normal forces under the constraint f ≥ 0."""
         free, force = np.ones(n, bool), self._force[:n]
         for _ in range(MOST_ROUNDS):
             force[~free] = 0.0
@@ -248,7 +264,8 @@ class Dampers:
         np.maximum(force, 0.0, out=force)
 
     def _rub(self, at: np.ndarray, most: np.ndarray) -> None:
-        """Solve for the pairs of forces at indices of shape (2, m), none larger than most [N]."""
+        """Solve for the friction forces with component indices `at`, shape (2, m), limited in size to `most` [N], shape
+        (m,)."""
         force, free = self._force, most > 0.0
         force[at[:, ~free]] = 0.0
         for _ in range(MOST_ROUNDS):
@@ -279,18 +296,18 @@ _speeds_by = partial(np.einsum, "ni,i->n")  # change of the speeds in a unit of 
 
 
 def _places(overlaps: "Sequence[Overlap]") -> tuple[np.ndarray, np.ndarray]:
-    """Return the places [m] and normals of all points."""
+    """Return positions [m] and normals of the points of all overlaps, shape (n, 3) each."""
     places = [part.one.place[part.listed] for part in overlaps]
     return np.concatenate(places), np.concatenate([part.normal for part in overlaps])
 
 
 def _signs(side: ContactSurface, overlaps: "Sequence[Overlap]") -> np.ndarray:
-    """Return 1 for points of a side, and -1 for points of the other, which push the side back, shape (n, 1)."""
+    """Return the sign of the contact force on a surface for each point, shape (n, 1): 1 for its own points, -1 for others."""
     return np.concatenate([np.full((len(part.listed), 1), 1.0 if part.one is side else -1.0) for part in overlaps])
 
 
 def _split(values: np.ndarray, overlaps: "Sequence[Overlap]") -> list[np.ndarray]:
-    """Split the values of all points by overlap."""
+    """Return the values of all points as one array per overlap."""
     return np.split(values, np.cumsum([len(part.listed) for part in overlaps])[:-1])
 
 
@@ -310,15 +327,16 @@ def _tangents(normal: np.ndarray) -> np.ndarray:
 
 
 def _sharing(pushed_along: Sequence[np.ndarray], way: np.ndarray) -> float:
-    """Return the number of contacts, at least 1, among which a body shares its mass along a direction, (3,).
+    """Return the effective number of contacts, at least 1, that share the mass of a body along the direction `way`, shape
+    (3,).
 
-    pushed_along: unit vectors along which contacts push the body, (3,) each.
+    pushed_along: unit vectors along which the contacts push the body, shape (3,) each.
     """
     return max(1.0, float(sum((along @ way) ** 2 for along in pushed_along)) / max(float(way @ way), 1e-300))
 
 
 def _approach(part: "Overlap") -> np.ndarray:
-    """Return the speed of approach of both surfaces at each point [m/s], shape (n,)."""
+    """Return the approach velocity of both surfaces at each point [m/s], shape (n,)."""
     approach = -np.einsum("ij,ij->i", part.relative, part.normal)
     if part.one.faces is not None:
         return approach

@@ -1,15 +1,15 @@
-"""Detection of contact between two velocity fields on the nodes: the nodes that both reach, the normals, the gaps.
+"""Detection of contact between two velocity fields on the nodes: shared nodes, normals and gaps.
 
-A surface gives its own normal, a volume the gradient of its volume (Bardenhagen, Brackbill & Sulsky 2000, Comput. Methods Appl.
-Mech. Eng. 187, 529). A surface that is crumpled within the reach of a node has no normal there, and takes that of the volume
-that it touches. Between two volumes the difference of their gradients, each of the two, and the axes are tried, and the
-direction along which they lie furthest apart separates them: the gradient at an edge or a corner leans, and a fluid that slides
-over it would plough. The normal points from one body to the other by where these lie about the node: a membrane has two sides,
-and a layer thinner than a cell turns its gradient round.
+A membrane defines its own normal. The normal of a volume is the gradient of its volume (Bardenhagen, Brackbill & Sulsky
+2000, Comput. Methods Appl. Mech. Eng. 187, 529). A membrane that is crumpled within the support of a node has no normal
+there; the normal of the adjacent volume is used. Between two volumes, the candidates are the difference of both gradients,
+each gradient, and the coordinate axes; the direction with the largest gap is used. At an edge or a corner a gradient is
+inclined, and a fluid that slides over it would plough. The sign of the normal follows from the positions of both bodies
+relative to the node, because a membrane has two sides and the gradient of a layer thinner than a cell changes sign.
 
-The velocities of two fields approach as soon as both reach a node, a cell too early. So the surfaces must touch too: the
-distance along the normal between the foremost points of both about the node (Ma, Zhang & Huang 2010, CMES 55, 61), each with
-half of its point's width, or of the membrane's thickness.
+The velocities of two fields interact as soon as both have mass at a node, one cell too early. The surfaces must therefore
+touch as well: the gap is the distance along the normal between the foremost points of both bodies at the node (Ma, Zhang &
+Huang 2010, CMES 55, 61), reduced by half of the point width or of the membrane thickness on each side.
 """
 
 from collections.abc import Iterator, Sequence
@@ -34,22 +34,24 @@ from pellucid.jit.vector import load, row, splat, store
 from pellucid.ranks.domain import OfListed, domain
 
 CLOSE = 0.1
-"""Distance in cells at which two membranes touch: less than one may turn round in, and than a quarter of a cell.
+"""Distance at which two membranes touch [cells]. It is smaller than the distance in which a membrane can turn round, and
+smaller than a quarter of a cell.
 
-So each keeps its side of the other: sheets as thin as these have no side of their own.
+Each membrane therefore stays on its side of the other one. Membranes this thin do not define a side themselves.
 """
 SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
-"""Of the gradients of two volumes in the normals that are tried."""
+"""Weights of the gradients of both volumes in the candidate normals."""
 SMOOTH = 0.7
-"""Least sum of a membrane's vector areas about a node, over its area at rest there, with which it has a normal of its own."""
+"""Smallest ratio of the vector area of a membrane at a node to its undeformed area there for which the membrane normal is
+used."""
 SIGNS = 1.0, -1.0  # of the normals, along which the first and the second side reach
 MARGIN = 1e-6  # of a cell, for rounding
 NORMAL, VOLUME, CENTRE, COLUMNS = 0, 3, 4, 8
-"""Columns of the moments of a body about a node, two vectors; of a surface its area at rest is the volume."""
+"""Columns of the moments of a body at a node, which form two vectors. For a membrane, `VOLUME` holds its undeformed area."""
 
 
 class SharedNodes(NamedTuple):
-    """Numbers of the nodes that two velocity fields share, over all nodes of the grid."""
+    """Numbering of the nodes shared by two velocity fields; the arrays cover all nodes of the grid."""
 
     slot: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "number of a node that two fields share, else -1", np.int32)]
     near: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 where a stencil that begins here holds such a node", np.uint8)]
@@ -57,7 +59,7 @@ class SharedNodes(NamedTuple):
 
 
 class NumberedNodes(NamedTuple):
-    """Sums and extrema at the nodes that two velocity fields share, by their numbers; `several`: one for each side."""
+    """Sums and maxima at the nodes shared by two velocity fields, by node number; `several`: one array for each field."""
 
     moments: Annotated[
         np.ndarray,
@@ -70,7 +72,7 @@ NUMBERED = fields_of(NumberedNodes)
 
 
 class Areas(NamedTuple):
-    """Surface of the points of a body."""
+    """Area data of the points of a body."""
 
     vector: np.ndarray  # (m, 3) vector areas, outwards [m²]; no rows of a volume, which has the gradients of its volumes
     at_rest: float = 0.0  # area of a membrane by its mass [m²/kg]
@@ -80,16 +82,16 @@ OF_VOLUME = Areas(np.zeros((0, 3)))
 
 
 class ContactDetection:
-    """The nodes where two velocity fields touch.
+    """Nodes where two velocity fields are in contact.
 
-    bodies: those of either field.
+    bodies: bodies of the first and of the second field.
 
     Attributes
     ----------
     node : ndarray, shape (n,)
-        Nodes that both fields reached when `find` was called last.
+        Nodes at which both fields have mass, as of the last call of `find`.
     normal : ndarray, shape (n, 3)
-        Unit normals from the first field to the second, zero where these do not touch.
+        Unit normals from the first to the second field; zero where the fields do not touch.
     gap : ndarray, shape (n,)
         Distance of the surfaces [m].
     """
@@ -111,7 +113,7 @@ class ContactDetection:
         self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
 
     def find(self) -> None:
-        """Find where the velocity fields touch, after the bodies' mass was mapped to the nodes."""
+        """Find the nodes where the fields touch, with normals and gaps. Call after mapping the mass to the nodes."""
         first, second = (field.grid.nodes.mass for field in self._fields)
         reached = [field.reached for field in self._fields if field.reached is not None]
         if reached:
@@ -128,7 +130,7 @@ class ContactDetection:
             mark_stencils(self.node, self._slot, self._near, self._reach, self._grid.lattice, False)
 
     def _set_box(self) -> None:
-        """Set the box of the points that may have weight at a shared node of any process."""
+        """Set the bounding box of the points that can have weight at a shared node of any process."""
         lattice, slow = self._grid.lattice, self._grid.lattice.slab_axis
         middle = 1 if slow == 0 else 0  # the order of the axes in memory
         strides, rest = lattice.strides, self.node % lattice.strides[slow]
@@ -166,9 +168,10 @@ class ContactDetection:
             _sum_moments(body.n_slabs, body.mapped, self._where, areas, moments, near_points)
 
     def _directions(self, one: np.ndarray, other: np.ndarray, crumpled: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield directions that may be normals, of any length and sign, each of shape (n, 3).
+        """Yield candidate normals of any length and sign, shape (n, 3) each.
 
-        crumpled, shape (n,): True where a membrane takes the normal of the volume that it touches.
+        one, other: moments of both sides at the nodes, shape (n, COLUMNS). crumpled: mask of the nodes where the normal of
+        the volume replaces that of the membrane, shape (n,).
         """
         A, B = one[:, NORMAL:VOLUME], other[:, NORMAL:VOLUME]
         if self._surfaces == (1, 1):
@@ -183,7 +186,8 @@ class ContactDetection:
                 yield np.tile(np.eye(3)[axis], (len(A), 1))
 
     def _foremost(self, normal: np.ndarray) -> np.ndarray:
-        """Return how far the first side reaches along the normals, and the second against them [m], shape (2, n)."""
+        """Return the foremost position of the first side along the normals, and of the second side against them [m], shape
+        (2, n)."""
         foremost = NUMBERED["foremost"].allocate(len(normal), 2)
         for side, sign in enumerate(SIGNS):
             for body, near_points in zip(self._bodies[side], self._near_points[side], strict=True):
@@ -193,7 +197,7 @@ class ContactDetection:
 
 
 def allocate_numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return `slot` and `near` of `SharedNodes` for a grid of n nodes, none of which has a number."""
+    """Return initial arrays `slot` (filled with -1) and `near` (filled with 0) of `SharedNodes` for a grid of n nodes."""
     slot, near = (fields_of(SharedNodes)[name].allocate(n) for name in ("slot", "near"))
     slot.fill(-1)
     return slot, near
@@ -201,7 +205,11 @@ def allocate_numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 @kernel()
 def mark_stencils(node, slot, near, reach, lattice, on):
-    """Number nodes in `slot`, and flag the first nodes of all stencils that hold one of them; undo both unless `on`."""
+    """Write the numbers of the nodes `node` to `slot` and flag in `near` the first nodes of all stencils that contain one
+    of them.
+
+    If `on` is False, reset both arrays instead. reach: number of nodes of a stencil along each axis.
+    """
     for e in range(len(node)):
         I = node[e]
         slot[I] = e if on else -1
@@ -223,7 +231,7 @@ def _is_beyond(where, x, p):
 
 @pointwise
 def reach_of_point(radius, volume):
-    """Return the half-width of a point of this volume [m]; radius: of the body, see `ContactBody.half_width`."""
+    """Return the half-width of a point with the given volume [m³] [m]; radius: result of `ContactBody.half_width`."""
     half, scale, exponent = radius
     if half >= 0.0:
         return half
@@ -235,10 +243,11 @@ def reach_of_point(radius, volume):
 
 @parallel_loop_by_colour(gives="moments")
 def _sum_moments(s, mapped, where, areas, moments, near_points):
-    """Sum about each numbered node vector areas, or where `areas` has no rows volume gradients; places and volumes.
+    """Add the contributions of the points of slab s to the moments at each numbered node.
 
-    moments: an `OfListed` of shape (n COLUMNS,). The points that reach such nodes are listed in `near_points` from the slab's
-    first one on, followed by -1.
+    The moments are the vector area (or the volume gradient if `areas` has no rows), the volume, and volume times position.
+    moments: an `OfListed` with n·COLUMNS values. The points with weight at numbered nodes are written to `near_points`,
+    from the slab's first entry on, followed by -1.
     """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     points, slabs = mapped.points, mapped.slabs
@@ -279,7 +288,8 @@ def _sum_moments(s, mapped, where, areas, moments, near_points):
 
 @kernel()
 def _orient(one, other, normal):
-    """Scale directions to unit normals from one side to the other; zero where there is none."""
+    """Scale the directions in `normal`, shape (n, 3), to unit normals from one side to the other; zero directions stay
+    zero."""
     for e in range(len(normal)):
         length = across = 0.0
         for d in range(3):
@@ -295,9 +305,10 @@ def _orient(one, other, normal):
 
 @parallel_loop_by_colour(gives="foremost")
 def _find_foremost(s, mapped, where, near_points, direction, radius, foremost):
-    """Find how far the points that reach the numbered nodes extend along directions [m], each with its own width.
+    """Compute the foremost position along directions [m] of the points with weight at the numbered nodes, including their
+    half-width.
 
-    direction: at the nodes, shape (n, 3); foremost: an `OfListed` of shape (n,).
+    direction: unit vectors at the nodes, shape (n, 3). foremost: an `OfListed` of shape (n,), which is increased.
     """
     functions, lattice, slot = mapped.functions, mapped.lattice, where.slot
     points, slabs = mapped.points, mapped.slabs

@@ -1,8 +1,8 @@
-"""Feet of contact points on another surface: places between points of that, by their shares in it.
+"""Feet of contact points on another surface: weighted means of the positions of its points.
 
-Velocities of the other surface are gathered at the feet, and forces on the feet are spread to its points by the same shares, so
-that these forces do the work that they do at the feet. Contact laws need no more of the other surface: points between faces and
-corners of triangles have the same feet.
+Velocities of the other surface are interpolated to the feet. Forces on the feet are distributed to its points with the same
+weights and therefore do the same work. Contact laws need no further data of the other surface, and feet on triangles have
+the same form as feet between points.
 """
 
 from typing import NamedTuple
@@ -13,20 +13,22 @@ from pellucid.jit import kernel
 
 
 class Feet(NamedTuple):
-    """n feet and their shares in points of the other surface; those of foot i are first[i] to first[i + 1]."""
+    """Feet of n contact points: foot i has the entries first[i] to first[i + 1] of `point` and `share`."""
 
     first: np.ndarray  # (n + 1,)
     point: np.ndarray  # (k,)
     share: np.ndarray  # (k,) of each foot 1 in sum
 
     def gather(self, values: np.ndarray) -> np.ndarray:
-        """Return means of values of the other surface's points, shape (q, 3), at the feet, shape (n, 3)."""
+        """Return values interpolated to the feet, shape (n, 3), from values at the points of the other surface, shape (q,
+        3)."""
         found = np.zeros((len(self.first) - 1, 3))
         _gather(self.first, self.point, self.share, values, found)
         return found
 
     def spread(self, force: np.ndarray, into: np.ndarray) -> None:
-        """Add forces on the feet [N], shape (n, 3), to those on the other surface's points, shape (q, 3)."""
+        """Distribute forces on the feet [N], shape (n, 3), to the points of the other surface; add them to `into`, shape
+        (q, 3)."""
         _spread(self.first, self.point, self.share, force, into)
 
 

@@ -1,8 +1,8 @@
-"""Search for the points of two surfaces that may touch, through boxes; the result is reused while the surfaces move little.
+"""Search for the points of two surfaces that may be in contact, with a lattice of boxes.
 
-A search finds for each point of one surface the points of the other within its sight and a margin. The result is valid
-until the surfaces may have approached by the margin. Lists are in ascending order and sums exclude points out of sight, so
-that sums do not depend on when a search was made.
+A search finds, for each point of one surface, the points of the other within the search radius plus a margin. The result is
+reused until the surfaces may have approached by the margin. Lists are in ascending order and sums exclude points outside
+the search radius, so that sums do not depend on the time of the search.
 """
 
 from math import sqrt
@@ -21,7 +21,7 @@ MARGIN = 0.25  # of the reach
 
 
 class Following:
-    """The candidates of one surface against another. width: distance of the surfaces within which they overlap [m]."""
+    """Contact candidates of one surface against another. width: distance of the surfaces below which they overlap [m]."""
 
     def __init__(self, other: ContactSurface, width: float) -> None:
         reach = float(other.reach.max())
@@ -32,15 +32,17 @@ class Following:
         self._images = np.zeros(0, np.int64)
         self._moved = [0.0, 0.0]
         self._room = self._margin
-        """Distance by which the surfaces may come nearer before the next search [m]."""
+        """Distance by which the surfaces may approach before a new search is required [m]."""
         self.candidates = Candidates(np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64))
         self.most_near = 0
-        """Number of points in all lists."""
+        """Total number of points in all candidate lists."""
 
     def find(self, n_points: int, one: Described, other: Described, stands: tuple[bool, bool]) -> bool:
-        """Renew the candidates among the first points of the one surface where needed; return True if there are any.
+        """Update the candidates among the first `n_points` points of surface `one` if required; return True if there are
+        any.
 
-        stands: whether each surface is where it was in the step before.
+        one, other: points and images of both surfaces. stands: for each surface, True if it has not moved since the
+        previous step.
         """
         described = one.place[:n_points], other.place
         if not self._places or not np.array_equal(other.point, self._images):
@@ -82,7 +84,7 @@ class Following:
 
 @kernel()
 def _find_ends(place, ends):
-    """Find the lowest and the highest coordinates of places [m], shape (2, 3)."""
+    """Write the lowest and the highest coordinates of positions [m] to `ends`, shape (2, 3)."""
     for d in range(3):
         ends[0, d], ends[1, d] = np.inf, -np.inf
     for p in range(len(place)):
@@ -92,7 +94,7 @@ def _find_ends(place, ends):
 
 @kernel()
 def _largest_square(place, before):
-    """The square of the largest way that a point went [m²]."""
+    """Return the square of the largest displacement of a point [m²]."""
     most = 0.0
     for p in range(len(place)):
         square = 0.0
@@ -104,10 +106,11 @@ def _largest_square(place, before):
 
 @kernel()
 def _list_near(one, other, normal, asks, boxes, sight, beside, two_sided, ends, near):
-    """Count the points of the other surface within sight of each point that asks, as `ends` of their lists; where `near` has
-    room for all, list them.
+    """Compute the end index `ends` of the list of each candidate; fill the lists if `near` is not empty.
 
-    Points that lie further than `beside` above the plane of the nearest point have none.
+    The list of a candidate contains the points of the other surface within the distance `sight` [m]. It is empty if the
+    candidate lies further than the distance `beside` [m] above the plane of its nearest point (for a two-sided surface, on
+    either side).
     """
     k, low, high = 0, indices(3), indices(3)
     for e in range(len(asks)):

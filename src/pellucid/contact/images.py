@@ -1,4 +1,4 @@
-"""Surfaces beside planes of symmetry, where they go on as their mirror images, and beside the seams of periodic grids."""
+"""Mirror images of surfaces at planes of symmetry, and periodic images at the seams of periodic grids."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,8 +10,11 @@ from pellucid.jit import kernel
 
 NO_IMAGES = np.zeros(0, np.int64), np.zeros((0, 3))
 BESIDE = 1.2
-"""Distance from a plane of symmetry within which points have images, over their reach: images from one reach on have no weight,
-and points of lattices seldom lie at this distance, so that the images remain the same from step to step."""
+"""Largest distance of a point from a plane of symmetry for which it has an image, over the reach of the point.
+
+Images further away than one reach have no weight. Points of regular lattices seldom lie at this distance, so that the set
+of images stays the same from step to step.
+"""
 ACROSS = 2.0  # of the largest reach of a point, from a seam: a place beside it meets no point that is further beyond
 
 
@@ -23,7 +26,7 @@ class Plane(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """The ends of a periodic axis, which are the same."""
+    """Seam of a periodic axis: both ends of the axis are the same plane."""
 
     axis: int
     place: float  # of the lower end [m]
@@ -31,8 +34,11 @@ class Seam(NamedTuple):
 
 
 class Described(NamedTuple):
-    """The n points of a surface as a step begins, the m of the surface itself first, then images of those near planes and
-    seams. Along periodic axes all lie within the box, but for images."""
+    """Points of a surface with their images at the start of a step.
+
+    The first m points are the points of the surface; the remaining n - m are images at planes of symmetry and seams. Points
+    other than images lie within the box along periodic axes.
+    """
 
     place: np.ndarray  # (n, 3) [m]
     normal: np.ndarray  # (n, 3) unit normals, see `ContactSurface.normals`
@@ -43,7 +49,10 @@ class Described(NamedTuple):
     flip: np.ndarray  # (n - m, 3) -1 along the axes across which it is mirrored, 1 along others
 
     def fold(self, force: np.ndarray) -> np.ndarray:
-        """Forces on the points of the surface, shape (m, 3), with those on their images, of forces on all (n, 3)."""
+        """Return the forces on the m surface points, including the forces on their images, shape (m, 3).
+
+        force: forces on all points and images, shape (n, 3).
+        """
         if not len(self.point):
             return force
         m = len(self.place) - len(self.point)
@@ -52,7 +61,8 @@ class Described(NamedTuple):
         return total
 
     def velocities(self, of_points: np.ndarray) -> np.ndarray:
-        """Return velocities of all n points [m/s], shape (n, 3), for those of the m points of the surface."""
+        """Return the velocities of all points and images [m/s], shape (n, 3), from the velocities of the surface points,
+        shape (m, 3)."""
         return np.concatenate([of_points, self.flip * of_points[self.point]]) if len(self.point) else of_points
 
 
@@ -68,7 +78,7 @@ def describe(
 ) -> Described:
     """Return the points of a surface with their images.
 
-    before: the same in the step before, whose arrays are used again while there are as many images.
+    before: result of the previous step; its arrays are reused if the number of images is the same.
     """
     m = len(surface.place)
     of_points = surface.place, surface.velocity, surface.reach
@@ -94,9 +104,9 @@ def _make_room(m: int, n: int) -> Described:
 
 @kernel()
 def _describe(faces, place_of_points, velocity_of_points, reach_of_points, place, normal, size, reach, velocity, point, flip):
-    """Describe points and their images, as far as there is room; return the number of both.
+    """Write the points and their images to the arrays, up to the size of the arrays; return the required size.
 
-    faces: seams, then planes, each with an axis, a place [m] and a period (of planes 0) [m], shape (k, 3).
+    faces: axis, position [m] and period [m] of each seam and then of each plane of symmetry (period 0), shape (k, 3).
     """
     m, n, far = len(place_of_points), len(place_of_points), 0.0
     for p in range(m):
