@@ -97,26 +97,26 @@ def _find_power(listed, force, first, foot, share, image, flip, velocity, of_oth
 
 
 class ContactSide(ABC):
-    """Points of a surface that may lie in another surface or behind a wall.
+    """Points of a surface that may lie inside another surface or behind a wall.
 
     Attributes
     ----------
     one, other : ContactSurface
-        Their surface, and the other one; None for a wall.
+        Surface of the points, and the other surface; None for a wall.
     start : StartOverlap
-        Overlap of the start; None between bodies that do not deform.
+        Initial overlap, which exerts no pressure; None between bodies that do not deform.
     share : float
-        Share of the stiffness.
+        Fraction of the contact stiffness that this side has.
     overlap : Overlap
-        Points that were found to overlap; None where none does.
+        Overlapping points; None if no point overlaps.
     feet, images : Feet, Described
-        Feet of these points on the other surface, and its points; None for a wall.
+        Feet of these points on the other surface, and the points and images of that surface; None for a wall.
     pushed : ndarray
-        Points with forces in the last step, in ascending order.
+        Indices of the points that had forces in the last step, in ascending order.
     lead : ContactLead
-        Lead by which the overlap is removed in steady states; None on sides without one.
+        Lead that removes the overlap in steady states; None on sides without a lead.
     lent : float
-        Energy over the stiffness that the overlap got as leads changed in this step [m³].
+        Energy divided by stiffness that the overlap gained in this step through changes of the leads [m³].
     """
 
     def __init__(self, one: ContactSurface, other: ContactSurface | None, start: StartOverlap | None, share: float) -> None:

@@ -1,19 +1,20 @@
-"""Normal forces of a contact that are implicit in the step, for solids whose nodes move by known internal forces.
+"""Implicit normal contact forces, for solids whose nodal forces are known before contact.
 
-A spring that an explicit step bears is soft: its compliance is a part of that of a layer of cells, and falls with the square of
-the step alone. Here the forces of a step follow from the overlap at its end instead. The points of the contact have the depths
-d as the step begins and, without contact, the velocities u* of approach as it ends, which follow from the internal forces and
-loads on the nodes. Forces f on the points change these velocities by -Δt G f, so that
+A contact spring that is stable in an explicit step is soft: its compliance is a fraction of the compliance of a layer of
+cells and decreases only with the square of the step size. Here, the forces of a step follow from the overlap at the end of
+the step instead. The contact points have the depths d at the start of the step and, without contact, the approach
+velocities u* at its end, which follow from the internal forces and loads on the nodes. Forces f on the points change these
+velocities by -Δt G f, so that
 
     f = k (d + Δt u* - Δt² G f),    f ≥ 0,    G = n·S M⁻¹ Sᵀ·n
 
-with the shares S of the nodes in the points, which pass on the forces, and the masses M of the nodes. (With k → ∞ these are the
-forward increment Lagrange multipliers of Carpenter, Taylor & Katona 1991, Int. J. Numer. Methods Eng. 32, 103.) Stiffness and
-step are independent of each other: stable steps of the body stay stable, and at rest f = k d. A node that strikes stops at the
-surface; what that takes of its motion vanishes with its mass.
+with the weights S of the nodes in the points, which also distribute the forces, and the nodal masses M. (For k → ∞ these
+are the forward increment Lagrange multipliers of Carpenter, Taylor & Katona 1991, Int. J. Numer. Methods Eng. 32, 103.)
+Stiffness and step size are independent of each other: stable steps of the body stay stable, and at rest f = k d. A node
+that hits the surface stops there; the kinetic energy that it loses vanishes with its mass.
 
-The system is symmetric and positive; conjugate gradients solve it for the points that press, which are found in rounds: points
-that would be pulled are left out, and others that would overlap are added.
+The system is symmetric and positive. Conjugate gradients solve it for the pressed points. An outer iteration finds these
+points: it removes points with tensile force and adds points that would overlap.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,7 +36,7 @@ EXACTLY, TIMES = 1e-11, 10  # the same for a steady state, which forces with suc
 
 
 class Block(NamedTuple):
-    """Points of one surface that overlap with another, or with a wall."""
+    """Points of one surface that overlap with another surface or with a wall."""
 
     overlap: Overlap
     stiffness: np.ndarray  # k of each [N/m], (n,)
@@ -46,9 +47,10 @@ class Block(NamedTuple):
 
 
 class NormalForces:
-    """The system of the forces of blocks over a step dt [s].
+    """System of equations for the implicit normal forces of several blocks over a step dt [s].
 
-    described: the points of surfaces by identity; forces: those of other contacts on them in this step [N].
+    described: points and images of each surface, by the `id` of the surface. forces: forces of other contacts on these
+    points in this step [N], by the same key.
     """
 
     def __init__(
@@ -75,14 +77,15 @@ class NormalForces:
 
     @staticmethod
     def _turns(surface: ContactSurface, block: Block) -> np.ndarray:
-        """Return the rows of a rigid body for unit forces of a block, shape (n, 6)."""
+        """Return the rows of `mobility_rows` of a rigid body for unit normal forces on the points of a block, shape (n, 6)."""
         place, normal = block.overlap.one.place[block.overlap.listed], block.overlap.normal
         sign = (block.overlap.one is surface) - (block.other is surface)
         return surface.mobility_rows(place, sign * normal) if sign else np.zeros((len(normal), 6))
 
     @staticmethod
     def _rows(surface: ContactSurface, response: Response, block: Block, axis: int) -> sparse.csr_array:
-        """Return the shares of the nodes in the velocities of points of a block against the other body, by this component."""
+        """Return the weights of the nodes in the normal component along `axis` of the relative point velocities, shape (n,
+        nodes)."""
         overlap, shares, n = block.overlap, response.shares, len(block.overlap.listed)
         rows = sparse.csr_array((n, shares.shape[1]))
         normal = overlap.normal[:, axis]
@@ -102,7 +105,7 @@ class NormalForces:
         return sparse.csr_array(rows)
 
     def _approach(self, block: Block) -> np.ndarray:
-        """Return the velocities of approach of the points of a block without its forces [m/s], shape (n,)."""
+        """Return the approach velocities of the points of a block without the forces of this system [m/s], shape (n,)."""
         overlap = block.overlap
         along = self._velocity[id(overlap.one)][overlap.listed]
         if block.other is None or block.feet is None:
@@ -113,7 +116,7 @@ class NormalForces:
         return np.asarray(-np.einsum("ij,ij->i", along, overlap.normal))
 
     def solve(self) -> list[Implicit]:
-        """Return the forces on the points of each block, and their depths at the end of the step."""
+        """Return, for each block, the normal forces on its points [N] and their depths at the end of the step [m]."""
         ahead = np.concatenate([block.overlap.depth + self._dt * self._approach(block) for block in self._blocks])
         stiffness = np.concatenate([block.stiffness for block in self._blocks])
         given = np.concatenate([block.given for block in self._blocks])
@@ -125,10 +128,11 @@ class NormalForces:
 def solve_forces(
     factor: sparse.csr_array, ahead: np.ndarray, stiffness: np.ndarray, force: np.ndarray, exactly: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forces on n points [N], shape (n,), and their depths at the end of the step [m], shape (n,).
+    """Return the normal forces on n points [N] and their depths at the end of the step [m], shape (n,) each.
 
-    factor: C with Δt² G = C Cᵀ; ahead: depths at the end of the step without forces [m], (n,); stiffness: k of each point
-    [N/m], (n,); force: first guess [N], (n,); exactly: to rounding, in steady states.
+    factor: C with Δt² G = C Cᵀ. ahead: depths at the end of the step without forces [m], shape (n,). stiffness: k of each
+    point [N/m], shape (n,). force: initial guess [N], shape (n,). exactly: True to solve to rounding error, for steady
+    states.
     """
     residual, times = (EXACTLY, TIMES) if exactly else (RESIDUAL, 1)
     stiff, after = stiffness > 0.0, ahead
@@ -150,7 +154,11 @@ def solve_forces(
 def _solve_pressed(
     factor: sparse.csr_array, root: np.ndarray, wanted: np.ndarray, y: np.ndarray, tolerance: float, iterations: int
 ) -> np.ndarray:
-    """Return y of (1 + √k C Cᵀ √k) y = √k d*, from a first guess; root: √k, zero of points that are left out."""
+    """Return the solution y of (1 + √k C Cᵀ √k) y = √k d* by conjugate gradients.
+
+    root: √k, zero for excluded points. wanted: √k d*. y: initial guess. tolerance: relative residual. iterations: largest
+    number of iterations.
+    """
     scaled = sparse.csr_array(factor * root[:, None])
     turned = sparse.csr_array(scaled.T)
     residual = wanted - y - scaled @ (turned @ y)

@@ -1,8 +1,9 @@
-"""Contact impulses at the nodes that two velocity fields share, equal and opposite, and their works: kernels.
+"""Kernels for contact impulses at the nodes shared by two velocity fields, which are equal and opposite, and for their
+work.
 
-Bodies that touch and approach take an impulse that stops the approach; with friction it has a tangential part too, at most μ
-times the normal one. Source: Lian, Liu & Zhang 2014, eqs. 52-58, with the misprints put right: f = (m_a p_b - m_b p_a)/((m_a +
-m_b) dt) on a, friction only under compression. Constrained nodes have no mobility 1/m.
+If two bodies touch and approach, an impulse stops the approach. With friction it also has a tangential component, at most μ
+times the normal one. Source: Lian, Liu & Zhang 2014, eqs. 52-58, with misprints corrected: f = (m_a p_b - m_b p_a)/((m_a +
+m_b) dt) on a, friction only under compression. Constrained nodes have zero mobility 1/m.
 """
 
 from math import sqrt
@@ -17,7 +18,7 @@ from pellucid.jit import kernel, pointwise
 from pellucid.jit.loops import parallel_loop
 
 STICK, SLIP = 0, 1
-"""Kinds of contact while bodies press: together, or sliding with friction (or none)."""
+"""Kinds of contact under compression: no sliding, or sliding with or without friction."""
 CHUNK = 1024  # nodes that are summed together
 
 
@@ -29,7 +30,7 @@ class Friction(NamedTuple):
 
 
 class Side(NamedTuple):
-    """Nodes of one of two velocity fields, as arguments of kernels."""
+    """Nodes of one of two velocity fields, as an argument of kernels."""
 
     nodes: Nodes
     external: ExternalAction
@@ -37,7 +38,7 @@ class Side(NamedTuple):
 
 
 class ContactNodes(NamedTuple):
-    """The n nodes that two velocity fields share in a step."""
+    """Nodes shared by two velocity fields in a step; n is their number."""
 
     node: np.ndarray  # (n,)
     normal: np.ndarray  # (n, 3) unit normals from the first side to the second, zero where these do not touch
@@ -58,7 +59,7 @@ def _mobility_of(side, first, end, node, mobility):
 
 @parallel_loop()
 def measure_mobility(chunk, one, other, at):
-    """Fill the mobility of the nodes of both sides: zero where supports or driven points constrain these wholly."""
+    """Compute the nodal mobility of both sides [1/kg]; zero where supports or driven points constrain the node fully."""
     first, end = at.edges[chunk], at.edges[chunk + 1]
     _mobility_of(one, first, end, at.node, at.mobility[0])
     _mobility_of(other, first, end, at.node, at.mobility[1])
@@ -66,7 +67,11 @@ def measure_mobility(chunk, one, other, at):
 
 @pointwise
 def _impulse(friction, n, u, w):
-    """Return the impulse on the first side for a normal, a relative velocity (first minus second) and the sum of mobilities."""
+    """Return the impulse on the first side [N s] that stops the approach.
+
+    n: unit normal. u: velocity of the first side relative to the second [m/s]. w: sum of both mobilities along each axis
+    [1/kg].
+    """
     approach = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
     if not approach > 0.0:
         return 0.0, 0.0, 0.0
@@ -90,9 +95,10 @@ def _impulse(friction, n, u, w):
 
 @pointwise
 def _impulse_at(friction, at, e, allowed, one, other, given):
-    """Return the impulse on the first side that stops the approach at node e above a speed allowed [m/s].
+    """Return the impulse on the first side [N s] that reduces the approach at node e to the speed `allowed` [m/s].
 
-    one, other: velocities of all nodes of both sides, with an impulse `given` that does not count.
+    one, other: velocities of all nodes of both sides [m/s]. given: impulse included in these velocities, whose effect is
+    subtracted first [N s].
     """
     I, first, second = at.node[e], at.mobility[0], at.mobility[1]
     n = (at.normal[e, 0], at.normal[e, 1], at.normal[e, 2])
@@ -105,7 +111,7 @@ def _impulse_at(friction, at, e, allowed, one, other, given):
 
 @pointwise
 def _any(impulse):
-    """Return True if an impulse is not zero: otherwise its nodes need not come from memory."""
+    """Return True if an impulse is not zero; otherwise its node need not be loaded from memory."""
     return impulse[0] != 0.0 or impulse[1] != 0.0 or impulse[2] != 0.0
 
 
@@ -119,10 +125,10 @@ def _add_to_node(nodes, I, d, more):
 
 @parallel_loop()
 def resolve(chunk, friction, anew, one, other, at, allowed, total):
-    """Apply the impulses that stop the approach of two sides to their nodes, and add them to `total`.
+    """Apply the impulses that stop the approach of both sides to their nodes; add them to `total` [N s].
 
-    anew: whether all impulses of this step are found again, so that a part may be taken back. allowed: speeds at which both
-    sides may still approach [m/s], shape (n,).
+    anew: True to recompute all impulses of this step, so that earlier impulses may be partly removed. allowed: approach
+    velocities that remain [m/s], shape (n,).
     """
     first, second, share = one.nodes, other.nodes, 1.0 if anew else 0.0
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
@@ -140,7 +146,7 @@ def resolve(chunk, friction, anew, one, other, at, allowed, total):
 
 @parallel_loop()
 def apply(chunk, one, other, at, impulse, total):
-    """Apply impulses on the first side [N s], shape (n, 3), and their opposites on the second, and add them to `total`."""
+    """Apply impulses to the first side and their opposites to the second side; add them to `total` [N s], shape (n, 3)."""
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
         for d in range(3):
@@ -151,7 +157,7 @@ def apply(chunk, one, other, at, impulse, total):
 
 @parallel_loop()
 def stop_straining(chunk, friction, one, other, at, total):
-    """Stop the approach of the velocities that strain the points of two sides; add the impulses for this to `total`."""
+    """Stop the approach of the strain velocities of both sides; add the required impulses to `total` [N s]."""
     first, second = one.nodes.strain_velocity, other.nodes.strain_velocity
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I = at.node[e]
@@ -171,7 +177,11 @@ def _velocity_at_start(nodes, mobility, e, I, d):
 
 @parallel_loop()
 def measure_parting(chunk, one, other, at, allowed):
-    """Find the speeds at which two sides part along the normal as the step begins, 0 where they approach [m/s], shape (n,)."""
+    """Compute the speed at which both sides separate along the normal at the start of the step [m/s]; write it to
+    `allowed`, shape (n,).
+
+    The value is 0 at nodes where they approach.
+    """
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I, parting = at.node[e], 0.0
         for d in range(3):
@@ -211,10 +221,10 @@ def _sum_side(chunk, side, at, mobility, sign, impulse, works):
 
 @parallel_loop()
 def sum_works(chunk, one, other, at, impulse, works):
-    """Sum the works of impulses on the first side, shape (n, 3), and of their opposites, with the reactions of supports and
-    prescribed motions, when the mean velocities of the nodes are known.
+    """Add the work of the contact impulses on both sides, and of the resulting support and motion reactions, to `works`.
 
-    works: a row for each chunk, see `pellucid.energy`. A body with its own nodes counts its own.
+    impulse: impulses on the first side [N s], shape (n, 3). works: one row for each chunk, see `pellucid.energy`. Call when
+    the mean velocities of the nodes are known. A body with its own nodes computes its own work.
     """
     _sum_side(chunk, one, at, at.mobility[0], 1.0, impulse, works)
     _sum_side(chunk, other, at, at.mobility[1], -1.0, impulse, works)
@@ -222,10 +232,11 @@ def sum_works(chunk, one, other, at, impulse, works):
 
 @parallel_loop()
 def sum_lag_works(chunk, side, number, at, impulse, small, sums):
-    """Sum the work of impulses, shape (n, 3), along the mean velocity of the nodes of a side, number 0 or 1, less that along
-    the mean of the velocities that the points give to these before and after the step, shape (chunks, 1) [J].
+    """Compute the lag work of impulses on one side for each chunk; write it to `sums`, shape (chunks, 1) [J].
 
-    Runs when the momentum was mapped again. Nodes with at most the mass `small` have no velocity before.
+    The lag work is the work along the mean nodal velocity minus the work along the mean of the velocities mapped from the
+    points before and after the step. number: 0 for the first side, 1 for the second. impulse: shape (n, 3) [N s]. Call
+    after the momentum was mapped again. Nodes with a mass of at most `small` [kg] have no velocity before the step.
     """
     nodes, driven_mass, mobility, work = side.nodes, side.external.driven_mass, at.mobility[number], 0.0
     for e in range(at.edges[chunk], at.edges[chunk + 1]):

@@ -1,6 +1,6 @@
-"""The forces of an overlap: pressure, damping and friction on points of a surface that lie in another body.
+"""Forces of an overlap: pressure, damping and friction on surface points that lie inside another body.
 
-See `pellucid.contact.surface_pairs` for what they are and why.
+`pellucid.contact.surface_pairs` describes the method and the reasons for it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,35 +28,36 @@ from pellucid.contact.point_forces import (
 )
 
 DAMPING, ROOM, LEAST_ROOM = 0.1, 0.9, 0.3
-"""Damping ratio for the masses of the layers that touch. Part of what central differences allow that springs and dampers of
-contact may use besides the waves of the body, see `_stiff`."""
+"""`DAMPING`: damping ratio for the masses of the layers in contact. `ROOM`: fraction of the stability range of central
+differences that contact springs and dampers use in addition to the waves of the body, see `_stiff`; `LEAST_ROOM` is its
+lower limit."""
 SHEET_STIFF, SHEET_DAMPING = 0.5, 1.0
-"""ω Δt and damping ratio where a membrane that deforms touches: its nodes do not rebound. With a critical damper, which acts by
-the velocities of the step before, a step is stable up to ω Δt = 0.83."""
+"""ω Δt and damping ratio for contact of a deforming membrane, whose nodes do not rebound. With a critical damper that uses
+the velocities of the previous step, a step is stable up to ω Δt = 0.83."""
 SINK, IMPACT = 3e-4, 0.2
-"""Cells: how far a rigid body sinks into another that does not deform either, lying with all of its side on it, and striking it
-so with the speeds of the start."""
+"""Penetration of a rigid body into another body that does not deform [cells]: at rest on its whole side, and in an impact
+at the initial speed."""
 RESOLVED = 0.3
-"""Over how fast a rigid body swings on what it touches: its step, whatever `time.courant` is. In a longer one it comes too deep
-before anything pushes, and is thrown back."""
+"""Product of step size and oscillation rate of a rigid body on its contacts, for any `time.courant`. With a longer step the
+body penetrates too deep before a force acts, and is thrown back."""
 HARDENS = 0.05
-"""Cells: a depth to which two bodies that do not deform are pressed by more than their own weights, from where on they give way
-less and less: by what lies on them, by loads."""
+"""Depth [cells] from which contact between two bodies that do not deform hardens. Bodies reach it under more than their own
+weight: under bodies that lie on them, or under loads."""
 STIFFER = 4.0
-"""Times at most that friction between such bodies is stiffer than their overlap: it then swings twice as fast as they do."""
+"""Largest ratio of friction stiffness to overlap stiffness between such bodies; friction then oscillates twice as fast."""
 OUT = 10
-"""Steps during which surfaces must be further apart before this reduces an overlap of the start."""
+"""Number of steps in which the surfaces must be further apart before the initial overlap is reduced."""
 ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
 ROUNDED_START = 1e-9  # of a length of the mesh: depth at the start that is rounding
 IMPLICIT, IMPLICIT_SHEETS = 25.0, 100.0
-"""Rate of a body on implicit normal forces over its own rate, as far as the step is small enough for that; of a sheet, which is
-thin against the way of its nodes in a step."""
+"""Ratio of the oscillation rate on implicit normal forces to the rate of the body, if the step is small enough;
+`IMPLICIT_SHEETS` for membranes, which are thin compared with the nodal displacement in a step."""
 STICKS = 1e12  # coefficient of friction of what sticks while it presses
 NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((2, 0))
 
 
 class Overlap(NamedTuple):
-    """n points of a surface that lie in another body."""
+    """Overlap: n points of a surface that lie inside another body."""
 
     one: ContactSurface
     listed: np.ndarray  # (n,) which of its points
@@ -78,17 +79,18 @@ class Implicit(NamedTuple):
 
 
 class StartOverlap:
-    """Overlap of the start, which exerts no pressure.
+    """Initial overlap, which exerts no pressure.
 
-    It is the largest depth of the start, and is subtracted from the depths of all points: the surfaces begin in touch, as if
-    they were thinner by this depth, and contact acts this much later. It decreases to the largest depth of the last `OUT` steps
-    as the surfaces come apart: a point beside a curved surface may not be found for a step, and would be thrown off by all its
-    depth in the next. Since nothing presses then, the energy of the rest of the depths remains one of the places alone.
+    The initial overlap is the largest depth at the start. It is subtracted from the depths of all points: the surfaces
+    begin in contact without pressure, as if they were thinner by this depth. As the surfaces separate, it decreases to the
+    largest depth of the last `OUT` steps. (A point near a curved surface may be missed in one step. Without this delay the
+    full depth would push it off in the next step.) The overlap decreases only when there is no pressure, so that the energy
+    of the remaining depths is a function of the positions alone.
 
     Parameters
     ----------
     length
-        Distance between the points of a surface or more [m], of which `ROUNDED_START` counts as no depth.
+        Length of the order of the point spacing [m]; depths below `ROUNDED_START` times this length count as zero.
     """
 
     def __init__(self, length: float) -> None:
@@ -97,11 +99,11 @@ class StartOverlap:
         self._by_equilibria = False
 
     def skip(self) -> None:
-        """Apply all overlaps from the start: the surfaces touched in an earlier run."""
+        """Treat no overlap as initial: the surfaces were already in contact in an earlier run."""
         self._begun = True
 
     def reduce(self, depth: np.ndarray) -> np.ndarray:
-        """Return the depths [m] of all points near the other surface, shape (n,), without that part."""
+        """Return the depths of all points near the other surface, reduced by the initial overlap [m], shape (n,)."""
         if self._begun and self.depth == 0.0:
             return depth
         deepest = float(depth.max(initial=0.0))
@@ -117,11 +119,11 @@ class StartOverlap:
         return depth - self.depth
 
     def begin_steady(self) -> None:
-        """Change with equilibria alone from now on."""
+        """From now on, update the initial overlap only in equilibria."""
         self._by_equilibria = True
 
     def reach_equilibrium(self) -> None:
-        """Keep what is left of the overlap in this equilibrium."""
+        """Reduce the initial overlap to the largest depth in this equilibrium."""
         if self._by_equilibria and self._begun and self.depth > 0.0:
             self.depth = min(self.depth, self._recent[-1])
             if self.depth <= self._rounding:
@@ -138,12 +140,12 @@ class StartOverlap:
 
 
 class OverlapLaw:
-    """Law of the forces on points in an overlap.
+    """Force law for the points of an overlap.
 
-    sides: surfaces in contact; one only if the other body neither deforms nor yields, e.g. a wall. friction: coefficient μ,
-    `STICKS` for no sliding. courant: of the case's `time`. swing: target oscillation rate of bodies that do not deform
-    [1/s], see `swing_of`; 0 if nothing moves them and their materials define it. cell: edge of the cells [m]. step: fixed
-    step of the case [s], 0 if `courant` sets it.
+    sides: surfaces in contact; only one if the other body neither deforms nor moves under contact forces, e.g. a wall.
+    friction: coefficient μ, or `STICKS` for no sliding. courant: see `time` of the case. swing: target oscillation rate of
+    bodies that do not deform [1/s], see `swing_of`; 0 if nothing moves the bodies and their materials define the rate.
+    cell: cell size [m]. step: fixed step of the case [s]; 0 if `courant` defines the step.
     """
 
     def __init__(
@@ -169,11 +171,11 @@ class OverlapLaw:
                 part = step * side.rate if step > 0.0 else courant
                 rates[i] *= (SHEET_STIFF if with_sheet else _stiff(part)) / part
         self.stiffness = 1.0 / sum(1.0 / (side.mass_per_area * rate**2) for side, rate in zip(soft, rates, strict=True))
-        """κ [Pa/m]."""
+        """Contact stiffness κ [Pa/m]."""
         self.is_implicit = not self._hard and all(side.response is not None for side in soft)
-        """Whether normal forces are implicit in the step, see `pellucid.contact.implicit`."""
+        """True if normal forces are implicit in the step, see `pellucid.contact.implicit`."""
         self.lost = 0.0
-        """Energy that implicit forces of the last step take, without their power at the end of it [J]."""
+        """Energy dissipated by the implicit forces of the last step, without the part of their power at its end [J]."""
         rigid = [side for side in sides if side.rigid_mass < np.inf]
         by_edges = self._hard and stop_apart(*sides)
         areas = {id(side): side.bearing_area() if by_edges else side.side() for side in rigid}
@@ -192,15 +194,15 @@ class OverlapLaw:
             swings = sqrt(self.stiffness * areas[id(side)] / self._mass)
             side.least_rate = max(side.least_rate, self._followed * swings)
         self.held = Held()
-        """Energy of the overlaps that were asked for last."""
+        """Energy of the overlaps of the last call of `forces`."""
         self.counts_both_ends = self.stop is None and all(side.drag is None for side in sides)
-        """Whether the energy that dampers and friction take counts their forces at both ends of a step."""
+        """True if the energy of dampers and friction is computed from their forces at both ends of a step."""
         self.given: list[np.ndarray] = []
-        """Forces of dampers and friction on the points of each overlap, shape (n, 3) [N]."""
+        """Damper and friction forces on the points of each overlap [N], shape (n, 3) each."""
         self.is_steady = False
-        """Whether friction follows from what points moved since the last equilibrium."""
+        """True if friction is computed from displacements since the last equilibrium."""
         self.lent = 0.0
-        """Energy that the overlaps got in this step as leads changed [J]."""
+        """Energy that the overlaps gained in this step through changes of the leads [J]."""
         self._limits: list[tuple[ContactSurface, np.ndarray, np.ndarray]] = []
         self._numbers = np.zeros(N_LAW)
         stiffness, stiffer = (self.stiffness, self._implicit), STIFFER if self.stop else 1.0
@@ -215,15 +217,15 @@ class OverlapLaw:
         before: float = 0.0,
         implicit: Sequence[Implicit] = (),
     ) -> list[np.ndarray]:
-        """Return the forces on the points of each overlap over a step dt [s], shape (n, 3) [N].
+        """Return the forces on the points of each overlap over a step dt [s] [N], shape (n, 3) each.
 
-        last: length of the step before [s]. touched: of the points of each surface, by its identity, shape (m,): those that
-        friction holds are marked. before: power of the forces `given` in the step before along the velocities of now [W].
-        implicit: normal forces of each overlap, where the law is implicit.
+        last: length of the previous step [s]. touched: masks of the points of each surface, shape (m,), by the `id` of the
+        surface; points held by friction are marked. before: power of the forces `given` of the previous step at the current
+        velocities [W]. implicit: normal forces of each overlap if the law is implicit.
 
-        Of the work f (d' - d) of implicit forces, where the depth goes from d to d' in a step, the overlap stores
-        ½ k (d'² - d²). The rest is taken, and half of Δt f times the loss of the velocity of approach. Points ahead of the
-        surface store nothing.
+        If the depth changes from d to d' in a step, an implicit force f does the work f (d' - d), of which the overlap
+        stores ½ k (d'² - d²). The rest is dissipated, and in addition half of Δt f times the loss of approach velocity.
+        Points ahead of the surface store no energy.
         """
         extras = [NONE] * len(overlaps)
         if self.stop is not None:
@@ -264,7 +266,7 @@ class OverlapLaw:
         return found
 
     def reach_equilibrium(self) -> None:
-        """Continue sliding points from the positions at which friction holds them."""
+        """Limit the slip of sliding points to the displacement at which friction holds them."""
         for one, at, limits in self._limits:
             one.slip[at] = _held(one.slip[at], *limits.T)
 
@@ -273,7 +275,7 @@ class OverlapLaw:
         return np.asarray(self._implicit * overlap.share * overlap.area)
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the contact forces on flat-sided rigid bodies first, so that other contacts of these bodies can include
+        """Compute the forces on flat sides of rigid bodies in advance, so that other contacts of these bodies can include
         them."""
         if self.stop is not None:
             self._find_apart(self.stop, overlaps, self._springs(overlaps), dt, last)
@@ -289,8 +291,11 @@ class OverlapLaw:
     def _find_apart(
         self, stop: DeadStop, overlaps: Sequence[Overlap], springs: "Springs", dt: float, last: float
     ) -> tuple[list[np.ndarray], ...]:
-        """Return, for each overlap, the displacements of points from where they stuck [m], the spring forces limited by
-        friction, the forces of dampers along the normals, and friction [N]."""
+        """Return four lists with one array per overlap, for contact with one damper per point.
+
+        The lists contain the displacements of the points from their sticking positions [m], the friction spring forces
+        within the friction limit [N], the normal damper forces [N], and the friction forces [N].
+        """
         carried, drags = [], []
         for overlap, spring, pressure in zip(overlaps, springs.stiffness, springs.pressures, strict=True):
             n, before = overlap.normal, overlap.one.slip[overlap.listed]
@@ -309,7 +314,8 @@ class OverlapLaw:
         last: float,
         touched: Mapping[int, np.ndarray],
     ) -> list[np.ndarray]:
-        """Return contact forces with one damper for each point, along the normal and along the surface."""
+        """Return the contact forces on the points of each overlap [N], with one damper per point along the normal and along
+        the surface."""
         taken = pending = 0.0
         found, given = [], []
         parts = overlaps, springs.stiffness, springs.pressures, *self._find_apart(stop, overlaps, springs, dt, last)
@@ -333,7 +339,7 @@ class OverlapLaw:
         return found
 
     def separate(self, last: float, before: float = 0.0) -> None:
-        """End the contact: there is no overlap. last: length of the previous step [s]; before: see `forces`."""
+        """Set the energies for a step without overlap. last: length of the previous step [s]; before: see `forces`."""
         self.given = []
         ended = self.lost - 0.5 * last * before - self.lent
         self.held = Held(taken=ended if self.stop is None else self.stop.end(last))
@@ -341,8 +347,11 @@ class OverlapLaw:
         self._limits.clear()
 
     def _tangents(self, overlaps: Sequence[Overlap], springs: "Springs", dt: float) -> list[np.ndarray]:
-        """Return the stiffness of each point against more depth, and the one at the end of a step dt [s], as it counts in the
-        bound on the step, shape (2, n) [N/m]."""
+        """Return, for each overlap, the tangent stiffness of the points now and at the end of a step dt [s], shape (2, n)
+        [N/m].
+
+        The second row is scaled for the limit of the step size.
+        """
         found = []
         for overlap, spring in zip(overlaps, springs.stiffness, strict=True):
             approach = np.maximum(-np.einsum("ij,ij->i", overlap.relative, overlap.normal), 0.0)
@@ -353,7 +362,7 @@ class OverlapLaw:
 
 
 class Springs(NamedTuple):
-    """Springs of the overlaps of bodies that do not deform."""
+    """Springs of the overlaps between bodies that do not deform."""
 
     stiffness: list[np.ndarray]  # of the points of each overlap, (n,) [N/m]
     pressures: list[np.ndarray]  # (n,) [N]
@@ -361,28 +370,31 @@ class Springs(NamedTuple):
 
 
 def _stiff(courant: float) -> float:
-    """Return ω Δt for the largest stable frequency ω of the springs of a contact, for a step of this part of the stable one.
+    """Return ω Δt for the largest stable frequency ω of contact springs, if the step is `courant` times the stable one.
 
-    Waves of the body have at most 2 `courant`. Central differences, with dampers that act by the velocities of the step before,
-    are stable for (ω Δt)² + 4 ζ ω Δt ≤ 4 - (2 courant)² [Belytschko, Liu & Moran 2000, section 6.6].
+    The waves of the body use at most 2 `courant`. Central differences, with dampers that use the velocities of the previous
+    step, are stable for (ω Δt)² + 4 ζ ω Δt ≤ 4 - (2 courant)² [Belytschko, Liu & Moran 2000, section 6.6].
     """
     room = max(ROOM * (4.0 - (2.0 * courant) ** 2), LEAST_ROOM)
     return sqrt((2.0 * DAMPING) ** 2 + room) - 2.0 * DAMPING
 
 
 def rests_on_flat_side(one: ContactSurface, listed: np.ndarray) -> bool:
-    """Return True if all listed points of a surface lie on flat sides and edges; a round side can roll."""
+    """Return True if all listed points lie on flat sides or edges; a body could roll on a round side."""
     n_faces = len(one.place) - one.n_edge_points
     return bool(one.on_flat_side[listed[listed < n_faces]].all())
 
 
 def stop_apart(*sides: ContactSurface) -> bool:
-    """Return True if non-deforming bodies are stopped point by point: they have edges, and planes bound one of the two."""
+    """Return True if contact between bodies that do not deform has one damper per point.
+
+    This requires that all bodies have edge points and that, of two bodies, planes bound at least one.
+    """
     return all(side.n_edge_points > 0 for side in sides) and (len(sides) == 1 or any(side.faces is not None for side in sides))
 
 
 def mean_way(overlaps: Sequence[Overlap], one: ContactSurface) -> np.ndarray:
-    """Return the unit vector of the mean normal of overlaps, (3,); its sign has no meaning."""
+    """Return the unit vector of the mean normal of overlaps, shape (3,); its sign has no meaning."""
     way = np.zeros(3)
     for overlap in overlaps:
         sign = 1.0 if overlap.one is one else -1.0
@@ -396,7 +408,7 @@ def _along(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 
 def _limited(drag: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Return forces, shape (n, 3), none larger than `most`, shape (n,)."""
+    """Return the forces scaled down to a size of at most `most` [N], shape (n, 3)."""
     size = np.linalg.norm(drag, axis=1)
     slides = size > most
     drag[slides] *= (most[slides] / size[slides])[:, None]
@@ -404,18 +416,20 @@ def _limited(drag: np.ndarray, most: np.ndarray) -> np.ndarray:
 
 
 def _held(carried: np.ndarray, spring: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Return the displacements of springs limited by friction."""
+    """Return the spring displacements limited to the length most/spring at which friction yields [m], shape (n, 3)."""
     size = np.linalg.norm(carried, axis=1)
     longest = np.where(spring > 0.0, most / np.where(spring > 0.0, spring, 1.0), 0.0)
     return np.asarray(carried * np.minimum(1.0, longest / np.maximum(size, TINY))[:, None])
 
 
 def coefficient(kind: str, friction: float | None) -> float:
-    """The coefficient μ of a kind of contact, `frictionless`, `stick` or `coulomb`."""
+    """Return the friction coefficient μ for a kind of contact: `frictionless`, `stick` or `coulomb`."""
     return STICKS if kind == "stick" else friction or 0.0
 
 
 def swing_of(cell: float, gravity: float, speed: float) -> float:
-    """Return the target oscillation rate of bodies that do not deform [1/s], for cells [m], gravity [m/s²] and speeds
-    [m/s]."""
+    """Return the target oscillation rate of bodies that do not deform [1/s].
+
+    cell: cell size [m]. gravity: acceleration of gravity [m/s²]. speed: impact speed [m/s].
+    """
     return max(sqrt(gravity / (SINK * cell)), speed / (IMPACT * cell))

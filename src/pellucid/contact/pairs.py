@@ -1,7 +1,8 @@
-"""Contact on the nodes of the grid: of fluids with membranes, solids and each other, and of bodies whose surface cannot serve.
+"""Contact on the nodes of the grid: between fluids and membranes or solids, between fluids, and for bodies without a usable
+surface.
 
-In a step: `detect`, then `apply_impulses`; for velocities that are mapped from the points again, `stop_straining` and
-`apply_second_impulses`.
+Sequence in a step: `detect`, then `apply_impulses`. For velocities that are mapped from the points again: `stop_straining`
+and `apply_second_impulses`.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -27,7 +28,7 @@ TOLERANCE = 1e-3  # change of the impulses over their sum that ends the response
 
 
 class ContactPair:
-    """Two velocity fields in contact.
+    """Contact between two velocity fields.
 
     Attributes
     ----------
@@ -36,10 +37,10 @@ class ContactPair:
     fields, bodies
         Both velocity fields, and the bodies of both.
     impulses, second : ndarray, shape (n, 3)
-        Impulses of this step on the first field at the nodes of `detection`, and those that stop the approach of the velocities
-        mapped again [N s].
+        Impulses of this step on the first field at the nodes of `detection`, and the impulses that stop the approach of the
+        velocities mapped again [N s].
     touches : bool
-        True if the fields touch anywhere in this step.
+        True if the fields are in contact at any node in this step.
     """
 
     def __init__(
@@ -58,7 +59,7 @@ class ContactPair:
         self._begin()
 
     def detect(self) -> None:
-        """Find where the velocity fields touch in a step, after the bodies' mass was mapped to the nodes."""
+        """Find the contact nodes of a step and their mobility. Call after mapping the mass to the nodes."""
         self.detection.find()
         self._begin()
         if self.touches:
@@ -81,15 +82,17 @@ class ContactPair:
 
     @property
     def _takes_second(self) -> bool:
-        """True if all bodies take second impulses now; else none does, since these are equal and opposite."""
+        """True if all bodies accept second impulses in this step; these are equal and opposite, so all or none must accept
+        them."""
         return len(self.second_bodies) == len(self.bodies) and all(body.takes_second_impulses for body in self.second_bodies)
 
     def begin_impulses(self) -> None:
-        """Find the mobility of nodes that walls released as the momentum was advanced, and the speeds of approach allowed.
+        """Update the mobility of nodes that walls released, and compute the approach velocities that may remain.
 
-        Bodies that part as the step begins may come back as fast: their mean approach over the step is zero then, and the
-        impulses do no work. Stopped earlier, they would win energy at each return, as water at rest on soft soil does. Bodies
-        with a response of their own are stopped: their material parts with other velocities than their nodes.
+        Bodies that separate at the start of the step may approach at the same speed at its end: their mean approach
+        velocity over the step is then zero, and the impulses do no work. If the impulses stopped them completely, they
+        would gain energy at each return, like water at rest on soft soil. Bodies with their own response are stopped
+        completely, because their material separates at other velocities than their nodes.
         """
         if not self.touches:
             return
@@ -99,7 +102,10 @@ class ContactPair:
             impulses.measure_parting(self._chunks, *self._sides, self._at, self._allowed)
 
     def resolve(self, anew: bool) -> None:
-        """Apply the impulses that stop the approach of the nodes; `anew`: after bodies responded to those so far."""
+        """Apply the impulses that stop the approach of the nodes.
+
+        anew: True to recompute the impulses of this step after bodies have responded to the previous ones.
+        """
         if not self.touches:
             return
         impulses.resolve(self._chunks, self._friction, anew, *self._sides, self._at, self._allowed, self.impulses)
@@ -108,19 +114,19 @@ class ContactPair:
                 field.pressed = True
 
     def apply_impulses(self, impulse: np.ndarray) -> None:
-        """Add impulses on the first field, and their opposites on the second [N s], shape (n, 3)."""
+        """Apply impulses to the first field and their opposites to the second field [N s], shape (n, 3)."""
         impulses.apply(self._chunks, *self._sides, self._at, impulse, self.impulses)
 
     def gather(self, values: np.ndarray) -> np.ndarray:
-        """Gather values at the nodes of all processes, shape (n, 3)."""
+        """Return the values at the contact nodes of all processes, shape (n, 3)."""
         return domain.of_nodes(values, self._at.node)
 
     def sum_works(self, row: int) -> np.ndarray:
-        """Return the works of the impulses of this step as a row of this length, see `pellucid.energy.step_work`."""
+        """Return the work of the impulses of this step as a row of length `row`, see `pellucid.energy.step_work`."""
         return self._sum_works(self._sides, self.impulses, row)
 
     def lag_work(self, fields: Collection[VelocityField]) -> float:
-        """Return the part of `ContactPairs.lag_work` of this pair [J]."""
+        """Return the contribution of this pair to `ContactPairs.lag_work` [J]. fields: velocity fields to include."""
         total = 0.0
         if not domain.any(bool(self.impulses.any())):
             return total
@@ -132,13 +138,15 @@ class ContactPair:
         return total
 
     def stop_straining(self) -> None:
-        """Stop the approach of the velocities that strain the points."""
+        """Stop the approach of the strain velocities at the contact nodes; add the impulses to `second`."""
         if self.touches:
             impulses.stop_straining(self._chunks, self._friction, *self._sides, self._at, self.second)
 
     def begin_second(self) -> bool:
-        """Add the velocity increments of second impulses to both fields; return True if there are any and all bodies take
-        them."""
+        """Apply the velocity increments of the second impulses to both fields.
+
+        Return True if there are second impulses and all bodies accept them; otherwise nothing is applied.
+        """
         if not (self.touches and self._takes_second and domain.any(bool(self.second.any()))):
             return False
         for field, mobility, sign in zip(self.fields, self._at.mobility, SIGNS, strict=True):
@@ -146,7 +154,7 @@ class ContactPair:
         return True
 
     def sum_second_works(self, row: int) -> np.ndarray:
-        """Return the works of second impulses on constrained nodes alone; see `sum_works`."""
+        """Return the work of the second impulses on constrained nodes only, as a row of length `row`; see `sum_works`."""
         return self._sum_works(self._second_sides, self.second, row)
 
     def _sum_works(self, sides: Sequence[Bundle], given: np.ndarray, row: int) -> np.ndarray:
@@ -158,22 +166,24 @@ class ContactPair:
 
 
 class ContactWork(NamedTuple):
-    """Work of all pairs, and impulses by name, (3,) [N s]."""
+    """Contact work of all pairs, and impulses [N s], shape (3,), by name."""
 
     work: StepWork
     impulses: dict[str, np.ndarray]
 
 
 class ContactPairs:
-    """All pairs of velocity fields of a simulation with `n_supports` supports and `n_loads` columns of loads.
+    """All contact pairs of velocity fields of a simulation.
 
     Attributes
     ----------
     done : ContactWork
-        Works and impulses of this step so far.
+        Work and impulses of this step so far.
     lag_work : float
-        Work of the impulses of this step on the nodes of some velocity fields, less that on the points of these [J]. On points
-        they work along the mean of the velocities that the points give to the nodes before and after the step.
+        Work of the impulses of this step on the nodes of some velocity fields, minus their work on the points [J]. The work
+        on the points uses the mean of the velocities mapped from the points to the nodes before and after the step.
+
+    n_supports: number of supports. n_loads: number of columns of loads.
     """
 
     def __init__(self, pairs: Sequence[ContactPair], n_supports: int, n_loads: int) -> None:
@@ -193,18 +203,19 @@ class ContactPairs:
         return [pair.fields for pair in self._pairs]
 
     def detect(self) -> None:
-        """Find where velocity fields touch in a step, after the bodies' mass was mapped to the nodes."""
+        """Find the contact nodes of all pairs in a step. Call after mapping the mass to the nodes."""
         for pair in self._pairs:
             pair.detect()
         for field in self._fields:
             field.await_impulses(pair.detection.node for pair in self._pairs if field in pair.fields and pair.touches)
 
     def touching(self) -> Iterator[tuple[ContactBody, np.ndarray]]:
-        """Yield the bodies of each pair, each with the nodes at which its field touches the other, shape (n,)."""
+        """Yield the bodies of each pair, each with the nodes where its field is in contact with the other field, shape
+        (n,)."""
         return (found for pair in self._pairs for found in pair.touching())
 
     def apply_impulses(self) -> None:
-        """Apply the impulses of contact to the nodes after their momentum was advanced."""
+        """Apply the contact impulses to the nodes. Call after advancing the momentum."""
         for pair in self._pairs:
             pair.begin_impulses()
         self._sweep(anew=False)
@@ -221,11 +232,11 @@ class ContactPairs:
                 pair.resolve(anew)
 
     def _iterate(self, responses: Sequence[ContactResponse]) -> None:
-        """Iterate the responses of bodies and the impulses until they hardly change.
+        """Iterate the responses of bodies and the impulses until the impulses converge.
 
-        Impulses that only push on bodies that separate or stay minimize a convex function. A projected gradient method with
-        momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372); it restarts if it turns back (O'Donoghue &
-        Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
+        Impulses that are only compressive, on bodies that separate or stay together, minimize a convex function. A
+        projected gradient method with momentum finds the minimum (Nesterov 1983, Soviet Math. Dokl. 27, 372); it restarts
+        if it turns back (O'Donoghue & Candès 2015, Found. Comput. Math. 15, 715, section 3.2).
         """
         last, weight, ahead = self._copy_impulses(), 1.0, 0.0
         for _ in range(MOST_RESPONSES):
@@ -259,14 +270,14 @@ class ContactPairs:
         self.done = ContactWork(step_work(total, self._columns), named)
 
     def stop_straining(self, fields: Collection[VelocityField]) -> None:
-        """Find `lag_work` of these fields, then stop the approach of the velocities mapped again, which strain the points."""
+        """Compute `lag_work` of the given fields, then stop the approach of the strain velocities, which were mapped again."""
         self.lag_work = sum(pair.lag_work(fields) for pair in self._pairs)
         for _ in range(self._sweeps):
             for pair in self._pairs:
                 pair.stop_straining()
 
     def apply_second_impulses(self, dt: float) -> None:
-        """Apply the impulses that stopped this approach to the bodies, where all can take them, in a step dt [s]."""
+        """Apply the second impulses of a step dt [s] to the bodies of each pair in which all bodies accept them."""
         if not self._pairs:
             return
         for field in self._fields:

@@ -1,4 +1,4 @@
-"""Forces of an overlap on its points: pressure, damping and friction, in one pass."""
+"""Kernel for the forces of an overlap on its points: pressure, damping and friction in one pass."""
 
 from math import sqrt
 
@@ -6,21 +6,23 @@ from pellucid.jit import kernel
 from pellucid.jit.local import numbers
 
 STIFFNESS, IMPLICIT_STIFFNESS, DAMPING, SOFTNESS, FRICTION, STIFFER, STEADY, N_LAW = 0, 1, 2, 3, 4, 5, 6, 7
-"""Numbers of a law: stiffness of explicit and implicit normal forces [Pa/m], damping [Pa s/m], growth of the stiffness with
-the square of the depth [1/m²], coefficient of friction, largest ratio of the stiffness of friction to that of the overlap, and
-1 where friction follows from the last equilibrium."""
+"""Indices of the parameters of a law: stiffness of explicit and of implicit normal forces [Pa/m], damping [Pa s/m], growth
+of the stiffness with the square of the depth [1/m²], coefficient of friction, largest ratio of friction stiffness to
+overlap stiffness, and 1 if friction is computed from the last equilibrium."""
 STORED, RUBBED, PENDING, POWER, NOW, ENTERED, LOST, N_SUMS = 0, 1, 2, 3, 4, 5, 6, 7
-"""Sums over points: energy of the overlap, energy taken by friction in the last step, Δt/2 F·v, power of the dampers, power of
-dampers and friction along the present velocities, energy of points that came in within the last step, energy that implicit
-forces take in this step [J], [W]."""
+"""Indices of the sums over points: energy of the overlap [J], energy dissipated by friction in the last step [J], Δt/2 F·v
+[J], power of the dampers [W], power of dampers and friction at the current velocities [W], energy of points that entered
+within the last step [J], and energy dissipated by implicit forces in this step [J]."""
 TINY = 1e-300
 
 
 @kernel(inline=True)
 def _rub(i, p, law, along, most, spring, damping, last, drag, slip, keeps, limits, sums):
-    """Replace the velocity of a point along the other surface [m/s] by its friction, of at most `most` [N].
+    """Replace the tangential velocity `along` of a point [m/s] by its friction force, at most `most` [N]; update slip and
+    sums.
 
-    keeps: displacement of the point from where it stuck, along the surface [m].
+    keeps: tangential displacement of the point from its sticking position [m]. spring, damping: stiffness [N/m] and damping
+    [kg/s] of friction. last: length of the previous step [s].
     """
     vx, vy, vz = along[0], along[1], along[2]
     cx = cy = cz = 0.0
@@ -57,24 +59,24 @@ def _rub(i, p, law, along, most, spring, damping, last, drag, slip, keeps, limit
 def find_point_forces(
     law, share, listed, depth, normal, area, relative, new, extra, implicit, drag, slip, dt, last, force, given, limits, sums
 ):
-    """Find the forces on n points of an overlap over a step dt [s]; last: length of the step before [s].
+    """Compute the forces on n points of an overlap over a step dt [s]; last: length of the previous step [s].
 
     Arguments
     ---------
     law, sums
-        Numbers and sums as named above; the sums are added to.
+        Parameters and sums with the indices above; contributions are added to the sums.
     share, listed, depth, normal, area, relative, new
-        See `pellucid.contact.overlap.Overlap`; no `new`: no point is.
+        See `pellucid.contact.overlap.Overlap`; an empty `new` means that no point is new.
     extra
-        Forces of another damper along the normals [N], shape (n,) or none.
+        Normal forces of an additional damper [N], shape (n,) or empty.
     implicit
-        Normal forces [N] and depths at the end of the step [m], shape (2, n); none where these are explicit.
+        Normal forces [N] and depths at the end of the step [m], shape (2, n); shape (2, 0) if the law is explicit.
     drag, slip
-        Drag coefficients of a fluid (or none) and slip of the points of the surface, see `ContactSurface`.
+        Drag coefficients of a fluid (or empty) and slip of the points of the surface, see `ContactSurface`.
     force, given
-        Forces, and the part of dampers and friction in them, less implicit normal forces [N], shape (n, 3).
+        Output: forces, and their damper and friction part without implicit normal forces [N], shape (n, 3).
     limits
-        Stiffness [N/m] and limit [N] of friction, shape (n, 2).
+        Output: stiffness [N/m] and limit [N] of friction, shape (n, 2).
     """
     friction, is_implicit = law[FRICTION], implicit.shape[1] > 0
     span = 0.5 * (last if last > 0.0 else dt)  # before the first step nothing was done, and the first does half of its own

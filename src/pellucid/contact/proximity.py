@@ -1,17 +1,18 @@
 """Kernels for the position of points of one surface relative to another surface.
 
-The other surface is known by points with vector areas. About a place x the tangent planes of those that face it are averaged,
-with weights w that reach over a few of them, in two ways: the mean of n_q·(x - x_q), and n·(x - x̄) with the mean normal n and
-the mean place x̄. On a surface of radius R and for weights of variance s² the first errs by -s²/2R and the second by s²/2R, so
-that their mean is the distance up to third order. (The first is the implicit moving-least-squares surface of Kolluri 2008,
-ACM Trans. Algorithms 4, 18.)
+The other surface is given by points x_q with normals n_q and area vectors. At a place x, the tangent planes of the points
+that face it are averaged, with weights w that extend over a few points, in two ways: the mean of n_q·(x - x_q), and n·(x -
+x̄) with the mean normal n and the mean position x̄. On a surface of radius R and for weights of variance s² the first has
+the error -s²/2R and the second s²/2R, so that their mean is the distance up to third order. (The first is the implicit
+moving-least-squares surface of Kolluri 2008, ACM Trans. Algorithms 4, 18.)
 
-Weights reach over the rim of a surface that ends. There less of them is found than on a plane that goes on: from three quarters
-of it down to one quarter, the point counts less and less, and half where it lies just beside the rim. A place that lies outside
-of the point nearest to it is in no body, though it may be behind the plane of another side: that does not count where the two
-sides meet at a corner, so that what glides over an edge or a joint is not held there, or where it is deeper than the place is
-outside. Nodes of a sheet that lie beyond such a corner count less and less: they stay beside a rim for long, and with all of
-their depth on one side of it and none on the other, they would get energy each time they pass it.
+The weights extend beyond the rim of a surface that ends. There, their sum is smaller than on an unlimited plane. The
+contact area of the point decreases from its full value at three quarters of that sum to zero at one quarter; it is half at
+the rim. A place outside the plane of its nearest point is not inside the body, although it may be behind the plane of
+another side. It is not in contact if both sides meet at a corner, so that a body that slides over an edge or a joint is not
+held there, or if it lies deeper than it is outside. For nodes of a sheet beyond such a corner, the contact area decreases
+gradually: these nodes stay near a rim for long, and with their full depth on one side of the rim and none on the other they
+would gain energy each time they pass it.
 """
 
 from math import inf, pi, sqrt
@@ -31,20 +32,21 @@ CORNER = 0.5  # cosine between the normals of two sides, below which they meet a
 ALONE = 1e-4  # of the square of the reach: spread of the points in it along a surface, below which they tell no slope
 BEYOND = 0.25  # of the reach: how far beyond a side that meets another at a corner nodes of a sheet touch that other one
 GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
-"""Columns of what is found of a point: distance [m], how much it counts, sum of the weights, normal of the other surface; by
-how much weights change along the surface [1/m] and what they are at the point, so that their mean place is its foot."""
+"""Columns of the results of a point: distance [m], factor of the contact area, sum of the weights, normal of the other
+surface, and the linear correction of the weights (slope [1/m] and value at the point), with which their mean position is
+the foot of the point."""
 LEAST_FACING = 1e-6
 
 
 class Asking(NamedTuple):
-    """m points on one surface that look for another."""
+    """Points of one surface that search for another surface; m is their number."""
 
     place: np.ndarray  # (m, 3) [m]
     normal: np.ndarray  # (m, 3) unit normals
 
 
 class Points(NamedTuple):
-    """m points of a surface."""
+    """Points of a surface; m is their number."""
 
     place: np.ndarray  # (m, 3) [m]
     normal: np.ndarray  # (m, 3) unit normals
@@ -53,7 +55,10 @@ class Points(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Points of the one surface that lie beside the other, and points of the other within sight of each, in ascending order."""
+    """Points of one surface that are near the other surface, and for each the points of the other within the search radius.
+
+    Indices are in ascending order.
+    """
 
     asks: np.ndarray  # (n,) points of the one
     first: np.ndarray  # (n + 1,) of each in `near`
@@ -72,9 +77,9 @@ class Meeting(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Weights and feet of n candidates with k points of the other surface in their lists, and of at most as many feet.
+    """Results for n candidates with k points in their lists: weights, feet, and data of the overlap.
 
-    Feet have depths and more, see `pellucid.contact.overlap.Overlap`, in the order of the candidates.
+    The data of the feet are in the order of the candidates; `pellucid.contact.overlap.Overlap` describes them.
     """
 
     beside: np.ndarray  # (n, COLUMNS)
@@ -93,14 +98,14 @@ class Found(NamedTuple):
 
 
 def make_room(n: int, k: int) -> Found:
-    """Return arrays for n candidates with k points in their lists."""
+    """Return empty result arrays for n candidates with k points in their lists."""
     feet = np.zeros(n, np.int64), np.zeros((n, 3)), np.zeros(n + 1, np.int64), np.zeros(k, np.int64), np.zeros(k)
     overlap = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3)), np.zeros(n), np.zeros((n, 3)), np.zeros(n, bool)
     return Found(np.zeros((n, COLUMNS)), np.zeros(k), *feet, *overlap)
 
 
 class Neighbourhood(NamedTuple):
-    """The points of one surface and those of the other about them."""
+    """Points of both surfaces, and the parameters of their contact."""
 
     one: Asking
     other: Points
@@ -109,7 +114,8 @@ class Neighbourhood(NamedTuple):
 
 @pointwise
 def _beside(other, q, x):
-    """The way from point q of the other surface to a place, its square, and how far this lies outside of the plane of q."""
+    """Return the vector from point q of the other surface to the place x [m], its square [m²], and the height of x above
+    the plane of q [m]."""
     d = (x[0] - other.place[q, 0], x[1] - other.place[q, 1], x[2] - other.place[q, 2])
     beyond = d[0] * other.normal[q, 0] + d[1] * other.normal[q, 1] + d[2] * other.normal[q, 2]
     return d, d[0] * d[0] + d[1] * d[1] + d[2] * d[2], beyond
@@ -117,10 +123,11 @@ def _beside(other, q, x):
 
 @pointwise
 def _weight(other, meeting, q, square, along, n, gain):
-    """The weight of point q of the other surface at a place with normal n, and its normal towards the place.
+    """Return the weight of point q of the other surface at a place with normal n, and the normal of q on the side of the
+    place.
 
-    square, along: what `_beside` finds. gain: of the cosine between normals for nodes of a sheet, so that the one that faces it
-    most counts wholly.
+    square, along: results of `_beside`. gain: factor of the cosine between the normals for nodes of a sheet, with which the
+    best aligned point has full weight.
     """
     two_sided, deepest, dimension, thickness = meeting.two_sided, meeting.deepest, meeting.dimension, meeting.thickness
     m, reach = (other.normal[q, 0], other.normal[q, 1], other.normal[q, 2]), other.reach[q]
@@ -143,14 +150,17 @@ def _weight(other, meeting, q, square, along, n, gain):
 
 @pointwise
 def _asking(one, p):
-    """The place and the normal of a point."""
+    """Return position [m] and normal of point p."""
     return (one.place[p, 0], one.place[p, 1], one.place[p, 2]), (one.normal[p, 0], one.normal[p, 1], one.normal[p, 2])
 
 
 @kernel(inner=True)
 def _gain(about, candidates, e, x, n):
-    """The reciprocal of the largest cosine between the normal of a node of a sheet and those of points with weight; 0 if none
-    differs from zero: then all count."""
+    """Return the reciprocal of the largest cosine between the normal of a sheet node and the normals of the points with
+    weight.
+
+    Return 0 if all cosines are zero; then all points have full weight.
+    """
     other, meeting, largest = about.other, about.meeting, 0.0
     for r in range(candidates.first[e], candidates.first[e + 1]):
         q = uintp(candidates.near[r])
@@ -163,8 +173,11 @@ def _gain(about, candidates, e, x, n):
 
 @kernel(inner=True)
 def _sum_moments(about, candidates, e, clear, s, weight):
-    """The moments s of the weights about candidate e of the one surface, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d; the
-    point of the other that is nearest, and how far outside of its plane the candidate lies. Keeps the weights."""
+    """Compute the moments s of the weights at candidate e, shape (17,): Σ w, Σ w d·m, Σ w m, Σ w d, Σ w d⊗d.
+
+    Return the nearest point of the other surface, and the height of the candidate above the plane of this point [m]. The
+    weights are stored in `weight`.
+    """
     other = about.other
     x, n = _asking(about.one, uintp(candidates.asks[e]))
     for a in range(17):
@@ -193,9 +206,10 @@ def _sum_moments(about, candidates, e, clear, s, weight):
 
 @parallel_loop()
 def find_beside(chunk, about, candidates, clear, results):
-    """Find what lies beside the candidates of one surface, where they count.
+    """Compute distance, normal and weights of the other surface at the candidates of one surface.
 
-    about: a `Neighbourhood`; candidates: its `Candidates`; clear: largest distance that is an overlap [m]; results: a `Found`.
+    about: a `Neighbourhood`. candidates: its `Candidates`. clear: largest distance that counts as an overlap [m]. results:
+    a `Found`, which is filled.
     """
     other, meeting, found, s = about.other, about.meeting, results.beside, zeros(17)
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(candidates.asks))):
@@ -222,9 +236,9 @@ def find_beside(chunk, about, candidates, clear, results):
 
 @kernel(inline=True)
 def _find_slope(p, s, n, e, alone, dimension, found):
-    """The change c of the weights with Σ w (1 + c·(d - e)) d = 0 along the surface, from the moments of w; e: the mean of d.
+    """Compute the correction c of the weights, with Σ w (1 + c·(d - e)) d = 0 along the surface, from the moments of w.
 
-    alone: a square of distances [m²], below which points are too near each other to tell a slope.
+    e: mean of d. alone: square of a distance [m²]; if the points are closer together, the correction tends to zero.
     """
     found[p, LEVEL] = 1.0
     for a in range(3):
@@ -263,17 +277,18 @@ def _find_slope(p, s, n, e, alone, dimension, found):
 
 @pointwise
 def _corrected(w, found, p, d):
-    """The weight with which the mean place is the foot of point p; in sum such weights are one."""
+    """Return the corrected weight, with which the mean position is the foot of point p; the sum of these weights is one."""
     along = found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2]
     return w * (found[p, LEVEL] + along) / found[p, WEIGHT]
 
 
 @kernel()
 def find_feet(about, candidates, results, counts, most):
-    """Find the feet on the other surface of candidates that count and overlap, or are at most so far above it [m].
+    """Compute the feet on the other surface of the candidates whose distance is below `most` [m]; return (feet, shares).
 
-    results: a `Found`, in which `find_beside` found what lies beside them; counts: by how much points of the one count, shape
-    (m,). Returns the numbers of feet and of their shares in points of the other (`pellucid.contact.feet`).
+    The results are the number of feet and the number of their shares in points of the other surface
+    (`pellucid.contact.feet`). results: a `Found` filled by `find_beside`. counts: factors of the contact areas of the
+    points, shape (m,).
     """
     other, found, weight, n, k = about.other, results.beside, results.weight, 0, 0
     for e in range(len(candidates.asks)):
@@ -299,7 +314,7 @@ def find_feet(about, candidates, results, counts, most):
 
 @kernel()
 def measure_depths(about, candidates, results, counts, weights, velocity, of_other, width, most, from_feet, by_own_normals):
-    """Find how deep candidates lie in the other surface that overlap, or are at most so far above it [m]; return their number.
+    """Compute the depths of the candidates whose distance from the other surface is below `most` [m]; return their number.
 
     Parameters
     ----------
@@ -312,10 +327,10 @@ def measure_depths(about, candidates, results, counts, weights, velocity, of_oth
     width
         Distance of the surfaces at which they touch [m].
     from_feet
-        Whether depths count from the feet, which the forces move: with another distance a surface that bends and swings wins
-        energy.
+        True to measure depths from the feet, on which the forces act: with another distance a surface that bends and
+        vibrates would gain energy.
     by_own_normals
-        Whether they count along the normals of the points.
+        True to measure depths along the normals of the points.
     """
     n, _ = find_feet(about, candidates, results, counts, most)
     one, found = about.one, results.beside
@@ -345,10 +360,11 @@ def measure_depths(about, candidates, results, counts, weights, velocity, of_oth
 
 @kernel()
 def keep_touching(results, n, pushed, step, ahead):
-    """Keep those of n points that overlap, with their feet; return the numbers of points and of shares of feet.
+    """Remove the points without overlap from the results; return the number of remaining points and of shares of their
+    feet.
 
-    pushed: points that had forces in the last step, in ascending order; others are new. ahead: whether those stay too, and
-    points that come in within a step [s] and half of it more.
+    pushed: points that had forces in the previous step, in ascending order; other points are new. ahead: True to keep the
+    points of `pushed` and points that would enter within 1.5 steps. step: step size [s].
     """
     first, kept, k, r = results.first, 0, 0, 0
     for i in range(n):

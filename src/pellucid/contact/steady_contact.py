@@ -1,11 +1,11 @@
-"""Contact in steady states: the overlap that its springs need is removed.
+"""Contact in steady states: removal of the overlap of the contact springs.
 
-Springs of contact push by the overlap, which in an equilibrium is left as an error: in the order of the pressure over the
-stiffness of a layer of the surface, and other with another step. In steady states each corner of a surface therefore has a
-lead, a distance by which contact acts ahead of the surface. Leads grow by the mean overlap about the corner where the bodies
-are near equilibrium, and decrease where there is a gap, until the mean overlap vanishes wherever there is pressure. These are
-the multipliers of an augmented Lagrangian over the stiffness (Simo & Laursen 1992, Comput. Struct. 42, 97), one for each
-corner: with one for each contact point there would be more conditions than the corners can satisfy.
+Contact springs exert pressure in proportion to the overlap. In an equilibrium the overlap remains as an error of the order
+of the pressure over the stiffness of a surface layer, and depends on the step size. In steady states, each corner of a
+surface therefore has a lead, i.e. a distance by which contact acts ahead of the surface. Near equilibrium, the leads grow
+by the mean overlap around the corner and decrease where there is a gap, until the mean overlap vanishes wherever there is
+pressure. Leads are the multipliers of an augmented Lagrangian divided by the stiffness (Simo & Laursen 1992, Comput.
+Struct. 42, 97), one for each corner: one for each contact point would give more conditions than the corners can satisfy.
 """
 
 from collections.abc import Sequence
@@ -18,9 +18,9 @@ from pellucid.contact.contact_surface import ContactSurface
 
 
 class ContactLead:
-    """The lead of the contact points of a surface that deforms [m].
+    """Leads of the contact points of a deforming surface [m].
 
-    surface: whose points these are; its `corner_shares` are the shares of the corners in them.
+    surface: surface of the points; its `corner_shares` are the weights of the corners in the points.
     """
 
     def __init__(self, surface: ContactSurface) -> None:
@@ -31,18 +31,21 @@ class ContactLead:
         self.points = np.zeros(self._shares.shape[0])
         """Lead of each point [m], shape (m,)."""
         self.is_due = False
-        """Whether leads are renewed when overlaps are found next."""
+        """True if the leads are updated at the next contact detection."""
         self.change = 0.0
-        """Largest change when they were renewed last [m]."""
+        """Largest change of a lead in the last update [m]."""
 
     @property
     def largest(self) -> float:
-        """The largest lead [m]."""
+        """Largest lead [m]."""
         return float(self._corners.max(initial=0.0))
 
     def applied(self, listed: np.ndarray, depth: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the depths of listed points with their lead [m], and where leads are renewed the energy that overlaps get by
-        this over their stiffness [m³]. depth, area: see `renew`."""
+        """Return the depths of the listed points including their leads [m], and the energy of a lead update divided by
+        stiffness [m³].
+
+        The leads are updated if `is_due` is set; otherwise the energy is 0. depth, area: see `renew`.
+        """
         led = depth + self.points[listed]
         if not self.is_due:
             return led, 0.0
@@ -52,8 +55,10 @@ class ContactLead:
         return led, 0.5 * (float(np.sum(area * np.maximum(led, 0.0) ** 2)) - before)
 
     def renew(self, listed: np.ndarray, depth: np.ndarray, area: np.ndarray) -> None:
-        """Renew the leads from the depths without lead of listed points [m], negative across gaps; area: by which these
-        count [m²]. Corners without any of these points get no lead."""
+        """Update the leads from the depths of the listed points; corners without any of these points have no lead.
+
+        depth: depths without leads [m], negative across gaps. area: weights of the points [m²].
+        """
         self.is_due = False
         weight, moment = np.zeros(len(self.points)), np.zeros(len(self.points))
         weight[listed], moment[listed] = area, area * depth

@@ -1,17 +1,18 @@
-"""Contact between surfaces: forces of their overlap, friction, and damping of what vibrates as fast as a cell.
+"""Contact between surfaces: forces of their overlap, friction, and damping of vibrations at the scale of a cell.
 
-Each point of either surface that lies in the other is pushed out by the pressure κ d of its depth d. The forces of such a
-pressure are those of an energy, ½ Σ κ a d²: what glides or rolls gets back behind the place of contact what it gave ahead of
-it, where an impulse that stops an approach gives nothing back. 1/κ is the sum of both sides' compliance, that of a layer of
-the surface which swings at the fastest rate that the step of its body allows, so that contact bounds no step.
+Each point of a surface at depth d inside the other surface is pushed out by the pressure κ d. These forces derive from the
+energy ½ Σ κ a d². A body that slides or rolls therefore regains behind the contact the energy that it spent ahead of it,
+whereas an impulse that stops an approach returns nothing. 1/κ is the sum of the compliances of both sides. The compliance
+of a side is that of a surface layer that oscillates at the fastest rate allowed by the time step of its body, so that
+contact does not limit the step.
 
-Friction is a spring along the surface that slides where its force would be more than μ times the pressure (Coulomb); a contact
-that sticks has no limit. Both surfaces are asked, each with a share of the stiffness that grows with how fine it is: the points
-of a coarse surface are a bed of nails for a fine one.
+Friction is a spring along the surface. It slides when its force exceeds μ times the pressure (Coulomb); sticking contact
+has no limit. The points of both surfaces are used. Each surface has a share of the stiffness that grows with its
+resolution, because the points of a coarse surface act like a bed of nails on a fine one.
 
-A damper in parallel takes a tenth of what is critical for the masses of the two layers: it ends their vibrations within some
-of their periods, and hardly acts on bodies as a whole. Bodies of which none deforms hardly rebound, and their overlap hardens
-under what presses them: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
+A parallel damper has a tenth of the critical damping for the masses of both layers. It ends their vibrations within a few
+periods and hardly affects the motion of the bodies as a whole. Two bodies that do not deform hardly rebound, and their
+overlap hardens under load: see `pellucid.contact.dead_stop` and `pellucid.contact.overlap`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,11 +38,12 @@ ROUNDS = 3  # at most, in which forces of several contacts of flat sides on one 
 
 
 class SurfacePair(PointContact):
-    """Two surfaces that touch, each with points that may lie in the other; where one is a sheet, its points alone: of two sides
-    one may not overlap, and half of the damper does not stop the nodes of a sheet.
+    """Contact of two surfaces, each with points that may lie inside the other.
 
-    friction, courant, swing, cell, step: see `OverlapLaw`. dimension: of the surfaces, 2, in the plane 1, along a line 0;
-    thickness: of a slice [m]. seams: of a periodic grid.
+    If exactly one of them is a sheet, only its points are used: one of the two sides may not overlap, and half of the
+    damper does not stop the nodes of a sheet. friction, courant, swing, cell, step: see `OverlapLaw`. dimension: dimension
+    of the surfaces, 2 in 3-D, 1 in the plane, 0 along a line. thickness: thickness of a slice [m]. seams: seams of a
+    periodic grid.
     """
 
     sides: list[SurfaceSide]  # type: ignore[assignment]
@@ -73,16 +75,16 @@ class SurfacePair(PointContact):
 
     @property
     def sight(self) -> float:
-        """Distance at which the surfaces notice each other [m]."""
+        """Search distance of the contact [m]."""
         return min(float(side.other.reach.min()) for side in self.sides)
 
     def begin_steady(self) -> None:
-        """Choose one searching surface with leads among those that deform: the smaller one, or the finer of two equally
-        large ones.
+        """Select the one surface that searches with leads: of the deforming surfaces the smaller, or the finer of two
+        equally large ones.
 
-        With leads of both there would be more than one per overlap, and without overlap points of the other surface would
-        touch intermittently because of curvature. The forces act on both surfaces. If the larger one searched, edges of the
-        smaller one would sink in between its points. The smaller one does not search if it is much coarser.
+        Leads on both surfaces would give more than one lead per overlap. Without overlap, points of the other surface would
+        touch intermittently because of curvature. The forces act on both surfaces. If the larger surface searched, edges of
+        the smaller one would sink in between its points. The smaller surface does not search if it is much coarser.
         """
         super().begin_steady()
         soft = [side for side in self.sides if not side.one.is_hard]
@@ -99,7 +101,8 @@ class SurfacePair(PointContact):
 
 
 def _deepest(surface: ContactSurface) -> float:
-    """Return the largest depth of a position behind a surface point that still counts [m]: less than half the body."""
+    """Return the largest depth [m] at which a point behind a surface is in contact with it; less than half the thickness of
+    the body."""
     extent = np.ptp(surface.place, axis=0)
     thick = extent[extent > 1e-3 * extent.max()].min(initial=np.inf)
     reach = float(np.median(surface.reach))
@@ -107,10 +110,10 @@ def _deepest(surface: ContactSurface) -> float:
 
 
 class SurfacePairs:
-    """All surfaces of a simulation in contact with each other or with walls."""
+    """All surfaces of a simulation that can be in contact with each other or with walls."""
 
     def __init__(self, pairs: Sequence[Touch], planes: Sequence[Plane] = (), seams: Sequence[Seam] = ()) -> None:
-        """planes: of symmetry; seams: of a periodic grid."""
+        """Parameters: contacts, planes of symmetry, and seams of a periodic grid."""
         self._pairs, self._planes, self._seams = pairs, planes, seams
         self.surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
         self.energy = ContactEnergy()
@@ -124,9 +127,10 @@ class SurfacePairs:
         return len(self._pairs)
 
     def act(self, dt: float, last: float, time: float, passing: float) -> None:
-        """Apply the contact forces of a step dt [s] to the bodies; last: length of the previous step [s].
+        """Compute the contact forces of a step dt [s] and apply them to the bodies.
 
-        time: start of the step [s]; passing: increment of the time of the loads [s].
+        last: length of the previous step [s]. time: load time at the start of the step [s]. passing: increment of the load
+        time in the step [s].
         """
         for pair in self._pairs:
             pair.begin(time, passing / dt if dt > 0.0 else 0.0)
@@ -174,7 +178,7 @@ class SurfacePairs:
         self.energy.begin_step(pair.law.held for pair in self._pairs)
 
     def _cleared(self, surface: ContactSurface, n: int) -> np.ndarray:
-        """Return an array of n forces, which are zero, kept from step to step."""
+        """Return a zero array of n forces, shape (n, 3); the array is reused from step to step."""
         kept = self._forces.get(id(surface))
         if kept is None or len(kept) != n:
             kept = self._forces[id(surface)] = np.zeros((n, 3))
@@ -183,7 +187,7 @@ class SurfacePairs:
         return kept
 
     def _settle(self, touching: Sequence[Touch], dt: float, last: float) -> None:
-        """Find the forces of flat sides in rounds where bodies are in several such contacts, as in a stack."""
+        """Iterate the forces on flat sides if bodies have several such contacts, as in a stack."""
         if not any(surface.pushed_along for surface in self.surfaces):
             return
         apart = [pair for pair in touching if pair.stops_apart]
@@ -206,28 +210,29 @@ class SurfacePairs:
     # steady states
 
     def begin_steady(self) -> None:
-        """Find equilibria from now on: remove overlaps, and let friction and overlaps of the start change with equilibria."""
+        """Switch to the search for equilibria: remove overlaps, and update friction and initial overlaps in equilibria
+        only."""
         self._is_steady = True
         for pair in self._pairs:
             pair.begin_steady()
 
     def renew_leads(self) -> None:
-        """Renew the leads of contact as the coming step begins, see `pellucid.contact.steady_contact`."""
+        """Request an update of the contact leads at the start of the next step, see `pellucid.contact.steady_contact`."""
         for lead in self._leads():
             lead.is_due = True
 
     @property
     def lent(self) -> float:
-        """Energy that contact got in this step as leads changed [J]."""
+        """Energy that contact gained in this step through changes of the leads [J]."""
         return sum(pair.law.lent for pair in self._pairs)
 
     def lead_change(self) -> tuple[float, float]:
-        """Return the largest change when leads were renewed last, and the largest lead [m]."""
+        """Return the largest change of a lead in the last update, and the largest lead [m]."""
         leads = self._leads()
         return max((lead.change for lead in leads), default=0.0), max((lead.largest for lead in leads), default=0.0)
 
     def reach_equilibrium(self) -> None:
-        """Begin with friction and overlaps of the start from the equilibrium that was found."""
+        """Use the current equilibrium as the reference state of friction and initial overlaps."""
         for pair in self._pairs:
             pair.reach_equilibrium()
         for surface, at in self._untouched.values():
@@ -237,7 +242,7 @@ class SurfacePairs:
         return [lead for pair in self._pairs for lead in pair.leads()]
 
     def touching(self) -> Iterator[tuple[ContactSurface, np.ndarray]]:
-        """Yield surfaces and the places of their points that overlap with others [m], shape (n, 3)."""
+        """Yield each surface with the positions of its overlapping points [m], shape (n, 3)."""
         for pair in self._pairs:
             for overlap in pair.overlaps():
                 yield overlap.one, overlap.one.place[overlap.listed]
@@ -249,14 +254,14 @@ class SurfacePairs:
                 yield " and ".join(pair.between), text
 
     def against_sheets(self) -> Iterator[tuple[ContactSurface, ContactSurface, float]]:
-        """Yield each sheet, another surface that is none and that it touches, and the length of the step [s]."""
+        """Yield each sheet, a contact surface of it that is not a sheet, and the longer of this and the previous step [s]."""
         for pair in self._pairs:
             if len(pair.surfaces) == 2 and pair.surfaces[0].is_sheet != pair.surfaces[1].is_sheet:
                 one, other = pair.surfaces
                 yield (one, other, pair.step) if one.is_sheet else (other, one, pair.step)
 
     def find_start_overlaps(self) -> list[tuple[Touch, float]]:
-        """Find what overlaps as the run begins: pairs with the depth that exerts no pressure [m]."""
+        """Return the contacts that overlap at the start, each with the depth that exerts no pressure [m]."""
         starting = [pair for pair in self._pairs if not all(surface.is_hard for surface in pair.surfaces)]
         described = dict[int, Described]()
         for surface in {id(surface): surface for pair in starting for surface in pair.surfaces}.values():
@@ -269,10 +274,10 @@ class SurfacePairs:
         return [(pair, depth) for pair in starting if (depth := pair.start_depth()) > 0.0]
 
     def go_on(self, bodies: Mapping[str, Mapping[str, np.ndarray]]) -> None:
-        """Continue the contact of bodies from an earlier run: with each other, with walls and with themselves.
+        """Continue the contact of bodies from an earlier run, with each other, with walls and with themselves.
 
-        bodies: their arrays by name. Their overlaps exert force from the start. The sides of self-contact are restored if
-        the arrays contain them.
+        bodies: arrays of these bodies by name. Their overlaps exert force from the start. The sides of self-contact are
+        restored if the arrays contain them.
         """
         for pair in self._pairs:
             if all(surface.body in bodies for surface in pair.surfaces):
@@ -283,7 +288,7 @@ class SurfacePairs:
                 surface.go_on(bodies[surface.body])
 
     def impulses(self) -> dict[str, np.ndarray]:
-        """On the first body of each pair with a name over this step [N s], (3,)."""
+        """Return the impulse on the first body of each named contact in this step [N s], shape (3,), by name."""
         total: dict[str, np.ndarray] = {}
         for pair in self._pairs:
             if pair.name is not None:
@@ -291,7 +296,7 @@ class SurfacePairs:
         return total
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays of a checkpoint: which sides of each other surfaces of triangles touch."""
+        """Return the arrays of a checkpoint: the sides on which triangulated surfaces touch each other."""
         arrays: dict[str, np.ndarray] = {}
         for i, pair in enumerate(self._pairs):
             arrays |= with_owner(str(i), pair.state_arrays())

@@ -1,4 +1,4 @@
-"""Overlap of the points of one surface with another surface."""
+"""Detection of the overlap of the points of one surface with another surface."""
 
 from collections.abc import Mapping, Sequence
 
@@ -22,10 +22,10 @@ ROOM = 1.5  # size of arrays over the number of points, so that few searches nee
 
 
 class SurfaceSide(ContactSide):
-    """The points of one surface against another, with this share of the stiffness.
+    """Points of one surface that may overlap with another surface; `share` is their fraction of the stiffness.
 
-    by_edges: whether edges count, as they do where neither body deforms; they bear with all of the stiffness. seams: of a
-    periodic grid. ahead: whether the law is implicit at first.
+    by_edges: True to include edge points, for bodies that do not deform; edge points have the full stiffness. seams: seams
+    of a periodic grid. ahead: True if the contact law is implicit initially.
     """
 
     other: ContactSurface
@@ -96,7 +96,7 @@ class SurfaceSide(ContactSide):
         return Overlap(self.one, listed, *points, self.share, apart, new)
 
     def _measure(self, one: Described, other: Described) -> int:
-        """Measure how deep points lie in the other surface, and find their feet; return the number of points."""
+        """Compute depths and feet of the points near the other surface; return the number of points."""
         candidates, width = self._following.candidates, self.one.half_width + self.other.half_width
         arrays = one.place, one.normal, other.place, other.normal, other.size, other.reach
         if self._about is None or any(new is not old for new, old in zip(arrays, self._arrays, strict=True)):
@@ -110,7 +110,10 @@ class SurfaceSide(ContactSide):
         return int(proximity.measure_depths(about, candidates, self._found, *counts, *velocities, *how))
 
     def _find_within_planes(self, corners: np.ndarray) -> Overlap | None:
-        """Find the same against planes through corners, at places with the velocity of the other body, which is rigid."""
+        """Return the overlap with a convex rigid body bounded by planes; None if no point overlaps.
+
+        corners: indices of the points of the other surface that span its planes.
+        """
         one, other = self.one, self.other
         normal, level = other.planes()
         places, deepest = other.place[corners], self._meeting.deepest

@@ -1,4 +1,4 @@
-"""Contacts of surfaces with each other and with walls, as a simulation handles them: the base class."""
+"""Base class of contacts between surfaces and of surfaces with walls."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -18,89 +18,101 @@ if TYPE_CHECKING:
 
 
 class ContactLaw(Protocol):
-    """Energy that a contact stores, and dampers by which it stops rigid bodies."""
+    """Interface of a contact law: energy stored in the contact, and dampers that stop rigid bodies."""
 
     held: Held
-    """Energy of the overlaps as the last step began."""
+    """Energy of the overlaps at the start of the last step."""
     is_steady: bool
-    """Whether friction follows from what points moved since the last equilibrium."""
+    """True if friction is computed from displacements since the last equilibrium."""
     lent: float
-    """Energy that the overlaps got in this step as leads changed [J]."""
+    """Energy that the overlaps gained in this step through changes of the leads [J]."""
     lost: float
     """See `OverlapLaw`."""
 
     @property
     def stop(self) -> DeadStop | None:
-        """Return the stop of rigid bodies; None of bodies that deform."""
+        """Dampers that stop rigid bodies; None if a body deforms."""
 
     def separate(self, last: float, before: float = 0.0) -> None:
-        """End the contact: there is no overlap. last: length of the previous step [s]; before: see `OverlapLaw`."""
+        """Set the energies for a step without overlap. last: length of the previous step [s]; before: see
+        `OverlapLaw.forces`."""
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the contact forces on flat-sided rigid bodies first, so that other contacts of these bodies can include
-        them."""
+        """Compute the forces on flat sides of rigid bodies in advance, so that other contacts of these bodies can include
+        them.
+
+        overlaps: overlaps of this contact. dt, last: length of this and of the previous step [s].
+        """
 
     def reach_equilibrium(self) -> None:
         """Continue from the equilibrium that was found."""
 
 
 class Touch(ABC):
-    """A body that touches another, or a wall. impulse: on the first surface over this step [N s]."""
+    """Contact of a body with another body or a wall. `impulse`: impulse on the first surface in this step [N s], shape
+    (3,)."""
 
     def __init__(self, surfaces: Sequence[ContactSurface], law: ContactLaw, name: str | None) -> None:
         self.surfaces, self.name = surfaces, name
         self.law: ContactLaw = law
         self.impulse = np.zeros(3)
         self.step = 0.0
-        """Length of the step, or of the one before if that was longer [s]."""
+        """Length of this step or of the previous step, whichever is longer [s]."""
         self.before = 0.0
-        """Power of the dampers and friction of the last step along the velocities of now [W]."""
+        """Power of the damper and friction forces of the last step at the current velocities [W]."""
 
     is_last = False
-    """Whether it pushes after all others, with their forces known to the bodies."""
+    """True if this contact applies its forces after all others, when the bodies have received the other forces."""
 
     @property
     def between(self) -> tuple[str, ...]:
-        """Names of both bodies, for messages."""
+        """Labels of the bodies in contact, for messages."""
         return tuple(f"body {surface.body}" for surface in self.surfaces)
 
     @property
     def distance(self) -> float:
-        """Distance between the points of both at which contact acts [m]."""
+        """Distance between the points of both surfaces at which contact begins [m]."""
         return sum(float(np.max(surface.half_width, initial=0.0)) for surface in self.surfaces)
 
     def begin(self, time: float, rate: float) -> None:  # noqa: B027
-        """Prepare a step that starts at a time of the loads [s]; rate: rate of this time relative to the time of the steps."""
+        """Prepare a step.
+
+        time: load time at the start of the step [s]. rate: increment of the load time per increment of the step time.
+        """
 
     def follow(self, last: float) -> None:  # noqa: B027
-        """Follow the motion of the surfaces over the step before, of a length `last` [s]."""
+        """Update the contact for the motion of the surfaces in the previous step; its length is `last` [s]."""
 
     @abstractmethod
     def find(self, described: dict[int, Described]) -> bool:
-        """Find the overlap; whether there is one. described: the points of surfaces, by identity."""
+        """Find the overlap; return True if there is one.
+
+        described: points and images of each surface, by the `id` of the surface.
+        """
 
     @abstractmethod
     def way(self) -> np.ndarray:
-        """The unit vector along which the overlap found pushes, (3,), either way."""
+        """Return the unit vector of the mean contact force of the overlap, shape (3,); its sign has no meaning."""
 
     @abstractmethod
     def overlaps(self) -> list[Overlap]:
-        """The overlaps found."""
+        """Return the overlaps found in this step."""
 
     def start_overlaps(self) -> list[StartOverlap]:
-        """Return the overlaps of the start that exert no pressure, of surfaces that have such."""
+        """Return the initial overlaps that exert no pressure."""
         return []
 
     def given_before(self) -> "list[GivenBefore]":
-        """Return the forces of dampers and friction in the last step, where they are kept by points."""
+        """Return the stored damper and friction forces of the last step, one entry per side; empty if they are stored
+        elsewhere."""
         return []
 
     def start_depth(self) -> float:
-        """Return the depth of the start that exerts no pressure as it is now [m]."""
+        """Return the current depth of initial overlap that exerts no pressure [m]."""
         return max((start.depth for start in self.start_overlaps()), default=0.0)
 
     def begin_steady(self) -> None:
-        """Find equilibria from now on; see `SurfacePairs.begin_steady`."""
+        """Switch to the search for equilibria; see `SurfacePairs.begin_steady`."""
         self.law.is_steady = True
         for start in self.start_overlaps():
             start.begin_steady()
@@ -112,17 +124,21 @@ class Touch(ABC):
             start.reach_equilibrium()
 
     def leads(self) -> list[ContactLead]:
-        """Return the leads by which overlaps are removed in steady states."""
+        """Return the contact leads, which remove overlaps in steady states."""
         return []
 
     @property
     def stops_apart(self) -> bool:
-        """True if each point found is stopped by itself."""
+        """True if each overlapping point has a damper of its own."""
         return self.law.stop is not None and all(overlap.apart for overlap in self.overlaps())
 
     @abstractmethod
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
-        """Add the forces of the overlap over a step dt [s] to those of the surfaces; last: length of the step before."""
+        """Add the contact forces of a step dt [s] to `forces` [N].
+
+        last: length of the previous step [s]. forces: force arrays of the surfaces, by `id`. touched: masks of the points
+        that friction holds, by `id`; points of this contact are marked.
+        """
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
         """Return the arrays that a checkpoint stores."""

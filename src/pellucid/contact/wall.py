@@ -1,4 +1,4 @@
-"""Planes without a body that surfaces touch."""
+"""Walls: planes without a body that surfaces can touch."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ from pellucid.contact.wall_plane import WallPlane
 
 
 class BehindPlane(ContactSide):
-    """Points of a surface that lie behind a plane and face it."""
+    """Points of a surface that lie behind a plane and whose normals face it."""
 
     def __init__(self, one: ContactSurface, plane: WallPlane) -> None:
         start = None if one.is_hard or one.drag is not None else StartOverlap(float(one.reach.max()))
@@ -56,7 +56,7 @@ class BehindPlane(ContactSide):
 
 
 class WallContact(PointContact):
-    """A surface that touches a plane. friction, courant, swing, step: see `OverlapLaw`."""
+    """Contact of a surface with a plane. friction, courant, swing, cell, step: see `OverlapLaw`."""
 
     def __init__(
         self,

@@ -1,10 +1,10 @@
-"""Planes that surfaces touch, by their places alone: cases describe them without kernels."""
+"""Geometry of wall planes, without kernels, so that cases can describe walls without compilation."""
 
 import numpy as np
 
 
 class WallPlane:
-    """A plane through a point [m] with a normal of any length, to the side where bodies are, that moves at a velocity [m/s]."""
+    """Moving plane through a point [m]; the normal (of any length) points to the side of the bodies; velocity in [m/s]."""
 
     def __init__(
         self, point: tuple[float, float, float], normal: tuple[float, float, float], velocity: tuple[float, float, float]
@@ -16,7 +16,10 @@ class WallPlane:
         self.go_to(0.0, 1.0)
 
     def go_to(self, time: float, rate: float) -> None:
-        """Be where it is at a time of the loads [s], which grows by this rate in that of the steps: at rest where it is 0."""
+        """Move the plane to its position at a load time [s].
+
+        rate: increment of the load time per increment of the step time; the velocity of the plane is 0 if the rate is 0.
+        """
         self.velocity = rate * self._full_velocity if rate > 0.0 else np.zeros(3)
         self.level = float(np.sum(self.normal * (self._point + time * self._full_velocity)))
 
