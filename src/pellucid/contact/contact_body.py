@@ -100,7 +100,7 @@ class TakesSecondImpulses(Protocol):
     def take_second_impulses(self, dt: float) -> float:
         """Apply the second velocity increments at the end of a step dt [s]; return the gain in kinetic energy [J].
 
-        The returned gain is 0 for a body that computes the work of these impulses itself.
+        Returns 0 for a body that computes the work of second impulses itself.
         """
 
 

@@ -19,7 +19,7 @@ from pellucid.jit import kernel
 class GivenBefore:
     """Damper and friction forces of the last step on contact points, with the feet on the other surface.
 
-    The power of these forces at the velocities at the end of that step is a part of the energy that they dissipated.
+    Their power at the velocities at the end of that step is a part of the energy that they dissipated.
     """
 
     def __init__(self) -> None:

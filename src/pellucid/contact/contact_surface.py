@@ -43,8 +43,8 @@ class MovingTriangles(NamedTuple):
 class ContactSurface(ABC):
     """Contact surface of a body: m points, with data at the start of a step.
 
-    place: positions [m]. area: outward area vectors [m²]. velocity [m/s]. slip: displacement of each point from the
-    position where it stuck to another surface [m]. The shape of these arrays is (m, 3). reach: radius along the surface
+    Arrays of shape (m, 3): `place`, positions [m]; `area`, outward area vectors [m²]; `velocity` [m/s]; `slip`,
+    displacement of each point from the position where it stuck to another surface [m]. `reach`: radius along the surface
     that each point represents [m], shape (m,).
     """
 

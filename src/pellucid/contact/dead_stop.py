@@ -9,9 +9,10 @@ the approach velocity per unit impulse). The step size is therefore not limited 
 body along the same direction, each contact uses its share of the mass.
 
 A body that rolls or slides does not approach as a whole, although each of its points may: points in front move down, points
-behind move up. With few points in contact their mean alternates. Where both surfaces face each other, the rotation of a
-body is therefore measured along its own normals, in which direction it moves its surface closer (for a round body not at
-all). All other velocities are measured along the normals of the other body, over which it may slide.
+behind move up. With few points in contact their mean alternates. Where both surfaces face each other, the velocities due to
+the rotation of a body are therefore measured along its own normals: they show whether the rotation moves its surface closer
+(for a round body not at all). All other velocities are measured along the normals of the other body, over which it may
+slide.
 
 **One damper for each point of a flat side on a plane.** A block that begins to tip is supported by one edge immediately.
 With one damper on the mean approach, the middle of its side would support it first. The points of bodies bounded by planes
@@ -63,7 +64,7 @@ NOTHING = Before(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.z
 
 
 class DeadStop:
-    """Dampers between surfaces, at least one of which belongs to a rigid body with free motion.
+    """Dampers between surfaces; at least one surface belongs to a rigid body with free motion.
 
     Attributes
     ----------
@@ -161,7 +162,7 @@ class DeadStop:
     def taken(self, given: Arrays, power: float, last: float) -> float:
         """Return the energy dissipated by the dampers in the last step [J]; its length is `last` [s].
 
-        given: damper forces on the points [N]. power: power of these forces at the end of that step [W].
+        given: damper forces on the points [N]. power: power of the dampers at the end of that step [W].
 
         The contact work uses the mean of the velocities before and after a step. For a damper force F this is the mean of
         the forces before and after times the velocity after, because F and v change considerably in a step.
@@ -193,7 +194,7 @@ class DeadStop:
         return 0.5 * last * work
 
     def end(self, last: float) -> float:
-        """Return the energy dissipated by the dampers in the step in which contact ended [J]; reset the dampers.
+        """Return the energy dissipated by the dampers in the step that ended the contact [J]; reset the dampers.
 
         last: length of that step [s].
         """

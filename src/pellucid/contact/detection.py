@@ -170,8 +170,8 @@ class ContactDetection:
     def _directions(self, one: np.ndarray, other: np.ndarray, crumpled: np.ndarray) -> Iterator[np.ndarray]:
         """Yield candidate normals of any length and sign, shape (n, 3) each.
 
-        one, other: moments of both sides at the nodes, shape (n, COLUMNS). crumpled: mask of the nodes where the normal of
-        the volume replaces that of the membrane, shape (n,).
+        one, other: moments of both sides at the nodes, shape (n, COLUMNS). crumpled: mask of the nodes that use the normal
+        of the volume instead of the membrane normal, shape (n,).
         """
         A, B = one[:, NORMAL:VOLUME], other[:, NORMAL:VOLUME]
         if self._surfaces == (1, 1):

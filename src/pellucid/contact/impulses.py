@@ -180,7 +180,7 @@ def measure_parting(chunk, one, other, at, allowed):
     """Compute the speed at which both sides separate along the normal at the start of the step [m/s]; write it to
     `allowed`, shape (n,).
 
-    The value is 0 at nodes where they approach.
+    The value is 0 at nodes with approaching sides.
     """
     for e in range(at.edges[chunk], at.edges[chunk + 1]):
         I, parting = at.node[e], 0.0

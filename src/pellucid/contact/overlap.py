@@ -223,8 +223,8 @@ class OverlapLaw:
         surface; points held by friction are marked. before: power of the forces `given` of the previous step at the current
         velocities [W]. implicit: normal forces of each overlap if the law is implicit.
 
-        If the depth changes from d to d' in a step, an implicit force f does the work f (d' - d), of which the overlap
-        stores ½ k (d'² - d²). The rest is dissipated, and in addition half of Δt f times the loss of approach velocity.
+        If the depth changes from d to d' in a step, an implicit force f does the work f (d' - d). The overlap stores the
+        part ½ k (d'² - d²). The rest is dissipated, and in addition half of Δt f times the loss of approach velocity.
         Points ahead of the surface store no energy.
         """
         extras = [NONE] * len(overlaps)
@@ -275,8 +275,7 @@ class OverlapLaw:
         return np.asarray(self._implicit * overlap.share * overlap.area)
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the forces on flat sides of rigid bodies in advance, so that other contacts of these bodies can include
-        them."""
+        """Compute the forces on flat sides of rigid bodies in advance, for other contacts of the same bodies."""
         if self.stop is not None:
             self._find_apart(self.stop, overlaps, self._springs(overlaps), dt, last)
 

@@ -277,7 +277,7 @@ class ContactPairs:
                 pair.stop_straining()
 
     def apply_second_impulses(self, dt: float) -> None:
-        """Apply the second impulses of a step dt [s] to the bodies of each pair in which all bodies accept them."""
+        """Apply the second impulses of a step dt [s] to the bodies of each pair whose bodies all accept them."""
         if not self._pairs:
             return
         for field in self._fields:

@@ -9,7 +9,7 @@ moving-least-squares surface of Kolluri 2008, ACM Trans. Algorithms 4, 18.)
 The weights extend beyond the rim of a surface that ends. There, their sum is smaller than on an unlimited plane. The
 contact area of the point decreases from its full value at three quarters of that sum to zero at one quarter; it is half at
 the rim. A place outside the plane of its nearest point is not inside the body, although it may be behind the plane of
-another side. It is not in contact if both sides meet at a corner, so that a body that slides over an edge or a joint is not
+another side. It is not in contact if both sides share a corner, so that a body that slides over an edge or a joint is not
 held there, or if it lies deeper than it is outside. For nodes of a sheet beyond such a corner, the contact area decreases
 gradually: these nodes stay near a rim for long, and with their full depth on one side of the rim and none on the other they
 would gain energy each time they pass it.
@@ -277,7 +277,8 @@ def _find_slope(p, s, n, e, alone, dimension, found):
 
 @pointwise
 def _corrected(w, found, p, d):
-    """Return the corrected weight, with which the mean position is the foot of point p; the sum of these weights is one."""
+    """Return the corrected weight of a point; with corrected weights, whose sum is one, the mean position is the foot of
+    point p."""
     along = found[p, SLOPE] * d[0] + found[p, SLOPE + 1] * d[1] + found[p, SLOPE + 2] * d[2]
     return w * (found[p, LEVEL] + along) / found[p, WEIGHT]
 

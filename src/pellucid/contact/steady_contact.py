@@ -2,7 +2,7 @@
 
 Contact springs exert pressure in proportion to the overlap. In an equilibrium the overlap remains as an error of the order
 of the pressure over the stiffness of a surface layer, and depends on the step size. In steady states, each corner of a
-surface therefore has a lead, i.e. a distance by which contact acts ahead of the surface. Near equilibrium, the leads grow
+surface therefore has a lead, i.e. a distance at which contact acts ahead of the surface. Near equilibrium, the leads grow
 by the mean overlap around the corner and decrease where there is a gap, until the mean overlap vanishes wherever there is
 pressure. Leads are the multipliers of an augmented Lagrangian divided by the stiffness (Simo & Laursen 1992, Comput.
 Struct. 42, 97), one for each corner: one for each contact point would give more conditions than the corners can satisfy.
@@ -55,7 +55,7 @@ class ContactLead:
         return led, 0.5 * (float(np.sum(area * np.maximum(led, 0.0) ** 2)) - before)
 
     def renew(self, listed: np.ndarray, depth: np.ndarray, area: np.ndarray) -> None:
-        """Update the leads from the depths of the listed points; corners without any of these points have no lead.
+        """Update the leads from the depths of the listed points; the lead of a corner without listed points becomes zero.
 
         depth: depths without leads [m], negative across gaps. area: weights of the points [m²].
         """

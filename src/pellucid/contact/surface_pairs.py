@@ -3,8 +3,8 @@
 Each point of a surface at depth d inside the other surface is pushed out by the pressure κ d. These forces derive from the
 energy ½ Σ κ a d². A body that slides or rolls therefore regains behind the contact the energy that it spent ahead of it,
 whereas an impulse that stops an approach returns nothing. 1/κ is the sum of the compliances of both sides. The compliance
-of a side is that of a surface layer that oscillates at the fastest rate allowed by the time step of its body, so that
-contact does not limit the step.
+of a side is the compliance of a surface layer that oscillates at the fastest rate allowed by the time step of its body, so
+that contact does not limit the step.
 
 Friction is a spring along the surface. It slides when its force exceeds μ times the pressure (Coulomb); sticking contact
 has no limit. The points of both surfaces are used. Each surface has a share of the stiffness that grows with its
@@ -254,7 +254,10 @@ class SurfacePairs:
                 yield " and ".join(pair.between), text
 
     def against_sheets(self) -> Iterator[tuple[ContactSurface, ContactSurface, float]]:
-        """Yield each sheet, a contact surface of it that is not a sheet, and the longer of this and the previous step [s]."""
+        """Yield (sheet, surface, step) for each contact between a sheet and a surface that is not a sheet.
+
+        step: length of this or of the previous step, whichever is longer [s].
+        """
         for pair in self._pairs:
             if len(pair.surfaces) == 2 and pair.surfaces[0].is_sheet != pair.surfaces[1].is_sheet:
                 one, other = pair.surfaces
@@ -276,8 +279,8 @@ class SurfacePairs:
     def go_on(self, bodies: Mapping[str, Mapping[str, np.ndarray]]) -> None:
         """Continue the contact of bodies from an earlier run, with each other, with walls and with themselves.
 
-        bodies: arrays of these bodies by name. Their overlaps exert force from the start. The sides of self-contact are
-        restored if the arrays contain them.
+        bodies: arrays of each continued body, by name. Overlaps between continued bodies exert force from the start. The
+        sides of self-contact are restored if the arrays contain them.
         """
         for pair in self._pairs:
             if all(surface.body in bodies for surface in pair.surfaces):

@@ -38,14 +38,13 @@ class ContactLaw(Protocol):
         `OverlapLaw.forces`."""
 
     def settle(self, overlaps: Sequence[Overlap], dt: float, last: float) -> None:
-        """Compute the forces on flat sides of rigid bodies in advance, so that other contacts of these bodies can include
-        them.
+        """Compute the forces on flat sides of rigid bodies in advance, for other contacts of the same bodies.
 
         overlaps: overlaps of this contact. dt, last: length of this and of the previous step [s].
         """
 
     def reach_equilibrium(self) -> None:
-        """Continue from the equilibrium that was found."""
+        """Use the current equilibrium as the reference state of friction."""
 
 
 class Touch(ABC):
@@ -118,7 +117,7 @@ class Touch(ABC):
             start.begin_steady()
 
     def reach_equilibrium(self) -> None:
-        """Continue from the equilibrium that was found."""
+        """Use the current equilibrium as the reference state of friction and initial overlaps."""
         self.law.reach_equilibrium()
         for start in self.start_overlaps():
             start.reach_equilibrium()

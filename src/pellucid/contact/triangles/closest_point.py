@@ -1,13 +1,14 @@
-"""Closest points on a surface of triangles, and signed distances from it: kernels.
+"""Kernels for closest points on a triangulated surface, and for signed distances from it.
 
-The closest point of a triangle lies within it, on one of its edges or at one of its corners (Ericson 2005, Real-Time Collision
-Detection, section 5.1.5). The sign of the distance follows from the normal of the triangle, from the sum of the normals of the
-two triangles at the edge, or from the sum of the normals about the corner, weighted by the angles there (Bærentzen & Aanæs
-2005, IEEE TVCG 11, 243). With these the sign is right beside sharp edges too, and the distance is continuous.
+The closest point of a triangle lies inside the triangle, on one of its edges or at one of its corners (Ericson 2005,
+Real-Time Collision Detection, section 5.1.5). The sign of the distance follows from the normal of the triangle, from the
+sum of the normals of the two triangles at the edge, or from the sum of the normals at the corner, weighted by the angles
+there (Bærentzen & Aanæs 2005, IEEE TVCG 11, 243). With this definition the sign is also correct near sharp edges, and the
+distance is continuous.
 
-The gradient of the distance is the unit vector from the closest point to the place: with respect to the corners of the triangle
-it is the opposite vector times the barycentric coordinates of the closest point. So forces that are distributed by these
-coordinates are the slopes of an energy of the distance.
+The gradient of the distance with respect to the position is the unit vector from the closest point to the position. The
+gradient with respect to the corners of the triangle is the opposite vector times the barycentric coordinates of the closest
+point. Forces that are distributed with these coordinates are therefore derivatives of an energy of the distance.
 """
 
 from math import sqrt
@@ -18,13 +19,13 @@ import numpy as np
 from pellucid.jit import kernel, pointwise
 
 INSIDE, EDGE, CORNER = 0, 1, 4
-"""Regions of a triangle in which a closest point lies: inside; on edge i from corner i to the next one, EDGE + i; at corner i,
-CORNER + i."""
+"""Region codes of a closest point on a triangle: INSIDE; EDGE + i on edge i, from corner i to the next corner; CORNER + i
+at corner i."""
 TINY = 1e-300
 
 
 class Facets(NamedTuple):
-    """Triangles of a surface with T triangles and n vertices. Images of the surface count as further triangles."""
+    """Triangulated surface with T triangles and n vertices, including those of its images."""
 
     triangle: np.ndarray  # (T, 3) vertices
     place: np.ndarray  # (n, 3) [m]
@@ -38,7 +39,7 @@ class Facets(NamedTuple):
 
 @pointwise
 def closest_shares(x, a, b, c):
-    """Return the barycentric coordinates of the point of a triangle that is closest to x, and its region."""
+    """Return the barycentric coordinates of the point of triangle abc that is closest to x, and its region."""
     ab, ac = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])
     p = (x[0] - a[0], x[1] - a[1], x[2] - a[2])
     d1, d2 = ab[0] * p[0] + ab[1] * p[1] + ab[2] * p[2], ac[0] * p[0] + ac[1] * p[1] + ac[2] * p[2]
@@ -76,7 +77,7 @@ def row_of(values, i):
 
 @pointwise
 def at_foot(values, triangle, t, u, v, w):
-    """Return the value at a point of triangle t, of values at the vertices, shape (n, 3)."""
+    """Return vertex values, shape (n, 3), interpolated to a point of triangle t with barycentric coordinates u, v, w."""
     a, b, c = triangle[t, 0], triangle[t, 1], triangle[t, 2]
     return (
         u * values[a, 0] + v * values[b, 0] + w * values[c, 0],
@@ -87,7 +88,8 @@ def at_foot(values, triangle, t, u, v, w):
 
 @pointwise
 def closest_on(facets, t, x):
-    """Return the coordinates of the point of triangle t closest to x, its region, and the square of the distance [m²]."""
+    """Return the barycentric coordinates of the point of triangle t closest to x, its region, and the squared distance
+    [m²]."""
     triangle, place = facets.triangle, facets.place
     a, b, c = row_of(place, triangle[t, 0]), row_of(place, triangle[t, 1]), row_of(place, triangle[t, 2])
     u, v, w, region = closest_shares(x, a, b, c)
@@ -99,7 +101,7 @@ def closest_on(facets, t, x):
 
 @pointwise
 def normal_at(facets, t, region):
-    """Return a vector that gives the sign of the distance from a closest point of triangle t, zero on the rim."""
+    """Return a normal vector that defines the sign of the distance at a closest point of triangle t; zero on the rim."""
     n = row_of(facets.normal, t)
     if region == INSIDE:
         return n
@@ -113,10 +115,10 @@ def normal_at(facets, t, region):
 
 @kernel()
 def find_normals(triangle, place, representative, on_rim, normal, vertex_normal):
-    """Find the unit normals of triangles, and their sums about each vertex, weighted by the angles there.
+    """Compute the unit normals of triangles, and at each vertex the sum of the adjacent normals weighted by angles.
 
-    representative: the vertex that stands for all that lie at one place on a plane of symmetry or a seam, shape (n,); on_rim:
-    whether a vertex lies on the rim, shape (n,).
+    representative: number of the vertex that represents all vertices at the same position on a plane of symmetry or a seam,
+    shape (n,). on_rim: mask of the vertices on the rim, shape (n,); their sum is zero.
     """
     for i in range(len(place)):
         vertex_normal[i, 0] = vertex_normal[i, 1] = vertex_normal[i, 2] = 0.0

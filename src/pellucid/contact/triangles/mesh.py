@@ -1,9 +1,9 @@
-"""Surfaces of triangles as contact uses them: vertices that move, points that touch, images at planes and seams.
+"""Triangulated surfaces for contact: moving vertices, contact points, and images at planes of symmetry and seams.
 
-A surface touches others with points at its vertices and at the middles of its edges, each with a sixth of the area of the
-triangles about it: samples of its edges notice where edges of two surfaces cross each other. Where a surface meets a
-plane of symmetry or a seam of a periodic grid, it goes on in its images. Vertices at which images meet it are one vertex of the
-mesh, so that neither has a rim there.
+The contact points of a surface are its vertices and the midpoints of its edges, each with a sixth of the area of the
+adjacent triangles. Points on edges detect where edges of two surfaces cross. At a plane of symmetry or a seam of a periodic
+grid, the surface continues in its images. A vertex and its images at the same position count as one vertex of the mesh, so
+that the surface has no rim there.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ BATCH = 256  # points whose distances along the surface are found at once
 
 
 class Image(NamedTuple):
-    """An image of a surface: places times `flip`, plus a shift [m], (3,) each."""
+    """Image of a surface: positions times `flip`, plus a shift [m], shape (3,) each."""
 
     flip: np.ndarray
     shift: np.ndarray
@@ -47,20 +47,20 @@ def find_images(planes: Sequence[Plane], seams: Sequence[Seam]) -> list[Image]:
 
 
 class TriangleMesh:
-    """A surface of triangles, with its images, that follows the motion of its body.
+    """Triangulated surface with its images, which follows the motion of its body.
 
     Attributes
     ----------
     points : Points
-        The points by which it touches others.
+        Contact points of the surface.
     facets : Facets
-        The triangles by which others touch it.
+        Triangles with which points of other surfaces come into contact.
     edge : float
         Median length of the edges [m].
     flips : np.ndarray
         Signs of the axes of the surface and of its images, shape (images, 3).
     mean_velocity, fastest
-        Mean velocity of the vertices, (3,), and the largest speed against it [m/s].
+        Mean velocity of the vertices, shape (3,), and the largest speed relative to it [m/s].
     """
 
     def __init__(self, surface: ContactSurface, images: Sequence[Image]) -> None:
@@ -147,16 +147,19 @@ class TriangleMesh:
         return float(np.degrees(np.arccos(np.clip(cosines[sharpest], -1.0, 1.0)))), self.facets.place[corners].mean(axis=0)
 
     def points_of_itself(self, thickness: float) -> Points:
-        """Return the points for contact of the surface with itself. They do not touch the triangles that they are part of, nor
-        those nearer along the surface at the start than `ALONG` thicknesses [m]."""
+        """Return the points for self-contact of the surface with a thickness [m].
+
+        A point does not touch triangles that contain it, nor triangles that are initially closer than `ALONG` thicknesses
+        along the surface.
+        """
         excluded = self._find_excluded(ALONG * thickness)
         return self.points._replace(first=excluded.indptr.astype(np.int64), excluded=excluded.indices.astype(np.int64))
 
     def _find_excluded(self, limit: float) -> sparse.csr_array:
-        """Return the triangles that points are part of or that are nearer to them along the surface than a length [m].
+        """Return the triangles that contain each point or are closer to it along the surface than `limit` [m].
 
-        Distances are those of the shortest way from vertex or middle of an edge to vertex or middle of an edge through the
-        triangles. The result is a pattern of shape (points, triangles).
+        Distances are lengths of the shortest path through the triangles between vertices and midpoints of edges. The result
+        is a sparsity pattern of shape (points, triangles).
         """
         triangle, n = self._number[self.facets.triangle], len(self.facets.place)
         ends = np.sort(triangle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -191,7 +194,7 @@ class TriangleMesh:
         return _pattern(reached @ of_triangles + sparse.csr_array(about, shape=(len(at), n)) @ of_triangles[:n])
 
     def follow(self) -> None:
-        """Follow the body: places, velocities and normals of the vertices, their images and the points."""
+        """Update the positions, velocities and normals of the vertices, of their images and of the points from the body."""
         facets, points, n = self.facets, self.points, self.n_vertices
         facets.place[:] = self._all_places(self._moving.places())
         velocity = self._moving.velocities()
@@ -210,26 +213,29 @@ class TriangleMesh:
         np.einsum("mc,mcd->md", points.share, of_points[points.corner], out=points.normal)
 
     def boxes(self, far: float, lower: np.ndarray, upper: np.ndarray) -> Boxes:
-        """Return the triangles by boxes between two corners [m], each in those that it sees within a distance far [m]."""
+        """Return the triangles sorted by boxes between two corners [m]; each triangle is in all boxes within the distance
+        `far` [m]."""
         corners = self.facets.place[self.facets.triangle]
         low, high = corners.min(axis=1) - far, corners.max(axis=1) + far
         return make_boxes(low, high, lower, upper, max(far, self.edge))
 
     def speed_against(self, velocity: np.ndarray) -> float:
-        """Return the largest speed of a velocity [m/s], (3,), against the mean velocities of the surface and its images."""
+        """Return the largest speed of a velocity, shape (3,), relative to the mean velocities of the surface and its images
+        [m/s]."""
         means = np.array([image.flip * self.mean_velocity for image in self._images])
         return float(np.linalg.norm(velocity - means, axis=1).max())
 
     def add_forces(self, force: np.ndarray) -> None:
-        """Add forces on the vertices of the surface [N], shape (n, 3), over this step."""
+        """Apply forces to the vertices of the surface for this step [N], shape (n, 3)."""
         self._moving.add_forces(force)
 
     def response(self, column: np.ndarray, share: np.ndarray, dt: float) -> tuple[np.ndarray, sparse.csr_array]:
-        """Return how contacts move over a step dt [s] by the forces on the nodes: their velocities at its end without contact
-        [m/s], shape (n,), and the factor C of the change of n displacements by forces along them, C Cᵀ.
+        """Return the response of n contacts to nodal forces in a step dt [s]: velocities and compliance.
 
-        column, share: shares of the components of vertices in the n velocities, with 3 vertex + axis as column. Where the
-        motion is not known before contact, the vertices keep their velocities and have their own masses.
+        The result contains the contact velocities at the end of the step without contact forces [m/s], shape (n,), and a
+        factor C. Contact forces f change the contact displacements by C Cᵀ f. column, share: weights of the vertex velocity
+        components in the n contact velocities; the column of a component is 3 vertex + axis. If the motion is not known
+        before contact, the vertices keep their velocities and have their own masses.
         """
         response, column, n = self._moving.response, column.reshape(len(share), -1), 3 * self.n_vertices
         rows = share.ravel(), column.ravel(), np.arange(0, column.size + 1, column.shape[1])
@@ -248,7 +254,7 @@ class TriangleMesh:
 
     @staticmethod
     def _imaged(triangle: np.ndarray, image: Image, n: int, i: int) -> np.ndarray:
-        """Return the triangles of an image: those of mirror images turn the other way round."""
+        """Return the triangles of image number i of a surface with n vertices; triangles of mirror images are reversed."""
         return i * n + (triangle[:, ::-1] if np.prod(image.flip) < 0.0 else triangle)
 
 
@@ -260,8 +266,11 @@ def _pattern(matrix: sparse.csr_array) -> sparse.csr_array:
 
 
 def _representatives(place: np.ndarray, n: int, same: float) -> np.ndarray:
-    """Return for each vertex, with images, the first that is at one place with it: of the images of one vertex, or the vertex
-    of the surface itself where an image of another one lies."""
+    """Return for each vertex and image the number of the vertex that represents all vertices at its position.
+
+    It is the first one among the images of one vertex, or a vertex of the surface itself if an image of another vertex
+    coincides with it.
+    """
     number = np.arange(len(place))
     copies = place.reshape(-1, n, 3)
     for i in range(1, len(copies)):
@@ -278,7 +287,7 @@ def _representatives(place: np.ndarray, n: int, same: float) -> np.ndarray:
 
 
 def _across_edges(triangle: np.ndarray) -> np.ndarray:
-    """Return the triangle beyond each edge, shape (T, 3), -1 where there is none."""
+    """Return the neighbour triangle at each edge, shape (T, 3); -1 if there is none."""
     ends = np.sort(triangle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     order = np.argsort(ends[:, 0] * (int(triangle.max()) + 1) + ends[:, 1], kind="stable")
     same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)

@@ -1,14 +1,15 @@
-"""Contact between two surfaces of triangles, and of one surface with itself.
+"""Contact between two triangulated surfaces, and of one surface with itself.
 
-Both surfaces search with their points for the triangles of the other, each with a share of the stiffness that grows with how
-fine it is. A surface that touches itself searches once, with half of the stiffness: each of two layers searches for the other.
+The points of each surface search for triangles of the other. Each surface has a share of the stiffness that grows with its
+resolution. In self-contact the surface searches once, with half of the stiffness: each of two layers finds the other one.
 
-A point that overlaps by a depth d is pushed out with k d, and the opposite force acts on the corners of the triangle by the
-barycentric coordinates of the closest point. Both are the slopes of ½ Σ k d² (`pellucid.contact.triangles.closest_point`). The
-normal forces are implicit in the step (`pellucid.contact.implicit`), and points take part that would come to an overlap within
-the next steps. So an impact stops where contact acts, however fast it is, and at rest the surfaces hardly overlap. All contacts
-of a pair are one system, with the motion of the vertices by the forces on the nodes of their bodies. Friction is a spring along
-the surface with a damper, limited by the coefficient of friction times the normal force; each slot stores its own slip.
+A point with overlap d is pushed out by the force k d. The opposite force acts on the corners of the triangle, distributed
+with the barycentric coordinates of the closest point. Both forces derive from ½ Σ k d²
+(`pellucid.contact.triangles.closest_point`). The normal forces are implicit in the step (`pellucid.contact.implicit`) and
+include points that would overlap within the next steps. An impact therefore stops at the contact distance for any speed,
+and at rest the surfaces hardly overlap. All contacts of a pair form one system, together with the motion of the vertices
+under nodal forces. Friction is a spring along the surface with a damper, limited by the coefficient of friction times the
+normal force; each slot stores its own slip.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,9 +37,9 @@ OF_SHEETS = 0.5  # share of the springs and dampers along the surface that are s
 
 
 class AskingSide(ContactSurface):
-    """The points of one surface that look for triangles of another one, or of the same: a surface with a point for each slot.
+    """Points of one surface that search for triangles of another or of the same surface; one contact point for each slot.
 
-    share: of the stiffness.
+    share: fraction of the contact stiffness.
     """
 
     def __init__(
@@ -55,18 +56,23 @@ class AskingSide(ContactSurface):
         self.slip = self.slots.slip.reshape(-1, 3)
         self.start = None if one is other else StartOverlap(other.edge)
         self.state = np.array([0.0, -1.0])
-        """Length of the way by which the surfaces may have come nearer [m], and the same at the last search, -1 before one."""
+        """Upper bound of the distance by which the surfaces have approached [m], and its value at the last search (-1
+        before the first)."""
 
     def follow(self, last: float) -> float:
-        """Return the power of the forces of the step before [W], of a length `last` [s]; both meshes have followed their
-        bodies."""
+        """Return the power of the forces of the previous step [W]; its length is `last` [s].
+
+        Both meshes must have been updated from their bodies before.
+        """
         self._nearing = self.one.fastest + self.other.fastest + self.other.speed_against(self.one.mean_velocity)
         self.state[0] += last * self._nearing
         return float(find_power(self.points, self.other.facets, self.slots))
 
     def find(self, step: float) -> Overlap | None:
-        """Return the overlap of the points with triangles, with points that come to one within some steps [s]; None if there is
-        neither."""
+        """Return the overlap of the points with triangles, including points that will touch a triangle within a few steps.
+
+        step: step size [s]. Returns None if there are no such points.
+        """
         way, searched = self.state.tolist()
         coming = AHEAD * step * self._nearing
         self.sight = self.sight._replace(far=self.sight.thickness + max(self._margin, coming))
@@ -114,15 +120,19 @@ class AskingSide(ContactSurface):
         find_feet((len(self.points.place) - 1) // CHUNK + 1, *meeting, way, coming, ahead, looks)
 
     def _open(self, start: StartOverlap, way: float) -> None:
-        """Reduce the overlap of the start as far as the surfaces have come apart."""
+        """Reduce the initial overlap by the distance that the surfaces have separated; way: current bound of their approach
+        [m]."""
         before, filled = start.depth, (self.slots.triangle >= 0) & (self.slots.side != 0)
         apart = self.slots.clear[filled] - way  # gaps beyond the distance at which contact acts now
         start.reduce(before - np.where(apart > VIBRATES * before, apart, np.minimum(apart, 0.0)))
         self.slots.clear[...] -= before - start.depth
 
     def shares(self, mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
-        """Return vertices of a mesh, shape (n, c), and by axis their shares in the velocities of the points found against their
-        closest points, shape (n, c, 3)."""
+        """Return, for each overlapping point, c vertices of a mesh, shape (n, c), and their weights per axis, shape (n, c,
+        3).
+
+        The weighted vertex velocities are the contribution of the mesh to the velocity relative to the closest point.
+        """
         p, k = self._at
         found = []
         if mesh is self.one:
@@ -137,16 +147,16 @@ class AskingSide(ContactSurface):
         return {**self.slots._asdict(), "way": self.state}
 
     def given_normal(self) -> np.ndarray:
-        """Return the normal forces of the step before on the points found [N], shape (n,)."""
+        """Return the normal forces of the previous step on the overlapping points [N], shape (n,)."""
         lossy, normal = self.slots.lossy[self._at], self.slots.normal[self._at]
         return np.maximum(-np.einsum("ij,ij->i", lossy, normal), 0.0)
 
     def keep(self, given: np.ndarray) -> None:
-        """Store the forces on the points found whose power counts after the step [N], shape (n, 3)."""
+        """Store the forces on the overlapping points whose power is counted after the step [N], shape (n, 3)."""
         self.slots.lossy[self._at] = given
 
     def add_forces(self, force: np.ndarray) -> None:
-        """Add forces on the points found [N], shape (n, 3), to the vertices of both surfaces."""
+        """Distribute forces on the overlapping points [N], shape (n, 3), to the vertices of both surfaces."""
         for mesh in {id(mesh): mesh for mesh in (self.one, self.other)}.values():
             vertices, shares = self.shares(mesh)
             total = np.zeros((mesh.n_vertices, 3))
@@ -155,18 +165,18 @@ class AskingSide(ContactSurface):
 
 
 class TrianglePair(Touch):
-    """Two surfaces of triangles that touch, or one that touches itself.
+    """Contact of two triangulated surfaces, or of one surface with itself.
 
     Parameters
     ----------
     one, other
-        The surfaces; the same one twice for contact with itself.
+        Surfaces in contact; the same surface twice for self-contact.
     friction
-        Coefficient μ.
+        Coefficient of friction μ.
     courant, step
-        Fraction of the largest stable step that the case takes, and its fixed step [s], or 0.
+        Step size as a fraction of the largest stable step, and fixed step of the case [s] or 0.
     name
-        Name for probes of the force on the first of two surfaces.
+        Name of the force on the first of two surfaces for probes.
     planes, seams
         Planes of symmetry and seams of a periodic grid.
     """
@@ -225,7 +235,7 @@ class TrianglePair(Touch):
         return [side.start for side in self.sides if side.start is not None]
 
     def start_depth(self) -> float:
-        """Return the depth of the start [m]; of a surface that touches itself, the largest one of its slots."""
+        """Return the initial overlap [m]; for self-contact, the largest initial overlap of a slot."""
         return super().start_depth() if len(self.surfaces) == 2 else max(float(side.slots.born.max()) for side in self.sides)
 
     def follow(self, last: float) -> None:
@@ -234,8 +244,11 @@ class TrianglePair(Touch):
         self.before = sum(side.follow(last) for side in self.sides)
 
     def place_without_side(self) -> np.ndarray | None:
-        """Return a place at the start where layers lie on each other [m], (3,), so that none is on a side of the other; None if
-        there is no such place. It fills the slots."""
+        """Return an initial position where layers coincide, so that the side in contact is undefined [m], shape (3,); else
+        None.
+
+        Fills the slots.
+        """
         self.follow(0.0)
         self.find({})
         for side in self.sides:
@@ -256,7 +269,7 @@ class TrianglePair(Touch):
         return np.zeros(3)
 
     def overlaps(self) -> list[Overlap]:
-        """Return none: slots are not lists of points."""
+        """Return an empty list: slots have no lists of points."""
         return []
 
     def push(self, dt: float, last: float, forces: dict[int, np.ndarray], touched: dict[int, np.ndarray]) -> None:
@@ -270,7 +283,7 @@ class TrianglePair(Touch):
                 self.impulse += (1.0 if side is self.sides[0] else -1.0) * dt * force.sum(axis=0)
 
     def _solve(self, dt: float) -> list[Implicit]:
-        """Return the normal forces over a step dt [s] of all overlaps found, which are one system."""
+        """Return the implicit normal forces of all overlaps in a step dt [s], solved as one system."""
         sides = [side for side, _ in self._touching]
         normal = np.concatenate([overlap.normal for _, overlap in self._touching])
         ahead = np.concatenate([overlap.depth for _, overlap in self._touching])
@@ -288,8 +301,10 @@ class TrianglePair(Touch):
         return [Implicit(*both) for both in zip(np.split(force, ends), np.split(after, ends), strict=True)]
 
     def state_arrays(self) -> Mapping[str, np.ndarray]:
-        """Return what a checkpoint stores: sides, slots, and the ways of the surfaces. Those of a surface that touches itself
-        are stored with its body."""
+        """Return the arrays of a checkpoint: sides, slots, and displacements of the surfaces.
+
+        For self-contact the result is empty: these arrays are stored with the body.
+        """
         if len(self.surfaces) == 1:
             return {}
         return {f"{i}/{name}": array for i, side in enumerate(self.sides) for name, array in side.state_arrays().items()}

@@ -1,23 +1,24 @@
-"""The places where points of one surface may touch a surface of triangles: slots, which remember the side. Kernels.
+"""Kernels for slots: records of the triangle and side on which a point may be in contact with a triangulated surface.
 
-A point of a sheet has two slots, one for what lies on either side of its sheet, and a point of a solid has one. A slot stores a
-triangle of the other surface and the side of that triangle, +1 or -1, on which the point was when it was found. From step to
-step the closest triangle is found by a walk over the mesh from the triangle of the step before, so that a slot stays on its
-sheet however many others are near. A search through boxes fills slots that are empty, or that hold something further away. It
-is only done when surfaces may have come nearer by the margin of the sight.
+A point of a sheet has two slots, one for each side of its sheet; a point of a solid has one slot. A slot stores a triangle
+of the other surface and the side of that triangle, +1 or -1, on which the point was when the contact was detected. In each
+step the closest triangle is found by a walk over the mesh from the triangle of the previous step, so that a slot stays on
+its sheet even if many other sheets are near. A search with boxes fills empty slots and replaces more distant triangles. It
+is performed only when the surfaces may have approached by the margin of the search distance.
 
-Five rules keep a surface from touching what it must not touch:
+Five rules exclude false contacts:
 
-- A point does not touch the triangles about it. A slot is emptied if the walk leads there, which is so where one of these
-  triangles holds the closest point and is nearer.
-- A slot does not take a triangle beside the one in the other slot of the point. Otherwise a sheet that was pressed in a little
-  would be found again from behind, and pushed further.
-- A gap decreases by no more than the surfaces have moved. If the walk passes a fold and comes to a part that faces the other
-  way, the side is found again; a part that is suddenly near exerts no force until the point has come out of its thickness.
-- Faces of solids only touch faces that look towards them. A point that lies deeper behind a face than it lies behind another
-  one at an edge of the body is not pushed out sideways.
-- Beyond the rim of an open surface the distance is that from the rim, on no side. So the rim is round, the energy of the
-  overlap is continuous, and a point may pass from one side to the other around it.
+- A point does not touch the triangles around it. A slot is emptied if the walk reaches such a triangle, which happens if it
+  contains the closest point and is nearer.
+- A slot does not accept a neighbour of the triangle in the other slot of the point. Otherwise a slightly pressed-in sheet
+  would be detected again from behind and pushed further.
+- A gap decreases by at most the distance that the surfaces have moved. If the walk crosses a fold and reaches a part that
+  faces the other way, the side is determined again. A part that is suddenly near exerts no force until the point has left
+  its thickness.
+- Faces of solids touch only faces with opposite normals. A point that is deeper behind one face than behind another face at
+  an edge of the body is not pushed out sideways.
+- Beyond the rim of an open surface, the distance is the distance from the rim, without a side. The rim is therefore round,
+  the energy of the overlap is continuous, and a point can pass from one side to the other around the rim.
 """
 
 from math import inf, sqrt
@@ -33,15 +34,15 @@ CHUNK = 128  # points that a thread takes at a time
 STEPS = 30  # of a walk, at most
 FACING = 0.2  # cosine of the angle between the normal of a point and the opposite one of a face, from where on they touch
 APART, STAYS, ENTERS = range(3)
-"""States of a slot: neither an overlap nor one that would begin within the next steps, with the velocities of now; one of both
-as in the step before; one of both for the first time."""
+"""States of a slot: no overlap now or predicted within the next steps at the current velocities; overlap as in the previous
+step; first step of an overlap."""
 
 HOLDS = 1e-9  # of the sight: distance up to which a place is on a triangle
 OVER_RIM = 0.95  # cosine of the angle between the normal and the direction to a point, below which it is beyond the rim
 
 
 class Points(NamedTuple):
-    """m points of a surface, each in a triangle of its own."""
+    """Points of a surface, each in a triangle of that surface; m is their number."""
 
     place: np.ndarray  # (m, 3) [m]
     velocity: np.ndarray  # (m, 3) [m/s]
@@ -54,7 +55,7 @@ class Points(NamedTuple):
 
 
 class Slots(NamedTuple):
-    """State of s slots of m points: what a checkpoint stores."""
+    """State of s slots of each of m points, which a checkpoint stores."""
 
     triangle: np.ndarray  # (m, s) -1 where a slot is empty
     side: np.ndarray  # (m, s) +1 or -1; 0 beyond a rim
@@ -75,7 +76,7 @@ def make_slots(m: int, s: int) -> Slots:
 
 
 class Sight(NamedTuple):
-    """Distances and angles within which surfaces see each other."""
+    """Distances and angles that define the contact search between two surfaces."""
 
     thickness: float  # distance at which they touch, half of both thicknesses [m]
     far: float  # distance up to which a search finds a triangle [m]
@@ -87,7 +88,7 @@ class Sight(NamedTuple):
 
 @pointwise
 def _is_among(first, listed, i, q):
-    """Return whether q is in list i; lists are in ascending order and short."""
+    """Return True if q is in list i; lists are short and in ascending order."""
     for r in range(first[i], first[i + 1]):
         if listed[r] >= q:
             return listed[r] == q
@@ -96,7 +97,7 @@ def _is_among(first, listed, i, q):
 
 @pointwise
 def _looks_away(points, facets, sight, p, q):
-    """Return whether triangle q of a solid does not look towards a point of a solid."""
+    """Return True if triangle q of a solid does not face point p of a solid."""
     if not sight.faces:
         return False
     m, n = row_of(points.normal, p), row_of(facets.normal, q)
@@ -106,13 +107,13 @@ def _looks_away(points, facets, sight, p, q):
 
 @pointwise
 def _holds(facets, sight, q, foot):
-    """Return whether a place on a neighbour of triangle q is on q too."""
+    """Return True if a position on a neighbour of triangle q also lies on q."""
     return closest_on(facets, q, foot)[4] <= (HOLDS * sight.far) ** 2
 
 
 @kernel(inner=True)
 def _leads_to_excluded(points, facets, sight, p, q, foot):
-    """Return whether a place on triangle q is also on a neighbour that point p does not touch."""
+    """Return True if a position on triangle q also lies on a neighbour that is excluded for point p."""
     if points.first[p] == points.first[p + 1]:
         return False
     for r in range(facets.first[q], facets.first[q + 1]):
@@ -124,8 +125,10 @@ def _leads_to_excluded(points, facets, sight, p, q, foot):
 
 @kernel(inner=True)
 def _walk(points, facets, sight, p, x, t):
-    """Return the triangle closest to a point that a walk from triangle t finds, and the closest point; -1 where the walk leads
-    to a triangle that the point does not touch."""
+    """Return the triangle closest to a point, found by a walk from triangle t, with the data of the closest point.
+
+    The triangle is -1 if the walk reaches a triangle that is excluded for the point.
+    """
     u, v, w, region, square = closest_on(facets, t, x)
     if _looks_away(points, facets, sight, p, t):
         return -1, u, v, w, region, square
@@ -152,8 +155,11 @@ def _walk(points, facets, sight, p, x, t):
 
 @kernel(inner=True)
 def _search(points, facets, boxes, sight, p, x, hand, held, square):
-    """Return the triangle closest to a point, nearer than the square of a distance, on one side (hand) of its own plane, on
-    either one where hand is 0; -1 where there is none. held: the triangle in the other slot of the point, or -1."""
+    """Return the triangle closest to a point within a distance, given by its square [m²]; -1 if there is none.
+
+    hand: side of the point's own surface on which to search, 1 or -1; 0 for both. held: triangle in the other slot of the
+    point, or -1.
+    """
     found, least, b = -1, square, 0
     for d in range(3):
         i = int(np.floor((x[d] - boxes.lower[d]) / boxes.size))
@@ -193,7 +199,7 @@ def _empty(slots, p, k):
 
 @pointwise
 def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
-    """Fill a slot with a closest point; return the signed distance from its surface [m]."""
+    """Store a closest point in a slot; return the signed distance from its surface [m]."""
     n = normal_at(facets, t, region)
     f = at_foot(facets.place, facets.triangle, t, u, v, w)
     away = (x[0] - f[0], x[1] - f[1], x[2] - f[2])
@@ -227,7 +233,7 @@ def _measure(facets, sight, slots, p, k, x, t, u, v, w, region, square):
 
 @pointwise
 def relative_velocity(points, facets, slots, p, k):
-    """Return the velocity of a point against the closest point of the other surface [m/s]."""
+    """Return the velocity of a point relative to the closest point of the other surface [m/s]."""
     u, v, w = slots.share[p, k, 0], slots.share[p, k, 1], slots.share[p, k, 2]
     of_foot = at_foot(facets.velocity, facets.triangle, slots.triangle[p, k], u, v, w)
     v = row_of(points.velocity, p)
@@ -236,7 +242,7 @@ def relative_velocity(points, facets, slots, p, k):
 
 @kernel()
 def find_power(points, facets, slots):
-    """Return the power of `lossy` along the velocities of now [W]."""
+    """Return the power of the forces `lossy` at the current velocities [W]."""
     power = 0.0
     for p in range(len(points.place)):
         for k in range(slots.triangle.shape[1]):
@@ -249,10 +255,11 @@ def find_power(points, facets, slots):
 
 @parallel_loop()
 def find_feet(chunk, points, facets, slots, boxes, sight, way, coming, ahead, looks):
-    """Find the closest points and the overlap in the slots of points.
+    """Update the closest points and the overlap in the slots of the points.
 
-    way: length of the way by which surfaces may have come nearer since the run began [m]; ahead: time within which an overlap
-    is foreseen [s], 0 where none is; coming: how much nearer surfaces may come in it [m]; looks: whether to search.
+    way: upper bound of the distance by which the surfaces have approached since the start of the run [m]. ahead: time for
+    which an overlap is predicted [s], or 0. coming: largest approach within this time [m]. looks: True to search for new
+    triangles.
     """
     n_slots = slots.triangle.shape[1]
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.place))):
