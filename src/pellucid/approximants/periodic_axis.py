@@ -26,7 +26,7 @@ def _far_from_walls(u, n):
 
 @pointwise
 def _within(i, n):
-    """Return the first node without this shift: from 0 to n - 1."""
+    """Return the number of the first node within the period, from 0 to n - 1, without the shift of `_far_from_walls`."""
     first = i - FAR
     first = first + n if first < 0 else first
     return first - n if first >= n else first

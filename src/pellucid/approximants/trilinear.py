@@ -1,4 +1,4 @@
-"""Trilinear functions, those of the original material point method (Sulsky, Chen & Schreyer 1994)."""
+"""Trilinear shape functions of the original material point method (Sulsky, Chen & Schreyer 1994)."""
 
 from typing import NamedTuple
 

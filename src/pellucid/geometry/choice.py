@@ -17,7 +17,7 @@ class Choice(Model):
 
     @classmethod
     def alternatives(cls) -> list[str]:
-        """Return the keys of which exactly one must be given."""
+        """Return the keys of the alternatives; a table must contain exactly one of them."""
         return [name for name in cls.model_fields if name not in cls.beside]
 
     @model_validator(mode="before")

@@ -43,10 +43,10 @@ class Survey:
 
 
 def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
-    """Examine a mesh file; it is treated as a solid if it has solid elements, otherwise as a surface.
+    """Return a report on a mesh file, which is treated as a solid if it has solid elements, otherwise as a surface.
 
-    metres: unit of the file [m]; close_holes: largest number of edges of a hole that is closed if `repair` is set. Raises
-    Refusal.
+    repair: True to repair the mesh first. metres: unit of the file [m]. close_holes: largest number of edges of a hole that
+    is closed by the repair. Raises Refusal if the file cannot be read.
     """
     contents = read_file(path, "a mesh", ANY)
     raw, contents = contents, first_order(contents)

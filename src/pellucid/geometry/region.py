@@ -1,8 +1,8 @@
 """Regions: the nodes and faces of a body on which a condition acts, selected in the initial state.
 
-A region is a shape, a named set of the mesh, a direction of the outward normal, or the intersection of several of these. A node
-matches a normal if it is a corner of a face with that normal. A face is selected if its three corners are, or, on request, if
-its centre lies in the shape.
+A region is a shape, a named set of the mesh, a direction of the outward normal, or an intersection of these. A node matches
+a normal if it is a corner of a face with that normal. A face is selected if its three corners are selected or, on request,
+if its centre lies in the shape.
 """
 
 from collections.abc import Iterator, Mapping
@@ -59,7 +59,7 @@ class Selectable(NamedTuple):
 
 
 class Region(Shape):
-    """A shape, a named set or a direction of the outward normal, or the intersection of several of these."""
+    """Region of a body: a shape, a named set, a direction of the outward normal, or an intersection of these."""
 
     what: ClassVar[str] = "a region"
 
@@ -109,9 +109,10 @@ class Region(Shape):
         return None if name is None else Shape(**{name: getattr(self, name)}, rotate=self.rotate)
 
     def nodes(self, of: Selectable, active: ActiveAxes, reach: float = 0.0) -> np.ndarray:
-        """Return a mask of the selected nodes, shape (n,). The extent of shapes along axes that are not `active` is ignored.
+        """Return a mask of the selected nodes, shape (n,). The extent of shapes along axes that are not `active` is
+        ignored.
 
-        reach: tolerance by which nodes may lie outside a box [m]; at least 1e-9 of the extent of all nodes.
+        reach: distance by which nodes may lie outside a box [m]; at least 1e-9 of the extent of all nodes.
         """
         chosen = self._nodes_of_any_normal(of, active, reach)
         if self.normal is not None:
@@ -244,9 +245,9 @@ def _in_shape(shape: Shape, position: np.ndarray, active: ActiveAxes, reach: flo
 
 
 def images(periods: Vector, body: tuple[np.ndarray, np.ndarray], place: tuple[np.ndarray, np.ndarray]) -> Iterator[np.ndarray]:
-    """Yield the shifts [m], shape (3,), by which periodic images of a body overlap a box; only zero if no axis is periodic.
+    """Yield the shift vectors [m], shape (3,), for which the shifted body overlaps a box; only zero if no axis is periodic.
 
-    body, place: lower and upper corners [m] of the body and of the box.
+    The shifts are multiples of the periods. body, place: lower and upper corners [m] of the body and of the box.
     """
     ways = []
     for period, low, high, lower, upper in zip(periods, *body, *place, strict=True):

@@ -1,4 +1,4 @@
-"""The space behind walls that are planes: bodies that start there, and the room of the grid that points need there."""
+"""Space behind plane walls: refuse bodies that start there, and extend the grid for points that need room there."""
 
 from collections.abc import Set as AbstractSet
 
@@ -25,9 +25,9 @@ REMEDY = (
 
 
 def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) -> None:
-    """Raise CaseError where a body starts behind a wall that it touches.
+    """Raise CaseError if a body starts behind a wall that acts on it.
 
-    going_on: names of the bodies that begin in the state of an earlier run.
+    going_on: names of the bodies that continue from an earlier run; they are not checked.
     """
     if case.grid_or_none is None:
         return
@@ -50,10 +50,11 @@ def refuse_behind_walls(case: Case, going_on: AbstractSet[str] = frozenset()) ->
 
 
 def with_room_behind_walls(case: Case) -> Case:
-    """Return the case, or a copy with a grid that is larger at faces on or close before which a wall lies.
+    """Return the case; if a wall lies on or close in front of a face of the grid, a copy with a larger grid.
 
-    A wall pushes back what lies behind it, so points of bodies that touch it pass it by a small part of a cell. A face that a
-    condition names stays where it is. The grid of the copy has room enough: the same function returns it unchanged.
+    A wall pushes points back, so that points of bodies in contact pass it only by a small fraction of a cell. The added
+    layers of cells make room for them. A face named by a condition is not moved. Applied to its result, the function
+    returns it unchanged.
     """
     grid = case.grid_or_none
     if grid is None or not case.wall:
@@ -66,14 +67,17 @@ def with_room_behind_walls(case: Case) -> Case:
 
 
 def _extended(grid: GridCase, axis: int, end: str) -> GridCase:
-    """Return a grid with a further layer of cells at a face."""
+    """Return a copy of the grid with one more layer of cells at a face, given by its axis and end."""
     corners = {"lower": list(grid.lower), "upper": list(grid.extent_upper())}
     corners[end][axis] += grid.cell if end == "upper" else -grid.cell
     return grid.model_copy(update={key: tuple(corner) for key, corner in corners.items()})
 
 
 def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
-    """Return True for a face that no condition names, if walls less than ROOM before it meet bodies with a free motion."""
+    """Return True if the grid needs more cells at a face.
+
+    This is so if no condition names the face, and walls closer than ROOM to it act on a body whose motion is free.
+    """
     parts, face = parts_of(case), f"{'xyz'[axis]}-{end}"
     if any(one.constrains_face(face) or one.opens_face(face) for one in parts.of(Condition)):
         return False
@@ -86,7 +90,10 @@ def _lacks_room(case: Case, grid: GridCase, axis: int, end: str) -> bool:
 
 
 def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: GridCase) -> bool:
-    """Return True if walls before a face lie within ROOM of the places of the face that lie least deep behind them."""
+    """Return True if walls in front of a face are closer to it than ROOM cells.
+
+    places: sampled positions on the face [m], shape (n, 3). The position that is least deep behind the walls is used.
+    """
     planes = [wall.plane() for wall in walls]
     inward = [plane.normal[axis] * (1.0 if end == "lower" else -1.0) for plane in planes]
     facing = [plane for plane, cosine in zip(planes, inward, strict=True) if cosine >= FACING]
@@ -100,7 +107,7 @@ def _is_close(walls: list[Wall], places: np.ndarray, axis: int, end: str, grid: 
 
 
 def _places_of_face(grid: GridCase, axis: int, end: str) -> np.ndarray:
-    """Return places all over a face of the grid [m], shape (n, 3)."""
+    """Return sampled positions on a face of the grid [m], shape (n, 3)."""
     ends = [
         np.linspace(low, high, 1 if thin else min(n, MOST_PLACES) + 1)
         for low, high, thin, n in zip(grid.lower, grid.extent_upper(), grid.thin(), grid.counts(), strict=True)

@@ -1,4 +1,4 @@
-"""Errors and warnings before a run begins."""
+"""Checks of a case before a run: errors and warnings."""
 
 from collections.abc import Iterator, Mapping
 from collections.abc import Set as AbstractSet
@@ -20,7 +20,7 @@ from pellucid.set_up.supports import crossing_supports, leading_out
 
 
 def stand(case: Case) -> dict[str, Standing]:
-    """Return the points of the bodies that begin where the case places them. Raises CaseError."""
+    """Return the initial points of the bodies that do not continue from an earlier run, by name. Raises CaseError."""
     names = {body.name for body in case.body}
     if case.start is not None:
         names -= set(case.start.body or names)
@@ -30,7 +30,8 @@ def stand(case: Case) -> dict[str, Standing]:
 
 
 def look(case: Case) -> Iterator[str]:
-    """Warnings about a case that is not set up, as far as they are quickly told. Raises CaseError for what a run refuses."""
+    """Yield the warnings about a case that can be found quickly, without setting it up. Raises CaseError if a run would
+    refuse it."""
     for body in case.body:
         body.check_set_up()
     standing = stand(case)
@@ -40,13 +41,16 @@ def look(case: Case) -> Iterator[str]:
 
 
 def refuse(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[str] = frozenset()) -> None:
-    """Raise CaseError where bodies start within each other or behind walls; as `warnings_of`."""
+    """Raise CaseError if bodies start inside each other or behind walls. Parameters: see `warnings_of`."""
     refuse_overlaps(case.body, standing, case.grid_or_none, going_on)
     refuse_behind_walls(case, going_on)
 
 
 def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
-    """Warnings about a case whose bodies stand so; going_on: names of those that begin in the state of an earlier run."""
+    """Yield the warnings about a case.
+
+    standing: initial points of the bodies, by name. going_on: names of the bodies that continue from an earlier run.
+    """
     yield from overlaps_within_fields(case.body, standing, case.grid_or_none, going_on)
     for model in case.body:
         yield from model.start_warnings()
@@ -69,7 +73,7 @@ def warnings_of(case: Case, standing: Mapping[str, Standing], going_on: Abstract
 
 
 def late_pictures(case: Case) -> Iterator[str]:
-    """Pictures of instants that the run does not reach."""
+    """Yield a warning for each picture with times later than the end of the run."""
     for picture in case.picture:
         late = [f"{time:g} s" for time in picture.times if case.time.passed(time)]
         if late:
@@ -78,7 +82,7 @@ def late_pictures(case: Case) -> Iterator[str]:
 
 
 def gravity_across(case: Case) -> Iterator[str]:
-    """Return a warning if gravity acts along no axis along which the grid has several cells: nothing falls then."""
+    """Yield a warning if gravity acts only along axes along which the grid is one cell thick, so that it moves nothing."""
     across = [axis for axis, g, thin in zip("xyz", case.gravity, case.thin, strict=True) if g and thin]
     if across and not any(g for g, thin in zip(case.gravity, case.thin, strict=True) if not thin):
         within = [axis for axis, thin in zip("xyz", case.thin, strict=True) if not thin]

@@ -1,4 +1,4 @@
-"""Bodies that float in a liquid of their own velocity field, which sticks to them."""
+"""Warnings about bodies that float in a liquid of the same velocity field and therefore stick to it."""
 
 from collections.abc import Iterator
 
@@ -16,14 +16,14 @@ from pellucid.parts.condition import Condition
 ON_FLOOR = 0.5  # of a cell, by which a body that stands on a face of the grid may be above it
 
 Floating = SeededBody | MembraneCase
-"""Kinds of bodies that can share a velocity field with a liquid and displace it. Meshless solids have a field of their own."""
+"""Kinds of bodies that can displace a liquid in the same velocity field. Meshless solids always have a field of their own."""
 
 
 def floating_bodies(case: Case) -> Iterator[str]:
-    """Return a warning for each solid or closed membrane that may float in a liquid with which it shares the velocity field.
+    """Yield a warning for each solid or closed membrane that may float in a liquid of the same velocity field.
 
-    On nodes that both reach, the liquid moves as the body does, along its sides too. A layer as thick as a cell rises and sinks
-    with the body, and what of it is above the level of the liquid adds to the weight.
+    On nodes that both reach, the liquid moves with the body, also along its sides. A layer of liquid one cell thick
+    therefore rises and sinks with the body, and the part of this layer above the level of the liquid adds to the weight.
     """
     if case.grid_or_none is None or not any(case.gravity):
         return
@@ -46,12 +46,12 @@ def floating_bodies(case: Case) -> Iterator[str]:
 
 
 def _displaces(body: Floating) -> bool:
-    """Return True for a solid, and for a membrane around a volume."""
+    """Return True if the body displaces liquid: a solid, or a closed membrane."""
     return not body.material.flows if isinstance(body, SeededBody) else body.surface.closed
 
 
 def _is_inside(other: SeededBody, body: Floating) -> bool:
-    """Return True for a body of material points that lies within a membrane, by the boxes around the two."""
+    """Return True if the bounding box of a body of material points lies within the bounding box of a membrane."""
     if not isinstance(body, MembraneCase):
         return False
     (low, high), (lower, upper) = other.bounds(), body.bounds()
@@ -59,7 +59,11 @@ def _is_inside(other: SeededBody, body: Floating) -> bool:
 
 
 def _floats(body: Floating, liquid: SeededBody, case: Case) -> bool:
-    """Return True if a body is lighter than a liquid, or reaches above it and does not stand on the floor."""
+    """Return True if a body may float in a liquid.
+
+    This is so if it is lighter than the liquid, or extends above it without resting on the floor. A membrane filled by the
+    liquid does not float.
+    """
     if isinstance(body, MembraneCase) and body.name not in liquid.outside:  # the liquid fills it
         return False
     if _mean_density(body, case) < liquid.material.density:
@@ -69,7 +73,7 @@ def _floats(body: Floating, liquid: SeededBody, case: Case) -> bool:
 
 
 def _mean_density(body: Floating, case: Case) -> float:
-    """Return the density of a solid, or the mass of a membrane and of what it holds over the volume that it encloses."""
+    """Return the mean density [kg/m³]: of a solid, or of a membrane with its contents in the enclosed volume."""
     if isinstance(body, SeededBody):
         return body.material.density
     volume, (vertices, triangles) = body.occupied().measure((True, True, True)), body.surface.triangulate()
@@ -84,13 +88,13 @@ def _mean_density(body: Floating, case: Case) -> float:
 
 
 def _top(body: Floating, up: np.ndarray) -> float:
-    """Return the height of the highest corner of the box about a body, along the unit vector `up` [m]."""
+    """Return the height of the highest corner of the bounding box of a body along the unit vector `up` [m]."""
     lower, upper = body.bounds()
     return float(np.sum(np.where(up > 0.0, upper, lower) * up))
 
 
 def _stands(body: Floating, case: Case) -> bool:
-    """Return True if a body begins on a face of the grid that is held, in the direction of gravity."""
+    """Return True if a body starts on a fixed face of the grid in the direction of gravity."""
     lower, upper = body.bounds()
     slack = ON_FLOOR * case.grid.cell
     for axis, pull in enumerate(case.gravity):
@@ -106,7 +110,8 @@ def _stands(body: Floating, case: Case) -> bool:
 
 
 def _is_free(body: Floating, case: Case) -> bool:
-    """Return True if a body can move along gravity: no motion prescribes it there, and no support holds a part of it."""
+    """Return True if a body can move along gravity, i.e. no motion or support constrains any part of the body in this
+    direction."""
     parts, along = parts_of(case), {axis for axis in range(3) if case.gravity[axis] != 0.0}
     led = {axis for condition in parts.of(Condition) for axis in condition.prescribed_axes(body.name)}
     if along & led:
@@ -127,6 +132,6 @@ def _is_free(body: Floating, case: Case) -> bool:
 
 
 def _free_field(case: Case, name: str) -> str:
-    """Return a name that no velocity field has yet."""
+    """Return a name for a new velocity field, derived from the body name, that is not in use."""
     fields = {body.field for body in case.body}
     return next(option for option in (name, f"{name}-field", f"{name}-alone") if option not in fields)

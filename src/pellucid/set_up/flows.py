@@ -1,4 +1,4 @@
-"""Flows that have no way out, vents that never open, and faces that absorb no waves."""
+"""Warnings about flows without an outlet, vents that never open, and absorbing faces without effect."""
 
 from collections.abc import Iterator
 
@@ -24,7 +24,7 @@ INSTANTS = 1001  # at which the volume that has come in is known
 
 
 def flow_warnings(case: Case) -> Iterator[str]:
-    """Return warnings about flows that a case lets in and not out, and about openings that have no effect."""
+    """Yield warnings about inflows without an outlet and about openings that have no effect."""
     yield from _without_way_out(case)
     yield from _absorbing_at_inflows(case)
     yield from _closed_vents(case)
@@ -35,7 +35,7 @@ def _label(what: str, name: str | None, number: int) -> str:
 
 
 def _absorbing_at_inflows(case: Case) -> Iterator[str]:
-    """Return a warning for each face that is to absorb waves and at which an inflow prescribes the velocity."""
+    """Yield a warning for each absorbing face at which an inflow prescribes the velocity."""
     parts = parts_of(case)
     for number, absorbing in enumerate(parts.of(Absorbing)):
         for other, inflow in enumerate(parts.of(Inflow)):
@@ -48,7 +48,7 @@ def _absorbing_at_inflows(case: Case) -> Iterator[str]:
 
 
 def _without_way_out(case: Case) -> Iterator[str]:
-    """Return a warning for each liquid into which more comes than the grid has room for, though nothing can leave."""
+    """Yield a warning for each liquid whose inflows add more volume than the grid has room for, if it cannot leave."""
     parts, grid = parts_of(case), case.grid_or_none
     if grid is None or any(one.gas is not None for one in parts.of(Enclosed)):
         return
@@ -80,7 +80,10 @@ def _is_liquid(body: SeededBody) -> bool:
 
 
 def _is_closed(case: Case) -> bool:
-    """Return True if supports hold each face of the grid along its normal through which no inflow comes."""
+    """Return True if every face of the grid has a support for its normal velocity or an open-face condition.
+
+    Faces on thin and periodic axes are ignored.
+    """
     conditions = list(parts_of(case).of(Condition))
     for axis, thin in zip(AXES, case.thin, strict=True):
         if thin or axis in case.grid.periodic:
@@ -92,7 +95,7 @@ def _is_closed(case: Case) -> bool:
 
 
 def _entered(inflow: Inflow, body: SeededBody, case: Case, times: np.ndarray) -> np.ndarray:
-    """Return the volume that has come in until given times [m³], shape of the times."""
+    """Return the volume that an inflow has added until the given times [m³]; same shape as `times` [s]."""
     rate = inflow.flow_rate
     if rate is None:
         face = OpenFace.of(inflow.where, case.grid)
@@ -109,7 +112,8 @@ def _grid_volume(case: Case) -> float:
 
 
 def _volume(body: object, case: Case) -> float:
-    """Return the volume of a body, less that of bodies that it leaves out [m³]."""
+    """Return the volume of a body of material points without the bodies listed in its key `outside` [m³]; 0 for other
+    bodies."""
     if not isinstance(body, SeededBody):
         return 0.0
     x, y, z = (not thin for thin in case.thin)
@@ -119,7 +123,7 @@ def _volume(body: object, case: Case) -> float:
 
 
 def _closed_vents(case: Case) -> Iterator[str]:
-    """Return a warning for each vent whose opening pressure the gas or liquid cannot reach, where nothing squeezes it."""
+    """Yield a warning for each vent whose opening pressure the gas or liquid cannot reach, if nothing compresses it."""
     parts, bodies = parts_of(case), {body.name: body for body in case.body}
     quiet = all(
         isinstance(one, Enclosed) or (isinstance(one, Support) and not any(one.velocity)) for one in parts.of(Condition)
@@ -146,6 +150,6 @@ def _closed_vents(case: Case) -> Iterator[str]:
 
 
 def _is_at_rest(membrane: object) -> bool:
-    """Return True for a membrane that neither moves nor is tense at the start, so that it does not shrink."""
+    """Return True if a membrane neither moves nor is under tension at the start, so that it does not shrink."""
     is_slack = isinstance(membrane, MembraneCase) and membrane.tension == 0.0 and membrane.inflation == 0.0
     return is_slack and not (any(membrane.velocity) or membrane.initial)  # type: ignore[attr-defined]

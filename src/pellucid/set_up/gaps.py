@@ -1,7 +1,8 @@
-"""Gaps between what does not deform, too narrow for what is to flow or deform in them.
+"""Warnings about gaps between bodies that do not deform, if the gap is too narrow to resolve flow or deformation in it.
 
-From points on the boundaries of hard bodies the way along the normal is followed until it meets another boundary. Velocities
-that are linear in each of n cells between two walls at rest, and exact at the nodes, carry 1 - 1/n² of a viscous flow.
+From points on the boundaries of hard bodies, a ray follows the normal until it reaches another boundary. Velocities that
+are linear in each of n cells between two walls at rest, and exact at the nodes, give 1 - 1/n² of the flow rate of a viscous
+flow.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,27 +26,28 @@ BISECTIONS = 6
 PARALLEL = 0.9  # cosine between the normals of the two sides of a gap, at least: it does not taper
 
 Covers = Callable[[np.ndarray], np.ndarray]
-"""Which places [m], shape (n, 3), lie behind a boundary, shape (n,)."""
+"""Function of positions [m], shape (n, 3), that returns a mask of those behind a boundary, shape (n,)."""
 
 
 class Border(NamedTuple):
-    """Boundary that nothing crosses."""
+    """Impenetrable boundary."""
 
     name: str
     covers: Covers
     moves: str
-    """How it moves: two of the same motion stay at their distance."""
+    """Text that identifies the motion: two boundaries with the same text keep their distance."""
     normal: np.ndarray | None = None
-    """Of a plane, to the side where bodies are."""
+    """Unit normal of a plane, towards the bodies; None for a body."""
     is_mirror: bool = False
-    """Whether it is a plane of symmetry, behind which the gap goes on as its image."""
+    """True for a plane of symmetry, behind which the gap continues as its image."""
 
 
 def narrow_gaps(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
-    """Warnings about gaps of fewer than FEWEST cells between hard bodies, walls and faces of the grid that hold what touches
-    them, one for each two of these: where another body begins in the gap, or could pass as the two keep their distance.
+    """Yield a warning for each pair of boundaries with a gap of fewer than FEWEST cells between them.
 
-    going_on: names of the bodies that begin in the state of an earlier run; they are left out, not being where the case says.
+    Boundaries are hard bodies, walls, and faces of the grid with a fixed normal velocity. There is a warning only if
+    another body starts in the gap, or if the boundaries keep their distance, so that another body may enter it. going_on:
+    names of the bodies that continue from an earlier run; they are left out because their positions differ from the case.
     """
     grid = case.grid
     hard = [body for body in hard_bodies(case) if not body.is_surface]
@@ -96,7 +98,7 @@ def _border(body: BodyModel, case: Case, active: tuple[bool, bool, bool]) -> Bor
 
 
 def _planes(case: Case) -> Iterator[Border]:
-    """Walls, and faces of the grid whose nodes are held along their normal."""
+    """Yield the boundaries of walls and of faces of the grid with a fixed normal velocity."""
     rest = repr([])
     for number, wall in enumerate(case.wall):
         plane = wall.plane()
@@ -118,7 +120,8 @@ def _behind(plane: WallPlane) -> Covers:
 
 
 def _boundary(body: BodyModel, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
-    """Points on the boundary of a body within the grid [m], about a cell apart, and outward unit normals, shape (n, 3) each."""
+    """Return points on the boundary of a body within the grid, about a cell apart [m], and outward unit normals, shape (n,
+    3) each."""
     x, y, z = (not thin for thin in grid.thin())
     lower, upper = body.bounds()
     place, area = boundary_points(
@@ -137,9 +140,10 @@ def _boundary(body: BodyModel, grid: GridCase) -> tuple[np.ndarray, np.ndarray]:
 def _across(
     place: np.ndarray, normal: np.ndarray, one: Border, other: Border, theirs: tuple[np.ndarray, np.ndarray] | None, cell: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points of one boundary that have another before them across a gap of fewer than FEWEST cells: places, normals, widths.
+    """Return points of one boundary that face another across a gap of fewer than FEWEST cells.
 
-    theirs: points and normals of the other, of a plane None.
+    The result contains positions [m] and normals, shape (n, 3) each, and gap widths [m], shape (n,). place, normal: points
+    and normals of the first boundary. theirs: points and normals of the other boundary; None for a plane.
     """
     none = place[:0], normal[:0], np.zeros(0)
     reach = FEWEST * (0.5 if other.is_mirror else 1.0) * cell

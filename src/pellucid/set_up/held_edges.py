@@ -1,4 +1,4 @@
-"""Edges of membranes that resist bending and that supports or motions hold: hinges, and clamps beside the rows of the mesh."""
+"""Warnings about constrained edges of membranes with bending stiffness: hinges, and clamps away from the rows of the mesh."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -19,7 +19,7 @@ HALVINGS = 30  # of an edge of the mesh, to find where a region ends
 
 
 class _Holding(NamedTuple):
-    """A support or a motion that holds nodes of a membrane in all directions."""
+    """Support or motion that constrains nodes of a membrane in all directions."""
 
     label: str
     region: Where | None
@@ -27,8 +27,11 @@ class _Holding(NamedTuple):
 
 
 def held_edges(case: Case) -> Iterator[str]:
-    """Return a warning for each support or motion that holds a single row of nodes of a membrane with bending, which makes a
-    hinge, and for each clamp that lies clearly beside the edge of its region."""
+    """Yield a warning for each support or motion that acts as a hinge, and for each clamp at a distance from the edge of
+    its region.
+
+    A support or motion that constrains a single row of nodes of a membrane with bending stiffness is a hinge.
+    """
     parts = parts_of(case)
     for body in case.body:
         of = selectable_of(body, parts) if isinstance(body, MembraneCase) and _bends(body) else None
@@ -44,7 +47,7 @@ def _bends(body: MembraneCase) -> bool:
 
 
 def _find_mirrored(case: Case, of: Selectable) -> np.ndarray:
-    """Return which nodes lie in planes of symmetry, shape (n,)."""
+    """Return a mask of the nodes that lie in planes of symmetry, shape (n,)."""
     mirrored = np.zeros(len(of.position), bool)
     for support in on_each_face(case.support):
         if support.fix == "normal" and support.face() is not None and case.grid_or_none is not None:
@@ -96,7 +99,7 @@ def _find_row_width(position: np.ndarray, edges: np.ndarray, beside: np.ndarray)
 
 
 def _distance_warning(body: str, holding: _Holding, of: Selectable, clamped: np.ndarray) -> Iterator[str]:
-    """Report a region of a shape that ends clearly beyond the last row of nodes that it clamps."""
+    """Yield a warning if the region of a support ends well beyond the last row of nodes that it clamps."""
     from scipy.spatial import cKDTree
 
     region = holding.region

@@ -1,4 +1,5 @@
-"""Hard bodies that are small beside the cells or faces of a soft one, in which they press too hard."""
+"""Warnings about hard bodies that are too small for the cells or elements of a soft body, so that their contact force is
+too large."""
 
 from collections.abc import Iterator, Sequence
 
@@ -15,13 +16,13 @@ from pellucid.set_up.hard_bodies import hard_bodies
 
 FEWEST = 3.0  # cells or edges of the soft body in the radius of a hard one, below which its force is far too large
 Box = tuple[np.ndarray, np.ndarray]
-"""Lower and upper corner [m]."""
+"""Lower and upper corner of a box [m]."""
 Faces = tuple[np.ndarray, np.ndarray, np.ndarray]
 """See `BodyModel.faces_pressed`."""
 
 
 def coarse_indenters(case: Case) -> Iterator[str]:
-    """Warnings about hard bodies that solids of other velocity fields resolve too coarsely, one for each two of them."""
+    """Yield a warning for each pair of a hard body and a solid of another velocity field that resolves it too coarsely."""
     planes = symmetry_planes(case.support, case.grid)
     hard = hard_bodies(case)
     names = {body.name for body in hard}
@@ -51,8 +52,8 @@ def coarse_indenters(case: Case) -> Iterator[str]:
 
 
 def coarse_sheets(case: Case) -> Iterator[str]:
-    """Warnings about bodies that are small compared with the elements of a membrane of another velocity field, between whose
-    nodes they can pass; one for each two of them."""
+    """Yield a warning for each pair of a body and a membrane of another velocity field, if the body can pass between its
+    nodes."""
     planes = symmetry_planes(case.support, case.grid)
     bodies = [body.with_others(case.body) for body in case.body if not (body.is_fluid or body.is_surface)]
     for sheet in case.body:
@@ -70,7 +71,10 @@ def coarse_sheets(case: Case) -> Iterator[str]:
 
 
 def _faces_of_sheet(sheet: MembraneElementsCase, grid: GridCase) -> Faces:
-    """Return the triangles of a membrane on both sides. For a square cut in two, the edge length is the side of the square."""
+    """Return centres, vector areas and edge lengths of the triangles of a membrane on both sides.
+
+    For a square cut into two triangles, the edge length is the side of the square.
+    """
     vertices, triangles = sheet.surface.triangulate()
     corners = np.where(grid.thin(), 0.0, vertices)[triangles]
     edges = np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1)
@@ -79,9 +83,11 @@ def _faces_of_sheet(sheet: MembraneElementsCase, grid: GridCase) -> Faces:
 
 
 def _radius_and_spacing(hard: Box, soft: Box, faces: Faces | None, grid: GridCase) -> tuple[float, float]:
-    """The smallest half extent of a hard body across the way to a soft one [m], and the length that resolves this there [m].
+    """Return the smallest half extent of a hard body across the direction to a soft one, and the mesh length of the soft
+    one there [m].
 
-    Of several axes along which the two lie side by side that which makes it largest: they may come nearer along any of them.
+    If the bodies are separate along several axes, the axis with the largest half extent is used, because they may approach
+    along any axis.
     """
     (lower, upper), (low, high), active = hard, soft, ~np.array(grid.thin())
     apart = np.where(active, np.maximum(low - upper, lower - high), -np.inf)
@@ -109,7 +115,7 @@ def _within(box: Box, grid: GridCase) -> Box:
 
 
 def _with_images(box: Box, planes: Sequence[Plane], near: float) -> Box:
-    """A box, with the images of it that planes of symmetry no further than `near` [m] join to it."""
+    """Return the bounding box of a box and its mirror images at planes of symmetry not further away than `near` [m]."""
     lower, upper = box[0].copy(), box[1].copy()
     for axis, place in planes:
         if lower[axis] - near <= place <= upper[axis] + near:

@@ -1,4 +1,4 @@
-"""Degrees of freedom that a case leaves free although its user may expect them to be constrained."""
+"""Warnings about degrees of freedom that are free although the user may expect them to be constrained."""
 
 from collections.abc import Iterator
 
@@ -9,7 +9,7 @@ from pellucid.parts.condition import is_driven
 
 
 def free_turns(case: Case) -> Iterator[str]:
-    """Warnings about rigid bodies whose motions prescribe all of the way and say nothing of the rotation."""
+    """Yield a warning for each rigid body whose translation is fully prescribed but whose rotation is not specified."""
     parts = parts_of(case)
     for body in case.body:
         motions = [motion for motion in case.motion if motion.body == body.name]
@@ -34,7 +34,7 @@ def free_turns(case: Case) -> Iterator[str]:
 
 
 def passed_walls(case: Case) -> Iterator[str]:
-    """Warnings about walls that name no bodies and do not hold all of them."""
+    """Yield a warning for each wall without a list of bodies that does not act on all bodies."""
     parts = parts_of(case)
     for number, wall in enumerate(case.wall):
         passing = [body.name for body in case.body if body.why_no_wall() and not is_driven(body.name, parts)]

@@ -1,4 +1,4 @@
-"""Slits in solids of material points that are too narrow for both sides to move apart or to slide on each other."""
+"""Warnings about slits in solids of material points that are too narrow for both sides to separate or slide."""
 
 from collections.abc import Iterator
 from collections.abc import Set as AbstractSet
@@ -20,8 +20,10 @@ from pellucid.set_up.hard_bodies import hard_bodies
 
 
 def narrow_slits(case: Case, going_on: AbstractSet[str] = frozenset()) -> Iterator[str]:
-    """Warnings about slits in bodies of material points that deform, one for each body; going_on: names of those that begin in
-    the state of an earlier run."""
+    """Yield a warning for each deforming body of material points that has a narrow slit.
+
+    going_on: names of the bodies that continue from an earlier run; they are not checked.
+    """
     grid = case.grid
     hard = {body.name for body in hard_bodies(case)}
     x, y, z = (not thin for thin in grid.thin())

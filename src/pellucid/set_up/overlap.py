@@ -1,8 +1,8 @@
-"""Bodies that start inside each other or cross.
+"""Checks for bodies that start inside each other or intersect.
 
-Between velocity fields that is an error: contact could not find the normal. Within one there is the mass of both where two
-volumes overlap: that is a warning. A body that goes on from an earlier run is where its points are, not where the case
-describes it; two such have met in that run already, and are not looked at again.
+Between velocity fields this is an error, because contact could not find the normal. Within one velocity field, an overlap
+of two volumes contains the mass of both; this is a warning. A body that continues from an earlier run is located by its
+points, not by its description in the case. Two continued bodies are not checked again.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,7 +22,7 @@ DEPTH = 0.25  # of a cell, by which a point may lie inside another body and stil
 SAMPLES = 4000  # points of a body that are tested within a velocity field, at most
 
 Contains = Callable[[np.ndarray], np.ndarray]
-"""Which places [m], shape (n, 3), lie inside a body, shape (n,)."""
+"""Function of positions [m], shape (n, 3), that returns a mask of those inside a body, shape (n,)."""
 
 
 def refuse_overlaps(
@@ -31,10 +31,11 @@ def refuse_overlaps(
     grid: GridCase | None,
     going_on: AbstractSet[str] = frozenset(),
 ) -> None:
-    """Raise CaseError where a body starts inside one of another velocity field, or two membranes of such cross.
+    """Raise CaseError if a body starts inside a body of another velocity field, or if membranes of different fields
+    intersect.
 
-    standing: where bodies stand, by name; others are not looked at. going_on: names of those of them that begin in the state
-    of an earlier run.
+    standing: initial points of the bodies, by name; other bodies are not checked. going_on: names of the bodies that
+    continue from an earlier run.
     """
     if grid is None:  # without a grid they do not touch
         return
@@ -67,7 +68,7 @@ def overlaps_within_fields(
     grid: GridCase | None,
     going_on: AbstractSet[str] = frozenset(),
 ) -> Iterator[str]:
-    """Warnings about volumes of one velocity field that overlap, one for each two of them."""
+    """Yield a warning for each pair of bodies of one velocity field whose volumes overlap."""
     if grid is None:
         return
     for body, other in _near(models, standing, grid, going_on):
@@ -87,7 +88,7 @@ def overlaps_within_fields(
 def _near(
     models: Sequence[BodyModel], standing: Mapping[str, Standing], grid: GridCase, going_on: AbstractSet[str]
 ) -> list[tuple[BodyModel, BodyModel]]:
-    """Each two bodies, in their order, whose boxes are less than a cell apart, but for two that go on."""
+    """Return the pairs of bodies whose bounding boxes are less than a cell apart, except pairs of two continued bodies."""
     known = [model.with_others(models) for model in models if model.name in standing]
     if len(known) < 2:
         return []
@@ -100,7 +101,10 @@ def _near(
 
 
 def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: AbstractSet[str]) -> Contains:
-    """Return the test for places in a body: in its shape, or if it goes on, in a cube of the volume of one of its points."""
+    """Return a function that tests whether positions lie inside a body.
+
+    The body is its shape or, if it continues from an earlier run, the union of cubes with the volumes of its points.
+    """
     x, y, z = active = np.array([not thin for thin in grid.thin()])
     if model.name not in going_on or standing.volume is None:
         return lambda places: model.contains(places, (x, y, z), grid.periods())
@@ -118,10 +122,11 @@ def _contents(model: BodyModel, standing: Standing, grid: GridCase, going_on: Ab
 
 
 def _well_inside(position: np.ndarray, contains: Contains, grid: GridCase) -> np.ndarray:
-    """Return True for positions that lie inside a body by more than DEPTH of a cell, along axes and diagonals.
+    """Return a mask of the positions, shape (n, 3), that lie inside a body by more than DEPTH cells along axes and
+    diagonals.
 
-    From a place on an edge of a region that the body leaves out, steps along the axes stay in faces of the region, of which
-    rounding makes either side; a diagonal leads into the region.
+    From a position on an edge of a region that the body leaves out, steps along the axes stay in faces of the region, where
+    rounding decides the result; a diagonal step leads into the region.
     """
     steps = np.array(list(product(*((0.0,) if thin else (0.0, 1.0, -1.0) for thin in grid.thin()))))
     steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1.0)

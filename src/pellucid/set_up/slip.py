@@ -1,4 +1,4 @@
-"""Bodies past which fluids of implicit viscosity slip, since they act after it is solved for."""
+"""Warnings about bodies along which a fluid with implicit viscosity slips, because they act after its viscous solution."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,8 @@ from pellucid.parts.step_limit import spread_in_cells
 
 
 def slipped_past(case: Case) -> Iterator[str]:
-    """Rigid bodies in the velocity field of such a fluid, and bodies of other fields that move."""
+    """Yield a warning for each fluid with implicit viscosity, with the rigid bodies of its field and moving bodies of other
+    fields."""
     for fluid in case.body:
         material = getattr(fluid, "material", None)
         if not fluid.solves_viscosity or not isinstance(material, PointMaterial):

@@ -1,4 +1,4 @@
-"""Supports that prescribe different velocities at the same nodes, or move faces of the grid out of it."""
+"""Warnings about supports that prescribe different velocities at the same nodes, or that move faces out of the grid."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -19,14 +19,14 @@ from pellucid.parts.support_precedence import find_owners, is_across
 
 
 class _Numbered(NamedTuple):
-    """A support on one face or none, and its label in messages."""
+    """Support on at most one face, with its label for messages."""
 
     support: Support
     label: str
 
 
 def crossing_supports(case: Case) -> Iterator[str]:
-    """Return a warning for each pair of supports of which one is overruled at nodes that both constrain."""
+    """Yield a warning for each pair of supports if one overrules the other at common nodes."""
     supports = [
         _Numbered(one, support.label(number)) for number, support in enumerate(case.support) for one in support.on_each_face()
     ]
@@ -39,7 +39,7 @@ def crossing_supports(case: Case) -> Iterator[str]:
 
 
 def leading_out(case: Case) -> Iterator[str]:
-    """Return a warning for each face whose support would take the points of bodies on the grid past it."""
+    """Yield a warning for each face whose support would move points of bodies out of the grid."""
     grid, parts = case.grid_or_none, parts_of(case)
     led = [body.name for body in case.body if body.moves and not body.owns_nodes(is_alone(body, parts))]
     if grid is None or not led:
@@ -59,7 +59,8 @@ def leading_out(case: Case) -> Iterator[str]:
 
 
 def _differ(one: Support, other: Support, axis: int) -> bool:
-    """Return True if two supports prescribe different velocities along an axis at the same time, and one is overruled."""
+    """Return True if two supports prescribe different velocities along an axis at the same time, and one overrules the
+    other."""
     if one.until is not None or other.until is not None or not (one.axes()[axis] and other.axes()[axis]):
         return False
     if None not in (one.body, other.body) and one.body != other.body:
@@ -76,7 +77,8 @@ def _differ(one: Support, other: Support, axis: int) -> bool:
 
 
 def _warnings(case: Case, one: _Numbered, other: _Numbered, axes: list[int]) -> Iterator[str]:
-    """Return warnings of a pair for the nodes of the grid, and those of bodies with nodes of their own."""
+    """Yield the warnings about a pair of supports at the nodes of the grid and at the nodes of bodies with nodes of their
+    own."""
     parts, grid = parts_of(case), case.grid_or_none
     if grid is not None and one.support.body is None and other.support.body is None:
         of = Selectable(_common_nodes(grid, one.support, other.support), periods=grid.periods())
@@ -124,7 +126,7 @@ def _text(loser: str, overruled: NodalSupport, winner: str, counts: NodalSupport
 
 
 def _common_nodes(grid: GridCase, *supports: Support) -> np.ndarray:
-    """Nodes of the grid [m], shape (n, 3), among which are all that the supports have in common."""
+    """Return nodes of the grid that include all nodes common to the supports [m], shape (n, 3)."""
     lower, upper = np.array(grid.lower), np.array(grid.extent_upper())
     first, last = (
         np.zeros(3, np.int64),

@@ -55,20 +55,21 @@ class NodalApproximant(Model):
 
     kind: str
     reach: ClassVar[str | None] = None
-    """Name of its key for the size of supports, if the functions need enough neighbours."""
+    """Name of the key that sets the size of supports, if the functions need enough neighbours; None otherwise."""
     follows_cells: ClassVar[bool] = False
-    """True if its functions are linear in each cell, so that one flat cell makes them steep and the time step small."""
+    """True if the functions are linear in each cell; one flat cell then makes them steep and the time step small."""
     remedy: ClassVar[str | None] = None
-    """Remedy if it has no functions at a point; None if it has functions in all tetrahedra with a volume."""
+    """Remedy for a point without shape functions; None if there are functions in all tetrahedra with a volume."""
 
     @abstractmethod
     def evaluator(self, mesh: SimplexMesh) -> Evaluator:
-        """Build its shape functions for a mesh."""
+        """Return the shape functions of the approximant for a mesh."""
 
     def vanishing(self, evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-        """Return an evaluator in which the functions of nodes, shape (k,), vanish on these boundary faces, shape (k,).
+        """Return an evaluator with functions of given nodes that vanish on given boundary faces.
 
-        Returns the given evaluator if the approximant does not support this.
+        nodes, faces: numbers of the nodes and of the corresponding faces, shape (k,) each. Returns the given evaluator if
+        the approximant does not support this.
         """
         return evaluator
 

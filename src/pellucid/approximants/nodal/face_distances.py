@@ -33,7 +33,11 @@ class FaceDistances(NamedTuple):
 
 
 def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lists) -> FaceDistances:
-    """Build the distances for nodes with these faces; shape: α, which rounds the edges; size: of their supports [m]."""
+    """Return the distance data for nodes with the given faces.
+
+    shape: parameter α, which rounds the edges. size: sizes of the supports [m], shape (n,). faces: faces that bound each
+    support.
+    """
     flat = mesh.dimension == 2
     planes = (_segments if flat else _triangles)(mesh.nodes[mesh.faces[0]])
     return FaceDistances(flat, shape, size, *faces, planes)
@@ -142,7 +146,7 @@ def inverse_square(fn, x, a, scratch):
 
 @pointwise
 def share_before_faces(fn, x, a, scratch):
-    """Return the factor (1 + D⁻²)^(-s/2) by which faces reduce the weight of node a at x, and its gradient times the
+    """Return the reduction factor (1 + D⁻²)^(-s/2) of the weight of node a at x due to faces, and its gradient times the
     support size."""
     total, gx, gy, gz = inverse_square(fn, x, a, scratch)
     if total * VANISHING * VANISHING >= 1.0:

@@ -159,10 +159,11 @@ def to_lengths(gradients, length):
 
 @pointwise
 def keep_face(n, normal, offset, log_prior):
-    """Exclude the nodes off a face if all nodes with a weight lie on one side of it, as their functions vanish on the face.
+    """Exclude the nodes off a face if all nodes with a weight lie on one side of it, because their functions vanish on the
+    face.
 
-    The functions are the limit of a λ that grows along the normal, which Newton's method cannot reach if nodes lie close to the
-    plane of the face, as on a curved boundary.
+    The functions are the limit for a multiplier λ that grows along the normal. Newton's method cannot reach this limit if
+    nodes lie close to the plane of the face, as on a curved boundary.
     """
     above = below = False
     for a in range(n):

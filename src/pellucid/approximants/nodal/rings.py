@@ -16,7 +16,10 @@ BLOCK = 4096  # number of nodes whose rings are processed at a time, to limit me
 
 
 def ring(mesh: SimplexMesh, k: int, nodes: slice) -> sparse.csr_array:
-    """Return a sparse matrix that is nonzero if a cell is in the k-th ring of one of these nodes, shape (nodes, c)."""
+    """Return a sparse matrix, shape (nodes, c), that is nonzero if a cell belongs to the k-th ring of a node.
+
+    nodes: slice of the node numbers.
+    """
     cells = mesh.incidence[nodes]
     for _ in range(k - 1):
         cells = (cells @ mesh.incidence.T) @ mesh.incidence
@@ -65,7 +68,10 @@ def ring_boundaries(mesh: SimplexMesh, k: int) -> tuple[Lists, np.ndarray]:
 
 
 def with_faces(evaluator: Evaluator, mesh: SimplexMesh, nodes: np.ndarray, faces: np.ndarray) -> Evaluator:
-    """Add to the `distances` of each of these nodes, shape (k,), the distance from the corresponding face, shape (k,)."""
+    """Return an evaluator with an additional face in the `distances` of each given node.
+
+    nodes, faces: numbers of the nodes and of the corresponding faces, shape (k,) each.
+    """
     distances = evaluator.functions.distances
     n, f = len(mesh.nodes), len(mesh.faces[0])
     known = np.repeat(np.arange(n), np.diff(distances.first)) * f + distances.faces

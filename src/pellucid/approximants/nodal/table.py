@@ -37,9 +37,10 @@ class Points(NamedTuple):
 
 
 class PointRows(NamedTuple):
-    """Shape functions at m points. Point k has the entries row[k]:row[k + 1] of `nodes` and `values`.
+    """Shape functions at m points, as rows of entries.
 
-    Its gradients [1/m] start at 3 row[k] in `gradients`, all x-components first. The nodes are those of its cell.
+    Point k has the entries row[k]:row[k + 1] of `nodes` and `values`. The gradients [1/m] of point k start at 3 row[k] in
+    `gradients`, all x-components first. The nodes are the active nodes of the cell of the point.
     """
 
     row: np.ndarray

@@ -1,9 +1,9 @@
-"""Two-level conjugate gradients for systems like that of a thin plate, whose null space is the affine functions of the nodes.
+"""Two-level conjugate gradients for systems similar to a thin plate, whose null space is the affine functions of the nodes.
 
 Smooth functions have little energy in such systems, proportional to the fourth power of their wave number: with a diagonal
-preconditioner the number of iterations grows with the square of the number of nodes along an edge. A coarse space of quadratic
-B-splines on a lattice, solved directly and added to the diagonal, resolves smooth functions (Toselli & Widlund 2005, Domain
-Decomposition Methods, section 2.5), so that the number of iterations does not depend on the number of nodes.
+preconditioner the number of iterations grows with the square of the number of nodes along an edge. A coarse space of
+quadratic B-splines on a lattice, solved directly and added to the diagonal, resolves smooth functions (Toselli & Widlund
+2005, Domain Decomposition Methods, section 2.5), so that the number of iterations does not depend on the number of nodes.
 """
 
 from collections.abc import Callable
@@ -25,9 +25,10 @@ PASSES, MOST_ITERATIONS = 6, 2000
 
 
 def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Solve matrix @ x = wanted, up to affine parts, for x of shape (n, k) and nodes [m], shape (n, 3).
+    """Return the solution x of matrix @ x = wanted, up to affine parts, shape (n, k).
 
-    Raises Refusal if the residual stays above 1e-10 of the right-hand side.
+    nodes: positions of the nodes [m], shape (n, 3). Raises Refusal if the residual stays above 1e-10 of the right-hand
+    side.
     """
     affine = _affine_functions(nodes)
 
@@ -65,7 +66,7 @@ Operator = Callable[[np.ndarray], np.ndarray]
 
 
 def _iterate(matrix: sparse.csr_array, wanted: np.ndarray, precondition: Operator, close: np.ndarray) -> np.ndarray:
-    """Do one pass of conjugate gradients from zero, with separate step lengths for each column."""
+    """Return the result of one pass of conjugate gradients from zero, with separate step lengths for each column."""
     x, residual = np.zeros_like(wanted), wanted.copy()
     z = precondition(residual)
     direction, product = z, np.sum(residual * z, axis=0)

@@ -29,10 +29,10 @@ class BlendedRows(NamedTuple):
         return self.first @ of_nodes[self.nodes][:, None]
 
     def united(self, nodes: np.ndarray, slots: np.ndarray) -> "BlendedRows":
-        """Return rows in which each node occurs once.
+        """Return rows of shape functions with one entry per node.
 
-        nodes: m nodes of each simplex, shape (t, m); slots: index among these of the nodes of the corners' stencils, shape (t,
-        d + 1, s).
+        nodes: numbers of the m nodes of each simplex, shape (t, m). slots: for the nodes in the stencils of the corners,
+        the index in `nodes`, shape (t, d + 1, s).
         """
         here, parts = np.arange(len(slots))[:, None], []
         for functions in self[1:]:

@@ -46,7 +46,7 @@ class RadialModel(Model):
     @property
     @abstractmethod
     def derivatives(self) -> int:
-        """Number of derivatives that are finite at the nodes, of which at most 2 are used."""
+        """Number of derivatives that are finite at the nodes; at most 2 are used."""
 
     @property
     def initial_shape(self) -> float:
@@ -60,11 +60,11 @@ class RadialModel(Model):
             raise ValueError(f"`degree` = {self.degree} is too low: {few}; set `degree` to {self.least_degree} or more")
 
     def n_polynomials(self, dimension: int) -> int:
-        """Return the number of polynomials of its degree in this number of dimensions."""
+        """Return the number of polynomials up to the degree of the model in a given dimension."""
         return comb(self.degree + dimension, dimension)
 
     def stencil_size(self, dimension: int) -> int:
-        """Return the number of nodes of a stencil in this number of dimensions."""
+        """Return the number of nodes of a stencil in a given dimension."""
         return self.neighbours or max(ceil(NODES_PER_POLYNOMIAL * self.n_polynomials(dimension)), 2)
 
 

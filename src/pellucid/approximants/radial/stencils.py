@@ -121,9 +121,10 @@ def _condition(kernel: np.ndarray, across: np.ndarray) -> np.ndarray:
 
 
 def functions_at(found: Interpolants, places: np.ndarray, of: np.ndarray | None = None, derivatives: int = 2) -> Functions:
-    """Return the shape functions at positions [m], shape (s, q, d), of all stencils or of those with numbers `of`, shape (s,).
+    """Return the shape functions of stencils at positions [m], shape (s, q, d).
 
-    derivatives: 1 omits second derivatives. Raises ValueError if the radial function does not have this number of derivatives.
+    of: numbers of the stencils, shape (s,); None for all stencils. derivatives: 1 omits second derivatives. Raises
+    ValueError if the radial function does not have this number of derivatives.
     """
     radial = found.radial
     if derivatives > radial.derivatives:

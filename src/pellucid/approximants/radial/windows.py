@@ -1,10 +1,10 @@
 """Local weak forms on a line: test functions that are one in a window around each node and zero elsewhere.
 
-The balance of a window, d/dt ∫ c dx = flux in - flux out, is the equation of its node (local radial point interpolation, Liu &
-Gu 2001; Benet 2015, eqs. 4.21 to 4.31). Windows of half the spacing meet without overlap: what leaves one enters the next, and
-the total is conserved. The response of a window with half-width w to a wave with wave number k is 2 sin(kw)/k, which has a zero
-at a resolved wave, k < π/h, if w > h. The outflow also has a zero, at a slightly different wave number, as slopes are
-interpolated; for waves between the two zeros the signs differ, and these waves grow.
+The balance of a window, d/dt ∫ c dx = flux in - flux out, is the equation of its node (local radial point interpolation,
+Liu & Gu 2001; Benet 2015, eqs. 4.21 to 4.31). Windows of half the spacing touch without overlap: the flux out of one window
+is the flux into the next, and the total is conserved. The response of a window with half-width w to a wave with wave number
+k is 2 sin(kw)/k, which has a zero at a resolved wave, k < π/h, if w > h. The outflow also has a zero, at a slightly
+different wave number, as slopes are interpolated; for waves between the two zeros the signs differ, and these waves grow.
 """
 
 from math import ceil
@@ -29,10 +29,11 @@ class Windows(NamedTuple):
 
 
 def windows_on_line(x: np.ndarray, radial: RadialModel, half_width: float = 0.5) -> Windows:
-    """Build the windows around nodes at ascending x, shape (n,) [m]; they are cut off at the ends of the line, where the flux
-    is zero.
+    """Return the windows around nodes at ascending x, shape (n,) [m]; they end at the ends of the line, where the flux is
+    zero.
 
-    half_width: in units of segments between nodes; stable below 1. Raises StencilError if there are too few nodes.
+    half_width: half-width in units of segments between nodes; stable below 1. Raises StencilError if there are too few
+    nodes.
     """
     n = len(x)
     number = np.arange(n - 1)

@@ -49,7 +49,10 @@ def without_holes(mesh: Mesh, most_edges: int) -> tuple[Mesh, list[str]]:
 
 
 def _parted(loop: list[int]) -> list[list[int]]:
-    """Split a ring at a vertex that it visits twice, where more than two fans of elements meet; return [] if there is none."""
+    """Return the two rings into which a ring is split at a vertex that it visits twice; [] if there is no such vertex.
+
+    A ring visits a vertex twice if more than two fans of elements share the vertex.
+    """
     seen: dict[int, int] = {}
     for place, vertex in enumerate(loop):
         if vertex in seen:

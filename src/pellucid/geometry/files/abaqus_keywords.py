@@ -38,7 +38,7 @@ class Keyword:
 
 
 def keywords(path: str) -> list[Keyword]:
-    """Read the keywords of a file in order; those of included files are inserted. Raises Damaged."""
+    """Return the keywords of a file in order, with the keywords of included files inserted. Raises Damaged."""
     found: list[Keyword] = []
     _read(Path(path), (Path(path),), found)
     return found
@@ -66,9 +66,9 @@ def _named_files(path: str, changed: int, size: int) -> list[str]:
 
 
 def _read(path: Path, chain: tuple[Path, ...], found: list[Keyword]) -> None:
-    """Append the keywords of a file; data lines at its start belong to the last keyword so far.
+    """Append the keywords of a file to `found`; data lines at its start belong to the last keyword so far.
 
-    chain: the files from the first one to this one, each of which includes the next.
+    chain: paths from the first file to this one; each file includes the next one.
     """
     first = chain[0]
     here = "" if path == first else f" of {path.name}"

@@ -62,12 +62,12 @@ def with_points(contents: Contents, kept: np.ndarray) -> Contents:
 
 
 def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
-    """Return tetrahedra, shape (c, 4), and notes: first those of the file, then those into which other elements are divided.
+    """Return tetrahedra, shape (c, 4), and notes: the tetrahedra of the file, followed by the parts of other elements.
 
-    Each quadrilateral is divided from its corner with the smallest number, so that the elements on both sides of a face divide
-    it alike. Each element is divided into tetrahedra from its own corner with the smallest number to the triangles of the other
-    faces. Source: Dompierre, Labbé, Vallet & Camarero 1999, 8th International Meshing Roundtable, 195, for hexahedra without
-    their division into five.
+    Each quadrilateral is divided from its corner with the smallest number, so that the elements on both sides of a face
+    divide it in the same way. Each element is divided into tetrahedra that connect its corner with the smallest number to
+    the triangles of the other faces. Source: Dompierre, Labbé, Vallet & Camarero 1999, 8th International Meshing
+    Roundtable, 195, for hexahedra without their division into five.
     """
     found, notes = [np.zeros((0, 4), np.int64), *(block.nodes for block in blocks if block.kind == "tetra")], []
     for block in blocks:

@@ -8,7 +8,7 @@ from pellucid.geometry.files.words import floats, integers, text_of
 
 
 def is_gmsh1(data: bytes) -> bool:
-    """Return True if a file starts like this format."""
+    """Return True if a file starts like a Gmsh file of version 1."""
     return data.lstrip()[:4] == b"$NOD"
 
 

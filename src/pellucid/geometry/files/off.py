@@ -82,7 +82,7 @@ def _read_counts(lines: list[_Line]) -> tuple[int, int]:
 
 
 def _divided(points: np.ndarray) -> np.ndarray:
-    """Return points, shape (n, 3), divided by their fourth coordinate if they have one."""
+    """Return the first three coordinates of points, shape (n, 3), divided by the fourth coordinate if there is one."""
     if points.shape[1] == 3:
         return points
     if (points[:, 3] == 0.0).any():

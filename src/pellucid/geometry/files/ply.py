@@ -125,8 +125,8 @@ class _Words:
         return floats(words, "its values") if kind[0] == "f" else integers(words, "its whole numbers")
 
     def table(self, layout: list[tuple[str, int]], rows: int) -> tuple[list[np.ndarray], int] | None:
-        """Return columns, shape (rows, values) each, and their end if all rows have this number of values of these types;
-        else None."""
+        """Return columns, shape (rows, values) each, and the end of their data; None if a row has another number or type of
+        values."""
         widths = [width for _, width in layout]
         if rows * sum(widths) > self.left:
             return None
@@ -168,7 +168,10 @@ class _Bytes:
 
 
 def _columns(source: _Words | _Bytes, element: _Element) -> dict[str, Column]:
-    """Return the values of an element's properties by name; read at once if all lists are as long as those of the first row."""
+    """Return the values of the properties of an element, by name.
+
+    The values are read in one operation if all lists have the length of the list in the first row.
+    """
     if element.rows > source.left:
         raise Damaged(f"its header counts {element.rows} of `{element.name}`, which exceeds the size of the file")
     if not element.rows:

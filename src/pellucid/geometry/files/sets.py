@@ -35,7 +35,7 @@ def sets_of_cells(mesh: Any) -> dict[str, list[np.ndarray]]:
 
 
 def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
-    """Return the numbered element groups by name, or by number if they have no name."""
+    """Return the element numbers of each block for the numbered element groups, by group name or else by group number."""
     data = mesh.cell_data or {}
     named = (mesh.field_data or {}) if GMSH in data else {}
     names = {(int(number), int(dimension)): name for name, (number, dimension) in named.items()}

@@ -110,7 +110,7 @@ def _plain_medit(text: str) -> str:
 
 
 def _block(kind: str, nodes: np.ndarray) -> Block:
-    """Return elements, after a check that they have whole numbers for all corners. Raises ReadError."""
+    """Return a block of elements; the nodes are checked to be whole numbers for all corners. Raises ReadError."""
     import meshlane
 
     block = Block(kind, nodes)

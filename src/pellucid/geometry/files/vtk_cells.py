@@ -72,7 +72,7 @@ def _sets(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
 
 
 def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
-    """Yield numbered groups from arrays in which programs that convert other formats store them."""
+    """Yield the name and the values of arrays that number groups, as stored by programs that convert other formats."""
     for name in sorted(GROUPS & arrays.keys()):
         values = np.asarray(arrays[name])
         for number in np.unique(values[values != 0]).tolist():

@@ -24,7 +24,7 @@ UNREAD = "some of its arrays were not read, so sets that they mark are missing"
 
 
 def is_grid(data: bytes) -> bool:
-    """Return True if a file starts like one of these kinds."""
+    """Return True if a file starts like a legacy VTK file with polygons or an unstructured grid."""
     head = data.upper().split()
     return head[:4] == [b"#", b"VTK", b"DATAFILE", b"VERSION"] and any(pair in DATASETS for pair in pairwise(head))
 

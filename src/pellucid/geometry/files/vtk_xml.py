@@ -212,7 +212,7 @@ class _Reader:
 
 
 class _Bytes:
-    """Sequential reader of raw bytes, or of base 64 text in which each part is encoded separately."""
+    """Sequential reader of raw bytes, or of base 64 text whose parts are encoded separately."""
 
     def __init__(self, data: bytes, raw: bool) -> None:
         self._data, self._raw, self._at = data, raw, 0

@@ -63,9 +63,10 @@ def floats(words: Sequence[str], what: str) -> np.ndarray:
 
 
 def _not_a_number(words: Sequence[str]) -> tuple[str, str]:
-    """Return the first word that is not a number, for a message, and a remedy if it has a decimal comma.
+    """Return the first word that is not a number, for a message, and a remedy if the word has a decimal comma.
 
-    Only a word of digits and signs is quoted, so that a wrong path does not reveal the contents of a file that is not a mesh.
+    Only a word of digits and signs is quoted, so that a wrong path does not reveal the contents of a file that is not a
+    mesh.
     """
     for word in words:
         if not _is_number(word):

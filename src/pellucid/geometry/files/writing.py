@@ -30,7 +30,7 @@ def check_ending(name: str, is_solid: bool) -> None:
 
 
 def write_surface(path: Path, ending: str, vertices: np.ndarray, quads: np.ndarray, triangles: np.ndarray) -> None:
-    """Write a surface; in STL its quadrilaterals are divided into triangles."""
+    """Write a surface to a file; in the STL format, quadrilaterals are divided into triangles."""
     if ending in BY_MESHLANE:
         _through_meshlane(path, ending, vertices, [("quad", quads), ("triangle", triangles)], {})
         return

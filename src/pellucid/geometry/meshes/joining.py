@@ -69,11 +69,11 @@ def joined(
 
 
 def layers_parted(mesh: Mesh) -> Mesh | None:
-    """Return a mesh in which elements that occur twice, with opposite orientation, form two layers joined at their rim.
+    """Return a mesh with two layers, joined at their rim, for elements that occur twice with opposite orientation.
 
-    Returns None if the elements do not form such layers. Files that repeat the corners of every element (STL) store a flat bag
-    this way. Elements are neighbours across an edge if they have the same orientation and are not the two coincident elements,
-    except at the rim, where only these two exist.
+    Returns None if the elements do not form such layers. Files that repeat the corners of every element (STL) store a flat
+    bag this way. Elements are neighbours across an edge if they have the same orientation and are not the two coincident
+    elements, except at the rim, where only these two exist.
     """
     corners = [*mesh.quads.tolist(), *mesh.triangles.tolist()]
     twins: dict[frozenset[int], list[int]] = {}

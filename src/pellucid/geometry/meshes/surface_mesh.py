@@ -57,10 +57,10 @@ def grid_quads(n: int, m: int, wrapped: bool) -> np.ndarray:
 
 
 def cut_to_box(vertices: np.ndarray, quads: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], reach: float) -> Mesh:
-    """Return the mesh of the quadrilaterals, shape (q, 4), whose corners all lie in a box.
+    """Return the mesh of the quadrilaterals, shape (q, 4), whose four corners lie in a box.
 
-    bounds: lower and upper corner of the box [m], shape (3,) each; reach: tolerance by which corners may lie outside the box
-    [m].
+    bounds: lower and upper corner of the box [m], shape (3,) each. reach: tolerance by which corners may lie outside the
+    box [m].
     """
     lower, upper = bounds
     inside = np.asarray(((vertices >= lower - reach) & (vertices <= upper + reach)).all(axis=1))

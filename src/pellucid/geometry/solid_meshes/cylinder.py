@@ -25,7 +25,7 @@ class CylinderMesh(Tetrahedral):
         return 2.0 * self.across**2 * self.along
 
     def make(self) -> SimplexMesh:
-        """Map the square [-1, 1]² of a box mesh to the disc by (x √(1 - y²/2), y √(1 - x²/2))."""
+        """Return the mesh: a box mesh whose cross-section [-1, 1]² is mapped to the disc by (x √(1 - y²/2), y √(1 - x²/2))."""
         square = box_mesh(np.array([-1.0, -1.0, 0.0]), np.ones(3), (self.across, self.across, self.along))
         x, y, z = square.nodes.T
         disc = self.radius * x * np.sqrt(1.0 - 0.5 * y * y), self.radius * y * np.sqrt(1.0 - 0.5 * x * x), self.height * z

@@ -33,7 +33,7 @@ class FillMesh(Tetrahedral):
         return 2.0 * prod(extent / self.size + 1.0 for extent in (upper - lower).tolist())
 
     def make(self) -> SimplexMesh:
-        """Centre the lattice on the shape. Raises ValueError if it is too coarse or too fine."""
+        """Return the mesh; the lattice is centred on the shape. Raises ValueError if the lattice is too coarse or too fine."""
         geometry, chosen = self.shape.geometry(), self.shape.chosen()
         if isinstance(chosen, Inside):
             closed_triangles(chosen.surface)

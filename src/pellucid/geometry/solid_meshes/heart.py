@@ -51,7 +51,7 @@ class HeartMesh(Tetrahedral):
         return 2.0 * across * across * (HEIGHT / self.size)
 
     def make(self) -> SimplexMesh:
-        """Build the mesh; nodes of the base lie in a plane, other boundary nodes on the ellipsoids."""
+        """Return the mesh; nodes of the base lie in a plane, other boundary nodes on the ellipsoids."""
         lower = np.minimum(-LEFT - LEFT_WALL, OFFSET - RIGHT - RIGHT_WALL)
         upper = np.maximum(LEFT + LEFT_WALL, OFFSET + RIGHT + RIGHT_WALL)
         upper[2] = BASE

@@ -61,7 +61,7 @@ def _turned(mesh: SimplexMesh, rotate: Rotations) -> SimplexMesh:
 
 @lru_cache(maxsize=8)
 def _faults(mesh: SimplexMesh, is_pattern: bool) -> tuple[Fault, ...]:
-    """Cache the faults of each mesh, as reading a case needs them several times."""
+    """Return the faults of a mesh; they are cached, because reading a case uses them several times."""
     return tuple(solid_faults(mesh, is_pattern))
 
 

@@ -26,7 +26,7 @@ class Biconcave(Meshed):
         return 10.0 * 4.0**self.refinements + 2.0
 
     def mesh(self) -> Mesh:
-        """Move the vertices of a sphere along z; normals point outward."""
+        """Return the mesh: a sphere whose vertices are moved along z; normals point outward."""
         sphere = Icosphere(centre=(0.0, 0.0, 0.0), radius=1.0, refinements=self.refinements).mesh()
         x, y, z = sphere.vertices.T
         square = np.minimum(x * x + y * y, 1.0)

@@ -42,7 +42,7 @@ class BoxSurface(Meshed):
         return 2.0 * (x * y + y * z + z * x)
 
     def mesh(self) -> Mesh:
-        """Order the points by x, y, z, with z fastest, and the faces as in `FACES`."""
+        """Return the mesh. The points are ordered by x, y, z, with z fastest, and the faces as in `FACES`."""
         lattice, quads = lattice_faces(self.points, self._faces)
         low, high = np.array(self.lower), np.array(self.upper)
         return Mesh(low + lattice / (np.array(self.points) - 1.0) * (high - low), quads)

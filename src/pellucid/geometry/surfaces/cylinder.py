@@ -30,7 +30,7 @@ class CylinderSurface(BetweenEnds):
         return 6.0 * self.rings * (self.along + self.rings)
 
     def mesh(self) -> Mesh:
-        """List the points of the mantle in lines along the axis, then those of the lid at the start, then at the end."""
+        """Return the mesh. Order of the points: mantle in lines along the axis, lid at the start, lid at the end."""
         axis = np.array(self.end) - np.array(self.start)
         side, up = two_across(axis)
         plane, lid = rings_of_a_disc(self.rings)

@@ -31,7 +31,8 @@ class Disc(Meshed):
         return 3.0 * self.rings * (self.rings + 1.0) + 1.0
 
     def mesh(self) -> Mesh:
-        """List the centre, then the rings outward; edges are between 1 and 1.45 times radius / rings long."""
+        """Return the mesh. The centre is the first point, followed by the rings outward; edges are 1 to 1.45 times radius /
+        rings long."""
         first, second = two_across(np.array(self.normal))
         plane, triangles = rings_of_a_disc(self.rings)
         vertices = np.array(self.centre) + self.radius * (plane[:, :1] * first + plane[:, 1:] * second)

@@ -43,7 +43,7 @@ class SurfaceFile(MeshFile, Meshed):
         return 0.0
 
     def mesh(self) -> Mesh:
-        """Order the vertices by their first use. Raises ValueError if the file cannot be read."""
+        """Return the mesh, with vertices ordered by their first use. Raises ValueError if the file cannot be read."""
         (vertices, quads, triangles), _ = _read(states_of_files(self), self.repair, self.close_holes, self.closed)
         mesh = Mesh(self.placed(vertices), quads.copy(), triangles.copy())
         return mesh.reversed() if self.reverse else mesh

@@ -165,5 +165,5 @@ class FilmShape(Choice):
 
     @property
     def closed(self) -> bool:
-        """True if it encloses a volume or area."""
+        """True if the shape encloses a volume or area."""
         return self.surface.closed if self.surface else True

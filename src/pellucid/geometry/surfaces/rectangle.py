@@ -24,7 +24,7 @@ class Rectangle(Meshed):
         return float(self.points[0]) * self.points[1]
 
     def mesh(self) -> Mesh:
-        """List the points row by row along the second edge."""
+        """Return the mesh, with points ordered row by row along the second edge."""
         n, m = self.points
         s, t = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, m), indexing="ij")
         vertices = (
@@ -48,7 +48,7 @@ class Lid(Meshed):
         return float(self.points[0]) * self.points[1]
 
     def mesh(self) -> Mesh:
-        """List the points row by row along the second axis."""
+        """Return the mesh, with points ordered row by row along the second axis."""
         axis, upper = AXES.index(self.face[0]), self.face.endswith("upper")
         low, high = self.box.bounds()
         corner = low.copy()

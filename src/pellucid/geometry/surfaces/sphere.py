@@ -33,14 +33,14 @@ class SphereSurface(Meshed):
 
     @property
     def closed(self) -> bool:
-        """True if it is the whole sphere."""
+        """True if the surface is the whole sphere."""
         return self.part is None
 
     def expected_points(self) -> float:
         return 6.0 * self.divisions**2 + 2.0
 
     def mesh(self) -> Mesh:
-        """Order the points as those of the cube: by x, y, z, with z fastest."""
+        """Return the mesh. The points have the order of the cube: by x, y, z, with z fastest."""
         k = self.divisions
         lattice, quads = lattice_faces((k + 1, k + 1, k + 1), list(FACES))
         cube = np.tan(0.25 * np.pi * (2.0 * lattice / k - 1.0))

@@ -71,6 +71,6 @@ class Surface(Choice):
 
 @lru_cache(maxsize=8)
 def _made(surface: Any) -> Mesh:
-    """Cache the mesh of a surface, as reading a case needs it several times."""
+    """Return the mesh of a surface; it is cached, because reading a case uses it several times."""
     mesh: Mesh = surface.mesh()
     return mesh

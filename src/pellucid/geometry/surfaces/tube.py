@@ -47,7 +47,7 @@ class Tube(BetweenEnds):
         return float(self.points[0]) * self.points[1]
 
     def mesh(self) -> Mesh:
-        """List the points ring by ring."""
+        """Return the mesh, with points ordered ring by ring."""
         around, along = self.points
         axis = np.array(self.end) - np.array(self.start)
         side, up = two_across(axis)
