@@ -43,7 +43,7 @@ class Survey:
 
 
 def survey(path: str, repair: bool, close_holes: int, metres: float) -> Survey:
-    """Return a report on a mesh file, which is treated as a solid if it has solid elements, otherwise as a surface.
+    """Return a report on a mesh file. A file with solid elements is treated as a solid, any other file as a surface.
 
     repair: True to repair the mesh first. metres: unit of the file [m]. close_holes: largest number of edges of a hole that
     is closed by the repair. Raises Refusal if the file cannot be read.

@@ -1,8 +1,8 @@
 """Regions: the nodes and faces of a body on which a condition acts, selected in the initial state.
 
-A region is a shape, a named set of the mesh, a direction of the outward normal, or an intersection of these. A node matches
-a normal if it is a corner of a face with that normal. A face is selected if its three corners are selected or, on request,
-if its centre lies in the shape.
+A region is a shape, a named set of the mesh, a direction of the outward normal, or the intersection of several such
+criteria. A node matches a normal if it is a corner of a face with that normal. A face is selected if its three corners are
+selected or, on request, if its centre lies in the shape.
 """
 
 from collections.abc import Iterator, Mapping
@@ -59,7 +59,8 @@ class Selectable(NamedTuple):
 
 
 class Region(Shape):
-    """Region of a body: a shape, a named set, a direction of the outward normal, or an intersection of these."""
+    """Region of a body: a shape, a named set, a direction of the outward normal, or the intersection of several such
+    criteria."""
 
     what: ClassVar[str] = "a region"
 
@@ -112,7 +113,7 @@ class Region(Shape):
         """Return a mask of the selected nodes, shape (n,). The extent of shapes along axes that are not `active` is
         ignored.
 
-        reach: distance by which nodes may lie outside a box [m]; at least 1e-9 of the extent of all nodes.
+        reach: largest distance of a selected node from a box [m]; at least 1e-9 of the extent of all nodes.
         """
         chosen = self._nodes_of_any_normal(of, active, reach)
         if self.normal is not None:

@@ -25,7 +25,7 @@ TINY = 1e-300
 
 
 class Facets(NamedTuple):
-    """Triangulated surface with T triangles and n vertices, including those of its images."""
+    """Triangulated surface with T triangles and n vertices; the triangles and vertices of images are included."""
 
     triangle: np.ndarray  # (T, 3) vertices
     place: np.ndarray  # (n, 3) [m]

@@ -257,9 +257,8 @@ def find_power(points, facets, slots):
 def find_feet(chunk, points, facets, slots, boxes, sight, way, coming, ahead, looks):
     """Update the closest points and the overlap in the slots of the points.
 
-    way: upper bound of the distance by which the surfaces have approached since the start of the run [m]. ahead: time for
-    which an overlap is predicted [s], or 0. coming: largest approach within this time [m]. looks: True to search for new
-    triangles.
+    way: largest distance by which the surfaces may have approached since the start of the run [m]. ahead: time for which an
+    overlap is predicted [s], or 0. coming: largest approach within this time [m]. looks: True to search for new triangles.
     """
     n_slots = slots.triangle.shape[1]
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(points.place))):

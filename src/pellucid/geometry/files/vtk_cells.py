@@ -72,7 +72,10 @@ def _sets(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
 
 
 def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]]:
-    """Yield the name and the values of arrays that number groups, as stored by programs that convert other formats."""
+    """Yield the number, as text, and the members' indices of each group that is numbered by an array in `GROUPS`.
+
+    Programs that convert other formats store groups in these arrays.
+    """
     for name in sorted(GROUPS & arrays.keys()):
         values = np.asarray(arrays[name])
         for number in np.unique(values[values != 0]).tolist():
@@ -80,7 +83,8 @@ def _groups(arrays: Mapping[str, np.ndarray]) -> Iterable[tuple[str, np.ndarray]
 
 
 def _kind(number: int, length: int) -> str:
-    """Return the kind of cells of a type and number of points; unsupported types, such as polyhedra, get a name of no body."""
+    """Return the kind of a cell from its VTK type and number of points; for unsupported types, a name that no other module
+    uses."""
     if number in _OF_ANY_ORDER:
         base = _OF_ANY_ORDER[number]
         if length < CORNERS[base]:

@@ -59,7 +59,7 @@ def grid_quads(n: int, m: int, wrapped: bool) -> np.ndarray:
 def cut_to_box(vertices: np.ndarray, quads: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], reach: float) -> Mesh:
     """Return the mesh of the quadrilaterals, shape (q, 4), whose four corners lie in a box.
 
-    bounds: lower and upper corner of the box [m], shape (3,) each. reach: tolerance by which corners may lie outside the
+    bounds: lower and upper corner of the box [m], shape (3,) each. reach: largest distance of an accepted corner from the
     box [m].
     """
     lower, upper = bounds
