@@ -12,22 +12,22 @@ from scipy.spatial import cKDTree
 
 NARROW = 1.5
 """Width of a gap [cells] below which points on both sides contribute to the same nodes."""
-ASIDE = 0.75  # cells along the surface, by which the two places of a pair may lie beside each other
-OPPOSITE = -0.7  # cosine between the normals of two parts that face each other, at most
-PARALLEL = -0.97  # cosine between the normals of both sides of a slit: less than the tip of a notch tapers
-APPROACHED = 0.25  # cells by which parts come nearer before that counts
-FEWEST = 3  # pairs of places that face each other: fewer are no part of a surface
-LEAST_EXTENT = 2.0  # cells: extent of a slit along its sides
-LEAST_GAP = 1e-3  # cells, above which there is a gap
+ASIDE = 0.75  # largest tangential offset of the two points of a pair, in cells
+OPPOSITE = -0.7  # largest cosine between the normals of two parts that face each other
+PARALLEL = -0.97  # largest cosine between the normals of both sides of a slit; excludes the tip of a notch
+APPROACHED = 0.25  # smallest decrease of a gap that counts as an approach, in cells
+FEWEST = 3  # smallest number of facing pairs that form a gap
+LEAST_EXTENT = 2.0  # smallest extent of a slit along its sides, in cells
+LEAST_GAP = 1e-3  # smallest width of a gap, in cells
 
 
 class Facing(NamedTuple):
     """Pairs of points of a surface that face each other; n is the number of pairs."""
 
-    one: np.ndarray  # (n,) numbers of the places
-    other: np.ndarray  # (n,)
-    gap: np.ndarray  # (n,) [m]
-    middle: np.ndarray  # (n, 3) [m]
+    one: np.ndarray  # (n,) indices of the first points
+    other: np.ndarray  # (n,) indices of the second points
+    gap: np.ndarray  # (n,) gap widths [m]
+    middle: np.ndarray  # (n, 3) midpoints [m]
 
 
 class Gap(NamedTuple):
@@ -35,7 +35,7 @@ class Gap(NamedTuple):
 
     width: float  # [m]
     before: float  # width at the start [m]
-    place: np.ndarray  # (3,) its middle [m]
+    place: np.ndarray  # (3,) position of its midpoint [m]
 
 
 def find_near(place: np.ndarray, distance: float, lower: np.ndarray, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,16 +6,16 @@ import numpy as np
 
 from pellucid.jit import kernel, pointwise
 
-MOST_BOXES = 8  # per member, and a thousand
+MOST_BOXES = 8  # largest number of boxes per member, plus 1000
 
 
 class Boxes(NamedTuple):
     """Members (points or triangles) sorted by the boxes of a lattice that they overlap."""
 
-    lower: np.ndarray  # (3,) [m]
+    lower: np.ndarray  # (3,) lower corner of the lattice [m]
     size: float  # edge of a box [m]
     counts: tuple[int, int, int]
-    first: np.ndarray  # (boxes + 1,) of each box in `order`
+    first: np.ndarray  # (boxes + 1,) start of each box in `order`
     order: np.ndarray  # members, in ascending order within a box
 
 

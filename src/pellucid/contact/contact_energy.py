@@ -16,9 +16,9 @@ import numpy as np
 class Held(NamedTuple):
     """Energy of overlapping surfaces at the start of a step [J]."""
 
-    stored: float = 0.0  # in the springs of the overlap
-    taken: float = 0.0  # by dampers and friction since the last step began
-    pending: float = 0.0  # Δt/2 F·v of all forces
+    stored: float = 0.0  # energy in the springs of the overlap
+    taken: float = 0.0  # energy dissipated by dampers and friction since the start of the last step
+    pending: float = 0.0  # pending energy Δt/2 F·v of all forces
 
 
 class ContactEnergy:

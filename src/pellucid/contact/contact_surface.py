@@ -10,7 +10,7 @@ from scipy import sparse
 
 from pellucid.jit import kernel
 
-FULL, NONE = 0.75, 0.25  # of the weights of a plane that goes on: from when a point counts wholly, and down to when at all
+FULL, NONE = 0.75, 0.25  # ratio of the weights to those of an unlimited plane: full contact above, none below
 
 
 class Response(Protocol):
@@ -33,11 +33,11 @@ class MovingTriangles(NamedTuple):
     """Moving triangles with n vertices, for contact between triangulated surfaces."""
 
     triangles: np.ndarray  # (T, 3) vertices, counterclockwise as seen from outside
-    places: Callable[[], np.ndarray]  # of the vertices [m], (n, 3)
-    velocities: Callable[[], np.ndarray]  # [m/s], (n, 3)
-    add_forces: Callable[[np.ndarray], None]  # adds forces on the vertices over a step [N], (n, 3)
-    depth: float = 1.0  # area of what they stand for, over their own: in a plane of a slice, over that of a cell
-    response: Response | None = None  # motion of the vertices in a step, where it is known before contact
+    places: Callable[[], np.ndarray]  # returns the positions of the vertices [m], (n, 3)
+    velocities: Callable[[], np.ndarray]  # returns the velocities of the vertices [m/s], (n, 3)
+    add_forces: Callable[[np.ndarray], None]  # applies forces to the vertices for a step [N], (n, 3)
+    depth: float = 1.0  # ratio of contact area to triangle area: in a plane problem, slice thickness over cell size
+    response: Response | None = None  # response of the vertices to forces; None if unknown before contact
 
 
 class ContactSurface(ABC):

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 Arrays = Sequence[np.ndarray]
 """One array of point values for each overlap."""
 
-DEAD = 8.0  # over what is critical
-DEAD_APART = 64.0  # the same of points that stop each by itself
+DEAD = 8.0  # damping relative to critical damping
+DEAD_APART = 64.0  # damping relative to critical damping, for one damper per point
 BEARS = 0.2
 """Relaxation factor per step of the supported force of a point towards the force of its depth.
 
@@ -55,9 +55,9 @@ class Before(NamedTuple):
     """Points of a surface that had one damper each in the last step."""
 
     listed: np.ndarray  # (n,) indices of the points
-    force: np.ndarray  # (n, 3) of the dampers on them [N]
-    speed: np.ndarray  # (n, 3) against which these act [m/s]
-    borne: np.ndarray  # (n,) pressure that each point bears by now [N]
+    force: np.ndarray  # (n, 3) damper forces [N]
+    speed: np.ndarray  # (n, 3) velocities that the dampers oppose [m/s]
+    borne: np.ndarray  # (n,) relaxed normal force that each point supports [N]
 
 
 NOTHING = Before(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))

@@ -44,8 +44,8 @@ SHARES = ((1.0, -1.0), (1.0, 0.0), (0.0, 1.0))
 SMOOTH = 0.7
 """Smallest ratio of the vector area of a membrane at a node to its undeformed area there for which the membrane normal is
 used."""
-SIGNS = 1.0, -1.0  # of the normals, along which the first and the second side reach
-MARGIN = 1e-6  # of a cell, for rounding
+SIGNS = 1.0, -1.0  # sign of the normal towards the outside of the first and of the second side
+MARGIN = 1e-6  # margin for rounding, in cells
 NORMAL, VOLUME, CENTRE, COLUMNS = 0, 3, 4, 8
 """Columns of the moments of a body at a node, which form two vectors. For a membrane, `VOLUME` holds its undeformed area."""
 
@@ -55,7 +55,7 @@ class SharedNodes(NamedTuple):
 
     slot: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "number of a node that two fields share, else -1", np.int32)]
     near: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "1 where a stencil that begins here holds such a node", np.uint8)]
-    box: np.ndarray  # (2, 3) points beyond it reach none [m]
+    box: np.ndarray  # (2, 3) box of the points with weight at a shared node [m]
 
 
 class NumberedNodes(NamedTuple):
@@ -74,8 +74,8 @@ NUMBERED = fields_of(NumberedNodes)
 class Areas(NamedTuple):
     """Area data of the points of a body."""
 
-    vector: np.ndarray  # (m, 3) vector areas, outwards [m²]; no rows of a volume, which has the gradients of its volumes
-    at_rest: float = 0.0  # area of a membrane by its mass [m²/kg]
+    vector: np.ndarray  # (m, 3) outward vector areas [m²]; no rows for a volume, which uses volume gradients
+    at_rest: float = 0.0  # undeformed area of a membrane per mass [m²/kg]
 
 
 OF_VOLUME = Areas(np.zeros((0, 3)))
@@ -105,9 +105,9 @@ class ContactDetection:
         self._where = Bundle(SharedNodes(self._slot, self._near, self._box))
         functions = [body.functions for side in bodies for body in side]
         self._reach = tuple(max(function[axis].stencil for function in functions) for axis in range(3))
-        # a membrane with a volume in one velocity field counts as a volume too
+        # a velocity field with membranes and volumes counts as a volume
         self._surfaces = tuple(int(all(body.is_surface for body in side)) for side in bodies)
-        # of the points of the bodies of either velocity field, those that reach the nodes
+        # for each body of both velocity fields, the points with weight at shared nodes
         self._near_points = [[np.empty(body.n_points, np.int64) for body in side] for side in bodies]
         self._close = (CLOSE if self._surfaces == (1, 1) else 0.0) * self._grid.lattice.cell
         self.node, self.normal, self.gap = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)

@@ -15,9 +15,9 @@ from pellucid.jit import kernel
 class Feet(NamedTuple):
     """Feet of n contact points: foot i has the entries first[i] to first[i + 1] of `point` and `share`."""
 
-    first: np.ndarray  # (n + 1,)
-    point: np.ndarray  # (k,)
-    share: np.ndarray  # (k,) of each foot 1 in sum
+    first: np.ndarray  # (n + 1,) start of the entries of each foot
+    point: np.ndarray  # (k,) point numbers
+    share: np.ndarray  # (k,) weights; their sum is 1 for each foot
 
     def gather(self, values: np.ndarray) -> np.ndarray:
         """Return values interpolated to the feet, shape (n, 3), from values at the points of the other surface, shape (q,

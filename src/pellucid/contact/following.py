@@ -16,8 +16,8 @@ from pellucid.contact.proximity import CLEAR, Candidates
 from pellucid.jit import kernel
 from pellucid.jit.local import indices
 
-SIGHT = sqrt(2.0)  # reaches within which all points with weight lie
-MARGIN = 0.25  # of the reach
+SIGHT = sqrt(2.0)  # radius that contains all points with weight, in reaches
+MARGIN = 0.25  # margin of the search, in reaches
 
 
 class Following:

@@ -15,22 +15,22 @@ BESIDE = 1.2
 Images further away than one reach have no weight. Points of regular lattices seldom lie at this distance, so that the set
 of images stays the same from step to step.
 """
-ACROSS = 2.0  # of the largest reach of a point, from a seam: a place beside it meets no point that is further beyond
+ACROSS = 2.0  # width of the strip at a seam with images, in the largest reach of a point
 
 
 class Plane(NamedTuple):
     """A plane of symmetry across an axis."""
 
     axis: int
-    place: float  # [m]
+    place: float  # position [m]
 
 
 class Seam(NamedTuple):
     """Seam of a periodic axis: both ends of the axis are the same plane."""
 
     axis: int
-    place: float  # of the lower end [m]
-    period: float  # [m]
+    place: float  # position of the lower end [m]
+    period: float  # length of the axis [m]
 
 
 class Described(NamedTuple):
@@ -40,13 +40,13 @@ class Described(NamedTuple):
     other than images lie within the box along periodic axes.
     """
 
-    place: np.ndarray  # (n, 3) [m]
+    place: np.ndarray  # (n, 3) positions [m]
     normal: np.ndarray  # (n, 3) unit normals, see `ContactSurface.normals`
     size: np.ndarray  # (n,) areas [m²]
-    reach: np.ndarray  # (n,) [m]
-    velocity: np.ndarray  # (n, 3) [m/s]
-    point: np.ndarray  # (n - m,) of which point each image is one
-    flip: np.ndarray  # (n - m, 3) -1 along the axes across which it is mirrored, 1 along others
+    reach: np.ndarray  # (n,) see `ContactSurface` [m]
+    velocity: np.ndarray  # (n, 3) velocities [m/s]
+    point: np.ndarray  # (n - m,) index of the original point of each image
+    flip: np.ndarray  # (n - m, 3) -1 along the axes in which the image is mirrored, 1 along others
 
     def fold(self, force: np.ndarray) -> np.ndarray:
         """Return the forces on the m surface points, including the forces on their images, shape (m, 3).

@@ -29,21 +29,21 @@ from pellucid.contact.images import Described
 from pellucid.contact.overlap import Implicit, Overlap
 from pellucid.contact.point_forces import TINY
 
-ROUNDS = 6  # at most, in which points that would be pulled are left out and those that would overlap are added
-ITERATIONS = 60  # of conjugate gradients, at most
-RESIDUAL = 3e-4  # of that of no forces, in the norm of the scaled system
-EXACTLY, TIMES = 1e-11, 10  # the same for a steady state, which forces with such an error keep in motion, with more iterations
+ROUNDS = 6  # largest number of iterations that find the pressed points
+ITERATIONS = 60  # largest number of conjugate gradient iterations
+RESIDUAL = 3e-4  # relative to the residual without forces, in the norm of the scaled system
+EXACTLY, TIMES = 1e-11, 10  # residual and factor of the iterations in steady states, which a larger error would disturb
 
 
 class Block(NamedTuple):
     """Points of one surface that overlap with another surface or with a wall."""
 
     overlap: Overlap
-    stiffness: np.ndarray  # k of each [N/m], (n,)
-    given: np.ndarray  # forces of the step before, from which the solution begins [N], (n,)
-    other: ContactSurface | None = None  # None for a wall
-    images: Described | None = None  # of the other
-    feet: Feet | None = None  # on the other
+    stiffness: np.ndarray  # stiffness k of each point [N/m], (n,)
+    given: np.ndarray  # normal forces of the previous step, the initial guess [N], (n,)
+    other: ContactSurface | None = None  # the other surface; None for a wall
+    images: Described | None = None  # points and images of the other surface
+    feet: Feet | None = None  # feet on the other surface
 
 
 class NormalForces:
@@ -143,7 +143,7 @@ def solve_forces(
         first = np.where(pressed, force / np.maximum(root, TINY), 0.0)
         force = root * _solve_pressed(factor, root, root * ahead, first, residual, times * ITERATIONS)
         after = ahead - factor @ (turned @ force)
-        # of those that press the overlaps would be negative where forces pull
+        # a tensile force would give its point a negative overlap
         before, pressed = pressed, stiff & np.where(pressed, force > 0.0, after > 0.0)
         if (before == pressed).all():
             break

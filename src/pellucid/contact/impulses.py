@@ -19,7 +19,7 @@ from pellucid.jit.loops import parallel_loop
 
 STICK, SLIP = 0, 1
 """Kinds of contact under compression: no sliding, or sliding with or without friction."""
-CHUNK = 1024  # nodes that are summed together
+CHUNK = 1024  # number of nodes per chunk of the sums
 
 
 class Friction(NamedTuple):
@@ -40,10 +40,10 @@ class Side(NamedTuple):
 class ContactNodes(NamedTuple):
     """Nodes shared by two velocity fields in a step; n is their number."""
 
-    node: np.ndarray  # (n,)
-    normal: np.ndarray  # (n, 3) unit normals from the first side to the second, zero where these do not touch
+    node: np.ndarray  # (n,) node numbers
+    normal: np.ndarray  # (n, 3) unit normals from the first to the second side, zero without contact
     mobility: np.ndarray  # (2, n, 3) 1/m of both sides along each axis [1/kg], 0 where a node is constrained
-    edges: np.ndarray  # of the chunks of nodes, see `pellucid.grid.chunks`
+    edges: np.ndarray  # ends of the chunks of nodes, see `pellucid.grid.chunks`
 
 
 @kernel(inner=True)

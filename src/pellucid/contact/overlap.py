@@ -47,12 +47,12 @@ STIFFER = 4.0
 """Largest ratio of friction stiffness to overlap stiffness between such bodies; friction then oscillates twice as fast."""
 OUT = 10
 """Number of steps in which the surfaces must be further apart before the initial overlap is reduced."""
-ROUNDED = 1e-6  # of its limit, by which the drag of what slides may be off it
-ROUNDED_START = 1e-9  # of a length of the mesh: depth at the start that is rounding
+ROUNDED = 1e-6  # relative tolerance of the friction limit for sliding points
+ROUNDED_START = 1e-9  # initial depth that counts as rounding, relative to a length of the mesh
 IMPLICIT, IMPLICIT_SHEETS = 25.0, 100.0
 """Ratio of the oscillation rate on implicit normal forces to the rate of the body, if the step is small enough;
 `IMPLICIT_SHEETS` for membranes, which are thin compared with the nodal displacement in a step."""
-STICKS = 1e12  # coefficient of friction of what sticks while it presses
+STICKS = 1e12  # coefficient of friction for contact without sliding
 NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((2, 0))
 
 
@@ -60,21 +60,21 @@ class Overlap(NamedTuple):
     """Overlap: n points of a surface that lie inside another body."""
 
     one: ContactSurface
-    listed: np.ndarray  # (n,) which of its points
-    depth: np.ndarray  # (n,) [m]
-    normal: np.ndarray  # (n, 3) of the other body, outwards
-    area: np.ndarray  # (n,) by which each counts [m²]
-    relative: np.ndarray  # (n, 3) velocity against the other body [m/s]
-    share: float = 1.0  # of the stiffness
-    apart: bool = False  # whether each point stops by itself: a flat side on a plane
-    new: np.ndarray | None = None  # (n,) whether each did not overlap in the step before; of sheets and
-    # implicit normal forces alone
+    listed: np.ndarray  # (n,) indices of the overlapping points
+    depth: np.ndarray  # (n,) depths [m]
+    normal: np.ndarray  # (n, 3) outward unit normals of the other body
+    area: np.ndarray  # (n,) effective areas [m²]
+    relative: np.ndarray  # (n, 3) velocities relative to the other body [m/s]
+    share: float = 1.0  # fraction of the contact stiffness
+    apart: bool = False  # True for one damper per point: a flat side on a plane
+    new: np.ndarray | None = None  # (n,) mask of the points without overlap in the previous step; only for
+    # sheets and implicit normal forces
 
 
 class Implicit(NamedTuple):
     """Implicit normal forces of n points over a step."""
 
-    press: np.ndarray  # (n,) [N]
+    press: np.ndarray  # (n,) normal forces [N]
     after: np.ndarray  # (n,) depths at the end of the step [m]
 
 
@@ -363,9 +363,9 @@ class OverlapLaw:
 class Springs(NamedTuple):
     """Springs of the overlaps between bodies that do not deform."""
 
-    stiffness: list[np.ndarray]  # of the points of each overlap, (n,) [N/m]
-    pressures: list[np.ndarray]  # (n,) [N]
-    stored: float  # [J]
+    stiffness: list[np.ndarray]  # stiffness of the points of each overlap, (n,) [N/m]
+    pressures: list[np.ndarray]  # spring forces of the points of each overlap, (n,) [N]
+    stored: float  # stored energy [J]
 
 
 def _stiff(courant: float) -> float:

@@ -22,9 +22,9 @@ from pellucid.jit.bundle import Bundle
 from pellucid.ranks.domain import domain
 from pellucid.reductions import ordered_sum
 
-SWEEPS = 4  # where several pairs share nodes, the impulses of one change the approach of another
+SWEEPS = 4  # number of sweeps over the pairs, which may share nodes
 MOST_RESPONSES = 32  # largest number of responses of bodies with their own equation of motion in a step
-TOLERANCE = 1e-3  # change of the impulses over their sum that ends the responses
+TOLERANCE = 1e-3  # relative change of the impulses that ends the iteration
 
 
 class ContactPair:
@@ -175,6 +175,8 @@ class ContactWork(NamedTuple):
 class ContactPairs:
     """All contact pairs of velocity fields of a simulation.
 
+    n_supports: number of supports. n_loads: number of columns of loads.
+
     Attributes
     ----------
     done : ContactWork
@@ -182,8 +184,6 @@ class ContactPairs:
     lag_work : float
         Work of the impulses of this step on the nodes of some velocity fields, minus their work on the points [J]. The work
         on the points uses the mean of the velocities mapped from the points to the nodes before and after the step.
-
-    n_supports: number of supports. n_loads: number of columns of loads.
     """
 
     def __init__(self, pairs: Sequence[ContactPair], n_supports: int, n_loads: int) -> None:

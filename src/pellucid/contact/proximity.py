@@ -26,11 +26,11 @@ from pellucid.jit import kernel, pointwise
 from pellucid.jit.local import zeros
 from pellucid.jit.loops import parallel_loop
 
-CHUNK = 256  # points that a thread takes at a time
-CLEAR = 0.5  # of the reach: distance from the plane of the nearest point, beyond which a place lies above the surface
-CORNER = 0.5  # cosine between the normals of two sides, below which they meet at a corner
-ALONE = 1e-4  # of the square of the reach: spread of the points in it along a surface, below which they tell no slope
-BEYOND = 0.25  # of the reach: how far beyond a side that meets another at a corner nodes of a sheet touch that other one
+CHUNK = 256  # number of points per chunk of a thread
+CLEAR = 0.5  # largest distance from the plane of the nearest point for an overlap, in reaches
+CORNER = 0.5  # cosine between the normals of two sides below which they form a corner
+ALONE = 1e-4  # smallest spread of points for a correction of the weights, in squared reaches
+BEYOND = 0.25  # distance beyond a corner over which the contact area of sheet nodes fades, in reaches
 GAP, SHARE, WEIGHT, NORMAL, SLOPE, LEVEL, COLUMNS = 0, 1, 2, 3, 6, 9, 10
 """Columns of the results of a point: distance [m], factor of the contact area, sum of the weights, normal of the other
 surface, and the linear correction of the weights (slope [1/m] and value at the point), with which their mean position is
@@ -51,7 +51,7 @@ class Points(NamedTuple):
     place: np.ndarray  # (m, 3) [m]
     normal: np.ndarray  # (m, 3) unit normals
     area: np.ndarray  # (m,) [m²]
-    reach: np.ndarray  # (m,) how far along the surface the weights of a point reach [m]
+    reach: np.ndarray  # (m,) radius of the weights of a point along the surface [m]
 
 
 class Candidates(NamedTuple):
@@ -60,20 +60,20 @@ class Candidates(NamedTuple):
     Indices are in ascending order.
     """
 
-    asks: np.ndarray  # (n,) points of the one
-    first: np.ndarray  # (n + 1,) of each in `near`
-    near: np.ndarray  # points of the other
+    asks: np.ndarray  # (n,) points of the one surface
+    first: np.ndarray  # (n + 1,) start of the list of each point in `near`
+    near: np.ndarray  # points of the other surface
 
 
 class Meeting(NamedTuple):
     """Parameters of the contact of two surfaces."""
 
-    two_sided: tuple[bool, bool]  # whether others may meet the one, and the other, from both sides
-    deepest: float  # how deep a place may lie behind a plane that still counts [m]
-    dimension: int  # of the surfaces: 2, in the plane 1, along a line 0
-    thickness: float  # of a slice [m]
-    any_way: bool = False  # whether points of the one count whatever their normals: nodes of a sheet, which may stand on edge
-    slack: float = 0.0  # depth up to which points count that lie outside of the nearest point [m]
+    two_sided: tuple[bool, bool]  # for both surfaces, True if both sides can be in contact
+    deepest: float  # largest depth behind a plane that counts as contact [m]
+    dimension: int  # dimension of the surfaces: 2 in 3-D, 1 in the plane, 0 along a line
+    thickness: float  # thickness of a slice [m]
+    any_way: bool = False  # True to ignore the direction of normals: nodes of a sheet
+    slack: float = 0.0  # largest depth of points outside the plane of the nearest point [m]
 
 
 class Found(NamedTuple):
@@ -82,12 +82,12 @@ class Found(NamedTuple):
     The data of the feet are in the order of the candidates; `pellucid.contact.overlap.Overlap` describes them.
     """
 
-    beside: np.ndarray  # (n, COLUMNS)
-    weight: np.ndarray  # (k,) of the points in the lists
-    candidate: np.ndarray  # (n,) of each foot
-    place: np.ndarray  # (n, 3) of the feet [m]
-    first: np.ndarray  # (n + 1,) of each foot in `point` and `share`
-    point: np.ndarray  # (k,) of the other surface
+    beside: np.ndarray  # (n, COLUMNS) results at the candidates
+    weight: np.ndarray  # (k,) weights of the points in the lists
+    candidate: np.ndarray  # (n,) candidate of each foot
+    place: np.ndarray  # (n, 3) positions of the feet [m]
+    first: np.ndarray  # (n + 1,) start of the entries of each foot in `point` and `share`
+    point: np.ndarray  # (k,) points of the other surface
     share: np.ndarray  # (k,)
     listed: np.ndarray  # (n,)
     depth: np.ndarray  # (n,) [m]

@@ -33,8 +33,8 @@ from pellucid.contact.touch import Touch
 from pellucid.jit import kernel
 from pellucid.state import of_owner, with_owner
 
-COARSE, LARGE = 1.5, 1.01  # ratios of the distances of points, and of the areas, above which two surfaces count as different
-ROUNDS = 3  # at most, in which forces of several contacts of flat sides on one body are found
+COARSE, LARGE = 1.5, 1.01  # ratios of point distances and of areas above which two surfaces count as different
+ROUNDS = 3  # largest number of iterations for several contacts of flat sides on one body
 
 
 class SurfacePair(PointContact):

@@ -15,9 +15,9 @@ from pellucid.contact.overlap import Overlap, StartOverlap, rests_on_flat_side, 
 from pellucid.contact.proximity import CHUNK, Asking, Meeting, Neighbourhood, Points
 from pellucid.jit.bundle import Bundle
 
-RIM = 0.01  # of the reach of points: how far beyond the rim of a plane an edge may lie that rests on it
-SLACK = 0.1  # of the reach of points of the other surface: a depth that is none in a steady state
-NEAR = 0.1  # of the reach of points of a surface that deforms: how far above it a place may lie beneath their mean place
+RIM = 0.01  # largest distance of a resting edge beyond the rim of a plane, in reaches of a point
+SLACK = 0.1  # depth that counts as zero in a steady state, in reaches of the points of the other surface
+NEAR = 0.1  # search distance above a deforming surface, in reaches of its points
 ROOM = 1.5  # size of arrays over the number of points, so that few searches need new arrays
 
 
@@ -62,7 +62,7 @@ class SurfaceSide(ContactSide):
     def remove_overlap(self) -> None:
         super().remove_overlap()
         self._near = float(np.median(self.one.reach))  # of points across a gap, which counts in the mean overlap
-        # where overlaps vanish, points that press lie now on this, now on that side of the plane of the nearest point
+        # with vanishing overlaps, points under pressure alternate between both sides of the plane of the nearest point
         self._meeting = self._meeting._replace(slack=SLACK * float(np.median(self.other.reach)))
         self._about = None
 
@@ -104,7 +104,7 @@ class SurfaceSide(ContactSide):
             self._about, self._arrays = Bundle(Neighbourhood(asking, points, self._meeting)), arrays
         about = self._about
         proximity.find_beside(len(candidates.asks) // CHUNK + 1, about, candidates, width + self._near, self._found)
-        # areas of a surface that deforms lean as cells are crossed, by a hundredth and more, and brake what slides
+        # the area vectors of a deforming surface tilt by 1 % and more as it crosses cells, which would brake sliding
         how = width, width + self._near, self._from_feet, self._from_feet and self.one.is_hard
         counts, velocities = (self._counts, self.one.weights()), (one.velocity, other.velocity)
         return int(proximity.measure_depths(about, candidates, self._found, *counts, *velocities, *how))
@@ -140,7 +140,7 @@ class SurfaceSide(ContactSide):
         at, depth, counts, normal = at[within], depth[within], counts[within], normal[nearest[within]]
         if not len(at):
             return None
-        # shares of the corners with which these make up each place: their sums of forces and torques are those at the place
+        # weights of the corners at each position: forces with these weights have the same sum and torque
         arm = places - middle
         spread = np.linalg.pinv(np.einsum("ci,cj->ij", arm, arm), rcond=1e-9, hermitian=True)
         from_middle = place[at] - middle

@@ -32,9 +32,9 @@ class Facets(NamedTuple):
     velocity: np.ndarray  # (n, 3) [m/s]
     normal: np.ndarray  # (T, 3) unit normals
     vertex_normal: np.ndarray  # (n, 3) sums of normals weighted by angles; zero on the rim of an open surface
-    beside: np.ndarray  # (T, 3) the triangle beyond edge i, -1 on the rim
-    first: np.ndarray  # (T + 1,) of the neighbours of each triangle in `neighbour`
-    neighbour: np.ndarray  # triangles that share a vertex, in ascending order, each triangle itself included
+    beside: np.ndarray  # (T, 3) neighbour triangle at edge i, -1 on the rim
+    first: np.ndarray  # (T + 1,) start of the list of each triangle in `neighbour`
+    neighbour: np.ndarray  # triangles that share a vertex, in ascending order, including the triangle itself
 
 
 @pointwise

@@ -21,12 +21,12 @@ from pellucid.contact.images import Plane, Seam
 from pellucid.contact.triangles.closest_point import TINY, Facets, find_normals
 from pellucid.contact.triangles.slots import Points
 
-SAME = 1e-9  # of the extent of a surface: distance up to which vertices are at one place
-MARGIN = 0.25  # of the median edge: how much further than where it touches a point sees
-SEARCHED = 0.8  # of the margin: way of the surfaces after which a search is due
-FORGETS = 2.5  # margins beyond the thickness from where on a slot is empty
-ALONG = 1.5  # of the thickness: length along a surface within which it does not touch itself, as in the half circle of a fold
-BATCH = 256  # points whose distances along the surface are found at once
+SAME = 1e-9  # distance below which vertices coincide, relative to the extent of the surface
+MARGIN = 0.25  # margin of the search distance beyond the contact distance, in median edges
+SEARCHED = 0.8  # approach of the surfaces that requires a search, in margins
+FORGETS = 2.5  # distance beyond the thickness at which a slot is emptied, in margins
+ALONG = 1.5  # distance along a surface without self-contact, in thicknesses: half the circle of a fold
+BATCH = 256  # number of points per batch of distances along the surface
 
 
 class Image(NamedTuple):
@@ -96,7 +96,7 @@ class TriangleMesh:
             first=self._beside_by_vertex.indptr.astype(np.int64),
             neighbour=self._beside_by_vertex.indices.astype(np.int64),
         )
-        # vertices, and the middles of edges, once each
+        # vertices and midpoints of edges, once each
         ends = np.sort(own[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         edges, edge_of = np.unique(ends, axis=0, return_inverse=True)
         area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -205,7 +205,7 @@ class TriangleMesh:
         find_normals(facets.triangle, facets.place, self._number, self._on_rim, facets.normal, facets.vertex_normal)
         for target, values in ((points.place, facets.place), (points.velocity, facets.velocity)):
             np.einsum("mc,mcd->md", points.share, values[points.corner], out=target)
-        # on a rim, where closest points need no normal, points have that of the triangles about them
+        # on a rim, closest points need no normal; points use the normal of the adjacent triangles
         of_points = np.zeros((n, 3))
         for c in range(3):
             for d in range(3):

@@ -28,11 +28,11 @@ from pellucid.contact.triangles.mesh import FORGETS, MARGIN, SEARCHED, TriangleM
 from pellucid.contact.triangles.slots import APART, CHUNK, ENTERS, Sight, find_feet, find_power, make_slots
 
 NO_BOXES = Boxes(np.zeros(3), 1.0, (1, 1, 1), np.zeros(2, np.int64), np.zeros(0, np.int64))
-OUTSIDE = 1e-6  # of an edge: how far behind its faces a solid still finds a point, as surfaces may start in contact
-SEPARATE = 1e-6  # of the thickness: least distance of layers at the start that tells their sides
-AHEAD = 2.0  # steps within which points come to an overlap, from where on they take part
-VIBRATES = 0.02  # of the depth of the start: gaps up to which surfaces have not come apart, but vibrate
-SHARP = 135.0  # degrees between neighbouring elements, from where on points and triangles do not keep layers apart
+OUTSIDE = 1e-6  # largest depth behind faces that a search finds, in edges: surfaces may start in contact
+SEPARATE = 1e-6  # smallest initial distance of layers that defines their sides, in thicknesses
+AHEAD = 2.0  # number of steps for which an overlap is predicted
+VIBRATES = 0.02  # largest gap that counts as a vibration, not as separation, relative to the initial overlap
+SHARP = 135.0  # largest fold between neighbouring triangles [degrees] at which points still keep layers apart
 OF_SHEETS = 0.5  # share of the springs and dampers along the surface that are stable for one layer on each side of a sheet
 
 

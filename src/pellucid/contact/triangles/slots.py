@@ -30,15 +30,15 @@ from pellucid.contact.triangles.closest_point import INSIDE, at_foot, closest_on
 from pellucid.jit import kernel, pointwise
 from pellucid.jit.loops import parallel_loop
 
-CHUNK = 128  # points that a thread takes at a time
-STEPS = 30  # of a walk, at most
-FACING = 0.2  # cosine of the angle between the normal of a point and the opposite one of a face, from where on they touch
+CHUNK = 128  # number of points per chunk of a thread
+STEPS = 30  # largest number of steps of a walk
+FACING = 0.2  # smallest cosine between the normal of a point and the opposite of a face normal for contact
 APART, STAYS, ENTERS = range(3)
 """States of a slot: no overlap now or predicted within the next steps at the current velocities; overlap as in the previous
 step; first step of an overlap."""
 
-HOLDS = 1e-9  # of the sight: distance up to which a place is on a triangle
-OVER_RIM = 0.95  # cosine of the angle between the normal and the direction to a point, below which it is beyond the rim
+HOLDS = 1e-9  # largest distance of a position on a triangle, relative to the search distance
+OVER_RIM = 0.95  # cosine between the normal and the direction to a point below which the point is beyond the rim
 
 
 class Points(NamedTuple):
@@ -46,27 +46,27 @@ class Points(NamedTuple):
 
     place: np.ndarray  # (m, 3) [m]
     velocity: np.ndarray  # (m, 3) [m/s]
-    normal: np.ndarray  # (m, 3) any length
+    normal: np.ndarray  # (m, 3) normals of any length
     corner: np.ndarray  # (m, 3) vertices
     share: np.ndarray  # (m, 3) barycentric coordinates
-    area: np.ndarray  # (m,) at the start [m²]
-    first: np.ndarray  # (m + 1,) of the triangles about each point in `excluded`, of all where they touch others
-    excluded: np.ndarray  # triangles that a point does not touch, in ascending order
+    area: np.ndarray  # (m,) initial areas [m²]
+    first: np.ndarray  # (m + 1,) start of the list of each point in `excluded`
+    excluded: np.ndarray  # triangles excluded from contact with a point, in ascending order
 
 
 class Slots(NamedTuple):
     """State of s slots of each of m points, which a checkpoint stores."""
 
-    triangle: np.ndarray  # (m, s) -1 where a slot is empty
-    side: np.ndarray  # (m, s) +1 or -1; 0 beyond a rim
+    triangle: np.ndarray  # (m, s) triangle; -1 for an empty slot
+    side: np.ndarray  # (m, s) side of the triangle: +1 or -1; 0 beyond a rim
     state: np.ndarray  # (m, s) APART, STAYS or ENTERS
-    clear: np.ndarray  # (m, s) length of the way of the surfaces up to which no overlap is possible [m]
-    born: np.ndarray  # (m, s) depth at which the slot was filled, as far as the point has not come out since [m]
-    depth: np.ndarray  # (m, s) overlap that presses; before it begins, the distance up to it with a minus [m]
+    clear: np.ndarray  # (m, s) bound of the approach of the surfaces below which no overlap is possible [m]
+    born: np.ndarray  # (m, s) initial depth of the slot, reduced as the point moves outwards [m]
+    depth: np.ndarray  # (m, s) overlap; before contact, minus the distance to contact [m]
     share: np.ndarray  # (m, s, 3) barycentric coordinates of the closest point
-    normal: np.ndarray  # (m, s, 3) from the other surface to the point
-    slip: np.ndarray  # (m, s, 3) displacement from where friction holds [m]
-    lossy: np.ndarray  # (m, s, 3) forces over the step whose power counts after it: friction less the normal force [N]
+    normal: np.ndarray  # (m, s, 3) unit normals from the other surface to the point
+    slip: np.ndarray  # (m, s, 3) tangential displacement from the sticking position [m]
+    lossy: np.ndarray  # (m, s, 3) friction minus normal force of the step, whose power is counted after it [N]
 
 
 def make_slots(m: int, s: int) -> Slots:
@@ -78,12 +78,12 @@ def make_slots(m: int, s: int) -> Slots:
 class Sight(NamedTuple):
     """Distances and angles that define the contact search between two surfaces."""
 
-    thickness: float  # distance at which they touch, half of both thicknesses [m]
-    far: float  # distance up to which a search finds a triangle [m]
-    forgets: float  # distance from which a slot is empty again [m]
-    two_sided: bool  # whether the other surface has two sides
-    faces: bool  # whether both surfaces have one side, so that their faces must look towards each other
-    outside: float  # how far behind a triangle of one side a point may be that finds it [m]
+    thickness: float  # distance at which contact begins, the mean of both thicknesses [m]
+    far: float  # search distance [m]
+    forgets: float  # distance beyond which a slot is emptied [m]
+    two_sided: bool  # True if the other surface has two sides
+    faces: bool  # True if both surfaces are one-sided, so that only faces with opposite normals touch
+    outside: float  # largest depth of a point behind a one-sided triangle that a search finds [m]
 
 
 @pointwise
