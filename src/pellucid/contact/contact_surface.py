@@ -51,7 +51,7 @@ class ContactSurface(ABC):
     body = ""
     """Name of the body."""
     two_sided = False
-    """True if other bodies can touch it from both sides: a membrane."""
+    """True if other bodies can be in contact on both sides: a membrane."""
     half_width: float | np.ndarray = 0.0
     """Distance by which the body extends beyond its points, one value or one per point [m]."""
     mass_per_area: float
@@ -61,13 +61,13 @@ class ContactSurface(ABC):
     is_plane = False
     """True in a plane problem, i.e. all fields are constant across the slice."""
     follows_steps = True
-    """True if the step size of the case limits the stiffness of contact springs; False if `rate` does."""
+    """True if contact springs may be as stiff as the step size of the case allows; False if `rate` defines their stiffness."""
     rigid_mass = np.inf
     """Mass of a rigid body [kg]; infinite if its motion is prescribed."""
     is_hard = False
     """True if the body does not deform: it is rigid or its motion is fully prescribed."""
     serves_deformed = False
-    """True if a deforming body uses it for contact; otherwise contact is on the nodes."""
+    """True if a deforming body uses this surface for contact; False if contact is on the nodes of the grid."""
     least_rate, swings = 0.0, 0.0
     """`least_rate`: oscillation rate of a rigid body that rests on or falls onto others without other forces [1/s].
     `swings`: square of the current oscillation rate [1/s²]."""
@@ -115,7 +115,7 @@ class ContactSurface(ABC):
 
     @property
     def is_sheet(self) -> bool:
-        """True for a membrane that deforms."""
+        """True if the body is a membrane that deforms."""
         return self.two_sided and not self.is_hard
 
     def corner_shares(self) -> sparse.csr_array | None:
@@ -192,8 +192,8 @@ class ContactSurface(ABC):
     def contact_rate(self) -> float:
         """Return the oscillation rate of a rigid body on its contacts, which limits the time step [1/s].
 
-        The rate exceeds `least_rate` if other bodies press on the body or if it rotates in an impact. The factor 0.5
-        accounts for the stability margin of the step.
+        The rate exceeds `least_rate` if other bodies press on the body or if it rotates in an impact. Only half of the
+        current squared rate counts, because the step size has a margin for the rest.
         """
         return max(self.least_rate, sqrt(0.5 * self.swings))
 
@@ -206,9 +206,10 @@ class ContactSurface(ABC):
         return 0.0
 
     def mobility_rows(self, place: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return rows z of shape (m, 6) for forces at places [m], shape (m, 3) each.
+        """Return one mobility row z per force, shape (m, 6).
 
-        z_i·z_j is the change of the velocity along force i that force j causes in a unit of time [N²/kg].
+        z_i·z_j is the change of the velocity along force i that force j causes per unit time [N²/kg]. place: points of
+        application [m], shape (m, 3). force: forces [N], shape (m, 3).
         """
         return np.zeros((len(place), 6))
 

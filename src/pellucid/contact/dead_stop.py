@@ -85,7 +85,7 @@ class DeadStop:
         self._swings: dict[int, float] = {}
 
     def begin(self) -> None:
-        """Begin a step."""
+        """Reset the forces of flat sides and the oscillation rates at the start of a step."""
         self._pushes, self._swings = {}, {}
 
     def force_on_all(self, overlaps: "Sequence[Overlap]", pressures: Arrays, stiffness: Arrays, dt: float) -> list[np.ndarray]:
@@ -222,9 +222,9 @@ class DeadStop:
 
 
 class Dampers:
-    """Forces f = s + c (v - Δt A (f - s)) of springs s [N] and dampers c [kg/s] against speeds v [m/s].
+    """Forces f = s + c (v - Δt A (f - s)) of springs s [N] and dampers c [kg/s], for velocities v [m/s].
 
-    A = rows rowsᵀ is the mobility: the change of the speeds by unit forces in a unit of time.
+    A = rows rowsᵀ is the mobility: the change of the velocities per unit force and unit time.
     """
 
     def __init__(self, damper: np.ndarray, rows: np.ndarray, speed: np.ndarray, held: np.ndarray, dt: float) -> None:
@@ -257,7 +257,7 @@ class Dampers:
             force[~free] = 0.0
             self._solve(np.flatnonzero(free))
             change = free & (force < 0.0)
-            if not change.any():  # of those that let go, some may push again
+            if not change.any():  # some of the released points may push again
                 change = ~free & (self._held[:n] + self._damper[:n] * self._speeds_with_forces(slice(n)) > 0.0)
             if not change.any():
                 break

@@ -117,9 +117,9 @@ class SurfacePairs:
         self._pairs, self._planes, self._seams = pairs, planes, seams
         self.surfaces = list({id(surface): surface for pair in pairs for surface in pair.surfaces}.values())
         self.energy = ContactEnergy()
-        self._described: dict[int, Described] = {}  # as they were, for those that stand
+        self._described: dict[int, Described] = {}  # points and images by surface; reused if the surface does not move
         self._forces: dict[int, np.ndarray] = {}
-        self._holding = {id(surface) for surface in self.surfaces}  # those of which friction may hold points
+        self._holding = {id(surface) for surface in self.surfaces}  # surfaces with points that friction may hold
         self._untouched: dict[int, tuple[ContactSurface, np.ndarray]] = {}
         self._is_steady = False
 

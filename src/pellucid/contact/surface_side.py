@@ -126,9 +126,9 @@ class SurfaceSide(ContactSide):
         height = np.einsum("ij,kj->ik", place[at], normal) - level
         facing = -np.einsum("ij,kj->ik", one.normals()[at], normal)
         on_edge = at >= self._n_faces
-        # what lies askew to a flat side touches it at an edge; a round side does not, over as far as the other sinks in
+        # a surface inclined to a flat side touches it only at an edge; for a round side the limits are wider
         askew, full = (ASKEW, FACING) if one.faces is not None else (NONE, FULL)
-        # planes that look the same way as the point do not touch it: beside the rim it may lie a little beyond them
+        # planes with the same direction as the point normal do not touch it; near the rim it may lie beyond them
         meets = facing > NONE
         above = np.where(meets, height, -np.inf)
         nearest = above.argmax(axis=1)

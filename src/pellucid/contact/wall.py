@@ -30,7 +30,7 @@ class BehindPlane(ContactSide):
             facing = -np.sum(described[id(one)].normal[:m] * plane.normal, axis=1)
             facing[m - one.n_edge_points :] = 1.0
         depth = one.half_width - plane.height(one.place)
-        # as beside another surface that is flat: sides of a body across the plane do not touch it
+        # as for another flat surface: sides of a body perpendicular to the plane do not touch it
         counts = np.clip((facing - NONE) / (FULL - NONE), 0.0, 1.0)
         over = depth > 0.0
         if ahead:

@@ -13,7 +13,7 @@ from pellucid.findings import listed
 from pellucid.geometry.meshes.cells import vector_areas
 from pellucid.parts.condition import Condition
 
-ON_FLOOR = 0.5  # of a cell, by which a body that stands on a face of the grid may be above it
+ON_FLOOR = 0.5  # largest distance of a body that rests on a face of the grid from this face, in cells
 
 Floating = SeededBody | MembraneCase
 """Kinds of bodies that can displace a liquid in the same velocity field. Meshless solids always have a field of their own."""

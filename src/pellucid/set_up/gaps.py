@@ -153,7 +153,7 @@ def _across(
         at = place[free] + width * normal[free]
         met[np.flatnonzero(free)[other.covers(at)]] = width
     if one is not other and (met <= STEP * cell).any():
-        return none  # they touch: beside that a gap tapers
+        return none  # they touch: near the contact the gap tapers
     here = np.isfinite(met) & (met > STEP * cell)
     place, normal, far = place[here], normal[here], met[here]
     near = far - STEP * cell

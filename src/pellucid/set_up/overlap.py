@@ -18,7 +18,7 @@ from pellucid.grid.model import GridCase
 from pellucid.parts.body_model import BodyModel
 from pellucid.parts.standing import Standing
 
-DEPTH = 0.25  # of a cell, by which a point may lie inside another body and still count as beside it
+DEPTH = 0.25  # largest depth of a point inside another body that is accepted, in cells
 SAMPLES = 4000  # points of a body that are tested within a velocity field, at most
 
 Contains = Callable[[np.ndarray], np.ndarray]
@@ -47,7 +47,7 @@ def refuse_overlaps(
         if other.is_surface or body.field == other.field:
             continue
         position, triangles, _ = standing[body.name]
-        if triangles is not None:  # its vertices may stand on both sides of a body that it cuts
+        if triangles is not None:  # the vertices may lie on both sides of a body that the surface cuts
             position = np.concatenate([position, position[triangles].mean(axis=1)])
         inside = _well_inside(position, _contents(other, standing[other.name], grid, going_on), grid)
         if inside.any():
