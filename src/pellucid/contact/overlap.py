@@ -38,8 +38,8 @@ SINK, IMPACT = 3e-4, 0.2
 """Penetration of a rigid body into another body that does not deform [cells]: at rest on its whole side, and in an impact
 at the initial speed."""
 RESOLVED = 0.3
-"""Product of step size and oscillation rate of a rigid body on its contacts, for any `time.courant`. With a longer step the
-body penetrates too deep before a force acts, and is thrown back."""
+"""Largest product of step size and oscillation rate of a rigid body on its contacts, for any `time.courant`. With a longer
+step the body penetrates too deep before a force acts, and is thrown back."""
 HARDENS = 0.05
 """Depth [cells] from which contact between two bodies that do not deform hardens. Bodies reach it under more than their own
 weight: under bodies that lie on them, or under loads."""
@@ -57,7 +57,7 @@ NONE, NOT_NEW, NO_FORCES = np.zeros(0), np.zeros(0, bool), np.zeros((2, 0))
 
 
 class Overlap(NamedTuple):
-    """Overlap: n points of a surface that lie inside another body."""
+    """Points of a surface that lie inside another body; n is their number."""
 
     one: ContactSurface
     listed: np.ndarray  # (n,) indices of the overlapping points
