@@ -46,7 +46,7 @@ class Contact(Sliding):
         others = [place for place, other in alike if place < path and other._fields(parts) == fields]
         if fields is not None and others:
             what = "of the same body with itself" if self.is_of_one_body else "between the same velocity fields"
-            text = f"contact.{others[0][1]} (counted from 0) is {what}"
+            text = f"contact number {int(others[0][1]) + 1} is {what}"
             yield Finding((*path, "between"), text, "keep one of the two")
         yield from super().problems(path, parts)
 

@@ -31,16 +31,16 @@ class OverlappingStart(NamedTuple):
             return (
                 f"parts of {self.between[0]} start up to {depth} closer to each other than twice the contact offset, "
                 f"{self.distance:.4g} m (`contact_offset`, default: half of the thickness): this overlap exerts no "
-                "force on a point "
-                "until the point has separated once. To have contact act from the start, move the parts away from each "
-                "other by "
-                f"{depth}, or set a smaller `contact_offset`."
+                "force on a point until the point has separated once. To have contact act from the start, move the parts "
+                f"away from each other by {depth}, or set a smaller `contact_offset`."
             )
         one, other = self.between
         if self.distance > 0.0:
             limit = f"{self.distance:.4g} m (`contact_offset` of each membrane, default: half of the thickness)"
             where = f"start {depth} closer to each other than the contact distance of {limit}"
-            remedy = f"move one of the two away by {depth}, or set a smaller `contact_offset`"
+            remedy = f"move one of the two away by {depth}"
+            if self.depth < self.distance:
+                remedy += ", or set a smaller `contact_offset`"
         else:
             where, remedy = f"overlap by {depth} at the start", f"move one of the two away by {depth}"
         return (

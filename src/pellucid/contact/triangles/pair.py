@@ -224,11 +224,10 @@ class TrianglePair(Touch):
             return None
         at = ", ".join(f"{x:.4g}" for x in place)
         return (
-            f"body {self.surfaces[0].body} is folded by {angle:.0f} degrees between two neighbouring elements "
-            f"near ({at}) m, more "
-            f"than {SHARP:g}: the elements are too coarse for this fold, and layers can pass through each other there. Use "
-            f"elements with edges well below {self._meshes[0].edge:.3g} m, a larger `bending.rigidity`, or a "
-            "larger `thickness`."
+            f"body {self.surfaces[0].body} is folded by {angle:.0f} degrees between two neighbouring elements near "
+            f"({at}) m, more than {SHARP:g}: the elements are too coarse for this fold, and layers can pass through each "
+            f"other there. Use elements with edges well below {self._meshes[0].edge:.3g} m, a larger `bending.rigidity`, "
+            "or a larger `thickness`."
         )
 
     def start_overlaps(self) -> list[StartOverlap]:
