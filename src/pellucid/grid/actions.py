@@ -1,4 +1,4 @@
-"""The actions on the nodes of a velocity field, as conditions ask for them before a run."""
+"""External actions on the nodes of a velocity field. Conditions request them before a run."""
 
 from typing import NamedTuple
 
@@ -21,12 +21,12 @@ class DrivenNodes(NamedTuple):
 class NodalActions:
     """External forces, absorption and driven nodes of a velocity field, and the supports that constrain it.
 
-    What no condition asks for has arrays without rows, which the kernels skip. Those that are asked for begin at zero;
-    external forces and what driven points bring are zero again before the conditions of each step.
+    Arrays that no condition requests have no rows, and the kernels skip them. Requested arrays are zero at first; external
+    forces and the sums of driven points are reset to zero before the conditions of each step.
     """
 
     supports: Supports
-    """What constrains the nodes, thin axes included."""
+    """Constraints of the nodes, including those of thin axes."""
 
     def __init__(self, field: VelocityField, n_loads: int) -> None:
         self.field = field
@@ -38,7 +38,8 @@ class NodalActions:
             self._ask("loads")
 
     def absorption(self) -> np.ndarray:
-        """Rates at which absorbing faces take momentum [1/s], shape (n, 3), to which a condition adds its own."""
+        """Return the rates at which absorbing faces reduce the velocity [1/s], shape (n, 3); a condition adds its own
+        rates."""
         return self._ask("absorption", "absorbed").absorption
 
     def driven(self) -> DrivenNodes:
@@ -51,6 +52,6 @@ class NodalActions:
         return self._external
 
     def _ask(self, *names: str) -> ExternalAction:
-        """Have memory for these fields, which are zero at first."""
+        """Allocate the named fields with zeros, unless they are allocated already, and return all fields."""
         self._external = with_memory(self._external, self.field.grid.n_nodes, *names)
         return self._external

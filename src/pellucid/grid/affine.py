@@ -1,8 +1,9 @@
-"""The affine velocity fields of APIC points, with the kinetic energy that these have and that the transfers lose.
+"""Affine velocity fields of APIC points, their kinetic energy, and the energy lost by the transfers.
 
-A point has the velocity v + C r at r from it, and with that the kinetic energy m/2 (|v|² + Σ N |C r|²). Mapping it to the nodes
-loses m/2 Σ N |v + C r - v_I|², mapping the nodes' velocities back m/2 Σ N |v_I - v - C r|² with the new v and C. Between two
-steps the point moves among the nodes, and Σ N |C r|² changes with N and r: what it loses by that is negative half of the time.
+At the distance r from an APIC point its velocity field is v + C r, with the kinetic energy m/2 (|v|² + Σ N |C r|²). Mapping
+the field to the nodes loses m/2 Σ N |v + C r - v_I|²; mapping the nodal velocities back loses m/2 Σ N |v_I - v - C r|² with
+the new v and C. Between two steps the point moves relative to the nodes, so N, r and therefore Σ N |C r|² change; this loss
+is negative half of the time.
 """
 
 from typing import Any
@@ -24,7 +25,7 @@ def affine_functions(transfer: Any, functions: Any, about: Any) -> Any:
 
 @generic
 def affine_energy(transfer: Any, m: float, affine: Any) -> Any:
-    """The kinetic energy of the affine field of a point of mass m [J]; () where there are none."""
+    """Return the kinetic energy of the affine field of a point of mass m [J]; () if the transfer has no affine fields."""
 
 
 @point_function(affine_functions, Flip)
@@ -54,7 +55,7 @@ def _energy_of_field(transfer, m, affine):
 
 
 def affine_functions_like(transfer: VelocityTransfer, functions: GridFunctions) -> Any:
-    """Examples of `affine_functions`."""
+    """Return example values of `affine_functions`, which define their type."""
     return tuple((0.0,) * function.stencil for function in functions) if isinstance(transfer, Apic) else ()
 
 
@@ -74,7 +75,7 @@ def _renew(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 
 @pointwise
 def spread_along(offset, w):
-    """Σ w r² along an axis, in cells squared."""
+    """Return Σ w r² along an axis [cells²]."""
     total = nothing(offset)
     for a in range(len(w)):
         r = offset + float(a)
@@ -84,7 +85,8 @@ def spread_along(offset, w):
 
 @pointwise
 def _energy(C, spread, cell):
-    """Σ N ½ |C r|² [J/kg]: Σ N r r is diagonal, since Σ w r is zero along each axis; along one of a single cell C is zero."""
+    """Return Σ N ½ |C r|² [J/kg]. Σ N r r is diagonal since Σ w r is zero along each axis; C is zero along an axis of a
+    single cell."""
     x = C[0] * C[0] + C[3] * C[3] + C[6] * C[6]
     y = C[1] * C[1] + C[4] * C[4] + C[7] * C[7]
     z = C[2] * C[2] + C[5] * C[5] + C[8] * C[8]

@@ -1,4 +1,5 @@
-"""Integrals of shape functions over whole cells; products of these along the axes are those of the grid."""
+"""Integrals of one-dimensional shape functions over whole cells. Their products along the axes are the integrals of the
+grid's shape functions."""
 
 from typing import Any, NamedTuple
 
@@ -8,12 +9,12 @@ from pellucid.approximants import PeriodicAxis
 from pellucid.approximants.axis import axis_weights
 
 PARTS = 120  # of a cell; their ends are among the kinks of the functions, also of points averaged over 1/2, 1/3, 1/4, 1/5 cell
-"""Number of parts in which functions are integrated, by Gauss's rule for cubics."""
+"""Number of parts of a cell for the integration, each by two-point Gauss quadrature (exact for cubics)."""
 NEAR = 5  # cells from a wall beyond which all are alike
 
 
 class AxisIntegrals(NamedTuple):
-    """Functions along an axis, integrated over each of its n cells by the place u in cells; w nodes reach a cell."""
+    """Shape functions along an axis, integrated over each of its n cells in the coordinate u [cells]; w nodes reach a cell."""
 
     first: np.ndarray  # (n,) the first of these nodes
     value: np.ndarray  # (n, w) ∫ N du

@@ -1,4 +1,4 @@
-"""Nodes of the grid in chunks, of which threads take one at a time: all of them, or those of a list."""
+"""Division of grid nodes into chunks, each processed by one thread: all nodes, or the nodes of a list."""
 
 from typing import NamedTuple
 
@@ -8,11 +8,11 @@ from pellucid.jit import kernel
 
 CHUNK = 512  # nodes that a thread takes at a time
 ALL = np.zeros(0, np.int64)
-"""In place of a list: of no nodes there are no chunks, and no pass is made."""
+"""Used instead of a list for "all nodes". An empty list has no chunks and causes no pass, so the two cannot be confused."""
 
 
 class ChunkedNodes(NamedTuple):
-    """Nodes in chunks, of which threads take one at a time, and whose sums are added up in order."""
+    """Nodes in chunks. Each chunk is processed by one thread; the sums of the chunks are added in order."""
 
     node: np.ndarray  # (m,) a list, or `ALL`
     edges: np.ndarray  # (chunks + 1,) the number of the first of each chunk, and behind the last
@@ -24,21 +24,22 @@ class ChunkedNodes(NamedTuple):
 
 
 class NodesByRow(NamedTuple):
-    """Nodes in chunks, each within a row of slabs: processes that have rows have chunks."""
+    """Nodes in chunks, each within one row of slabs, so that a process that has rows also has their chunks."""
 
     chunks: ChunkedNodes
     of_row: np.ndarray  # (rows + 1,) the first chunk of each row of slabs, and behind the last
 
 
 def chunked(node: np.ndarray) -> ChunkedNodes:
-    """A list of nodes, shape (m,), in chunks of which no sums are wanted."""
+    """Divide a list of nodes, shape (m,), into chunks for passes that compute no sums."""
     return ChunkedNodes(node, np.minimum(CHUNK * np.arange(chunks_of(len(node)) + 1), len(node)))
 
 
 def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> NodesByRow:
-    """Nodes in chunks, all or those of a list in order, shape (m,).
+    """Divide all nodes, or a sorted list of nodes, shape (m,), into chunks that each lie within one row of slabs.
 
-    rows, shape (rows + 1,): the first node of each row of slabs, and behind the last; most: nodes in a chunk.
+    rows, shape (rows + 1,): the first node of each row of slabs, and the end of the last row; most: largest number of nodes
+    in a chunk.
     """
     of_row, n = np.empty(len(rows), np.int64), rows[-1] if node is ALL else len(node)
     edges = np.empty(len(rows) + n // most + 1, np.int64)
@@ -47,7 +48,8 @@ def by_row(rows: np.ndarray, node: np.ndarray = ALL, most: int = CHUNK) -> Nodes
 
 @kernel()
 def _divide(rows, node, is_all, most, edges, of_row):
-    """Fill where chunks begin and the last ends, and the first chunk of each row and behind the last; how many chunks."""
+    """Fill `edges` with the start of each chunk and the end of the last, and `of_row` with the first chunk of each row and
+    the end; return the number of chunks."""
     chunks = end = 0
     edges[0] = of_row[0] = 0
     for row in range(len(rows) - 1):

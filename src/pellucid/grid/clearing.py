@@ -1,6 +1,6 @@
-"""Nodal arrays set to zero before points and conditions give to them.
+"""Reset of nodal arrays to zero before points and conditions add to them.
 
-Rows are cleared by all threads: on a large grid with small bodies that is much of a step.
+All threads share the work: on a large grid with small bodies it takes much of the time of a step.
 """
 
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ from pellucid.ranks.domain import domain
 
 
 class ClearedRows(NamedTuple):
-    """Rows of some fields, and their bits as integers, which tell a zero of either sign from what is to be cleared."""
+    """Rows of fields, and the same memory as integers. A row whose bits are all zero is not written again."""
 
     rows: tuple[np.ndarray, ...]
     bits: tuple[np.ndarray, ...]
@@ -25,7 +25,7 @@ class ClearedRows(NamedTuple):
 
 @parallel_loop()
 def _clear(chunk, cleared, width, chunks):
-    """Set the first numbers, as many as `width` says, of the rows of nodes to zero, in n chunks; cleared: a bundle."""
+    """Set the first `width` numbers of the rows of the nodes of a chunk to zero; cleared: a bundle of `ClearedRows`."""
     zero = splat(0.0)
     for k in range(len(cleared.rows)):
         array, of_bits = cleared.rows[k], cleared.bits[k]
@@ -42,9 +42,9 @@ def _clear(chunk, cleared, width, chunks):
 
 
 class Clearing:
-    """Sets to zero what is cleared at one time of some sets of nodal arrays, as it is declared.
+    """Resets the fields of several sets of nodal arrays that are declared to be cleared at the same time.
 
-    rows: of the grid, as `pellucid.grid.chunks.by_row` takes them.
+    rows: the rows of slabs of the grid, see `pellucid.grid.chunks.by_row`.
     """
 
     def __init__(self, cleared: Cleared, rows: np.ndarray, *sets: tuple[Any, ...]) -> None:
@@ -65,7 +65,8 @@ class Clearing:
         self._own = self._whole = self._part(self._all.chunks.edges, slice(None))
 
     def __call__(self, node: np.ndarray | None = None) -> None:
-        """Clear all nodes, or those of a list, shape (m,); fields that are not in rows at all nodes."""
+        """Reset the rows of all nodes, or of a list of nodes, shape (m,). Fields that are not stored in rows are reset at
+        all nodes."""
         if self._cut == domain.cuts_made:
             chunks, others = self._own
         else:  # rows may have something that are not those of this process any more
@@ -81,6 +82,7 @@ class Clearing:
             _clear(chunks.n, self._rows, self._width, chunks)
 
     def _part(self, edges: np.ndarray, nodes: slice) -> tuple[ChunkedNodes, list[tuple[np.ndarray, Any]]]:
-        """Chunks with these edges, and what these nodes have in fields that are not in rows, with what they are set to."""
+        """Return the chunks with these edges, and pairs (view of a field that is not stored in rows at these nodes, initial
+        value)."""
         others = [((array if array.ndim > 1 else array[:, None])[..., nodes, :], start) for array, start in self._others]
         return ChunkedNodes(ALL, edges), others

@@ -1,9 +1,10 @@
-"""Grids that are periodic along some axes: node i is node i + n of the n cells along such an axis, and all else follows.
+"""Grids that are periodic along some axes: on a periodic axis of n cells, nodes i and i + n are identical.
 
-Nothing is copied from one end to the other. A stencil counts its nodes on beyond the last one, and a table says which nodes
-these are; so what points give is added once, in the order of slabs, wherever the seam lies. Points go on across it: their
-positions tell how often they crossed it, and lengths, normals and displacements know of no seam. Only where a position becomes
-a place on the grid is it folded into the box.
+No data is copied from one end to the other. A stencil numbers its nodes beyond the last one, and a table maps each such
+number to the identical node within the grid. Each contribution of a point is therefore added once, in the order of slabs,
+wherever the seam lies. Points move on across the seam without a jump: their positions show how often they crossed it, and
+lengths, normals and displacements need no correction. A position is folded into the box only where it is converted to a
+place on the grid.
 """
 
 from math import inf
@@ -16,11 +17,11 @@ from pellucid.jit import generic, point_function, pointwise
 
 
 class Walled(NamedTuple):
-    """No axis is periodic."""
+    """Grid without periodic axes."""
 
 
 class Folded(NamedTuple):
-    """Some are."""
+    """Grid with at least one periodic axis."""
 
     real: np.ndarray  # (nodes,) the node that each is, itself or one within the period
     periods: tuple[float, float, float]  # in cells, infinite along other axes
@@ -35,12 +36,12 @@ def real_node(folding: Any, I: int) -> Any:
 
 @generic
 def in_period(folding: Any, axis: int, u: float) -> Any:
-    """A place along an axis, in cells from the lower end, within the box."""
+    """Return the coordinate u along an axis [cells from the lower end], folded into the box if the axis is periodic."""
 
 
 @generic
 def cell_in_period(folding: Any, axis: int, i: int) -> Any:
-    """The index of a cell along an axis, within the box."""
+    """Return the index of a cell along an axis, folded into the box if the axis is periodic."""
 
 
 @generic
@@ -60,7 +61,8 @@ def nodes_before(folding: Any, lattice: Any, I: int, a: int, b: int, c: int) -> 
 
 @generic
 def seen_from(folding: Any, lattice: Any, about: Any, x: Any, a: int, b: int, c: int) -> Any:
-    """A place x [m] in coordinates that all who see the node (a, b, c) of its stencil `about` have in common."""
+    """Return the position x [m] in coordinates shared by all points that reach the node (a, b, c) of the stencil `about`: x
+    itself on a walled grid, relative to the node on a periodic grid."""
 
 
 @point_function(real_node, Walled)
@@ -134,7 +136,7 @@ def _before(folding, lattice, I, a, b, c):
 
 @pointwise
 def _index_along(lattice, I, axis):
-    """The index of a node along an axis."""
+    """Return the index of node I along an axis."""
     s, slow = lattice.strides, lattice.slab_axis
     middle = 1 if slow == 0 else 0  # the order of the axes in memory
     rest = I if axis == slow else I % _along(s, slow)

@@ -1,21 +1,23 @@
-"""The mean pressure of cells that are full of fluid, integrated over the cell instead of summed over its points.
+"""Mean pressure of cells that are full of fluid, integrated over the cell instead of summed over its points.
 
-Over points that have moved, Σ_p V_p ∇N_I(x_p) is not zero where ∫∇N_I dV is. A fluid under an ambient pressure p turns that
-into eddies of a few cells: their forces are p times this sum, and the volumes of the points, which grow by Σ_p V_p ∇·v(x_p),
-leave those of the cells behind (of such errors: Steffen, Kirby & Berzins 2008, Int. J. Numer. Methods Eng. 76, 922; Baumgarten
-& Kamrin 2023, Int. J. Numer. Methods Eng. 124, 2589). So in a full cell c of volume V_c, with Q_c = Σ V_p over its points,
+After points have moved, Σ_p V_p ∇N_I(x_p) differs from zero where ∫∇N_I dV is zero. In a fluid under an ambient pressure p
+this error causes eddies of a few cells: the spurious forces are p times this sum, and the volumes of the points, which grow
+by Σ_p V_p ∇·v(x_p), drift from the volumes of their cells (on such errors: Steffen, Kirby & Berzins 2008, Int. J. Numer.
+Methods Eng. 76, 922; Baumgarten & Kamrin 2023, Int. J. Numer. Methods Eng. 124, 2589). Therefore, in a full cell c of
+volume V_c, with Q_c = Σ V_p over its points,
 
     p_c = Σ V_p p_p / Q_c,    f_I = -Σ_p V_p (σ_p + p_c I)·∇N_I(x_p) + p_c ∫_c ∇N_I dV,
 
-and by virtual work the rates of volume of its points are shifted by κ_c = (D_c - Σ V_p ∇·v(x_p))/Q_c each, with
-D_c = Σ_I v_I·∫_c ∇N_I dV, so that together they are that of the cell: on these volumes the pressures of the points do the work
-of the forces. Forces keep momentum, since Σ_I ∇N_I = 0; a uniform pressure gives no force within the fluid, and the right one
-at its edge, where cells are filled in part and points are summed as ever. D_c and κ_c are those of the mean velocity of the
-step, along which forces work. With USF, which strains the points before that is known, volumes are not shifted.
+and, by virtual work, the relative growth rate of each of its points is shifted by κ_c = (D_c - Σ V_p ∇·v(x_p))/Q_c with D_c
+= Σ_I v_I·∫_c ∇N_I dV, so that the volume of the points grows with the cell. Then the work of the pressures of the points on
+their volumes equals the work of the forces. Forces keep momentum, since Σ_I ∇N_I = 0; a uniform pressure causes no force
+within the fluid, and the correct force at its edge, where cells are partly filled and points are summed as usual. D_c and
+κ_c use the mean velocity of the step, along which forces do work. USF strains the points before this velocity is known, so
+volumes are not shifted with USF.
 
-A cell is full when it has points and no cell about it is empty but for holes: cells without points beyond whose faces there are
-points everywhere, in planes and in space but for one face. A hole belongs to the cell beside it with most volume, with whose
-pressure it acts. Cells are counted as their first nodes are stored.
+A cell is full if it has points and each cell around it has points or is a hole. A hole is a cell without points whose face
+neighbours all have points; in 2-D and 3-D one face neighbour may be empty. A hole belongs to the face neighbour with the
+largest volume of points and has its pressure. A cell is identified by the storage index of its first node.
 """
 
 from collections.abc import Sequence
@@ -41,7 +43,7 @@ LAYERS = 6  # of cells in a chunk: the forces of a cell and of holes beside it r
 
 
 class CellGrid(NamedTuple):
-    """Cells and their nodes, as kernels take them."""
+    """Arguments of the kernels: the cells and the nodes of the grid."""
 
     lattice: Lattice
     cells: FullCells
@@ -54,13 +56,13 @@ class CellGrid(NamedTuple):
 
 @pointwise
 def _pressure(stress, p):
-    """Minus the mean stress of point p [Pa]."""
+    """Return the pressure of point p, i.e. minus its mean stress [Pa]."""
     return -(stress[p, 0] + stress[p, 1] + stress[p, 2]) / 3.0
 
 
 @parallel_loop_by_colour(gives="sums")
 def sum_cells(s, mapped, sums):
-    """Add volumes and pressures times volumes of the points of n slabs to those of their cells, as `FullCells` has them."""
+    """Add the volume, and pressure times volume, of each point of n slabs to the sums of its cell; sums: see `FullCells`."""
     points, slabs, index = mapped.points, mapped.slabs, mapped.index
     for q in range(slabs.first[s], slabs.first[s + 1]):
         p = place_of(index, q)
@@ -93,7 +95,7 @@ def _cells_of(chunk, grid):
 
 @pointwise
 def _cell_at(chunk, number, grid):
-    """The cell of a number in a chunk, layer by layer: its indices along the axes, and its own."""
+    """Return the indices i, j, k and the storage index of a cell, given by its number within a chunk (layer by layer)."""
     n, stride, axis = grid.lattice.counts, grid.lattice.strides, grid.lattice.slab_axis
     second, third = (1 if axis == 0 else 0), (1 if axis == 2 else 2)
     layer, rest = grid.edges[chunk] + number // (n[second] * n[third]), number % (n[second] * n[third])
@@ -114,7 +116,7 @@ def _volume(grid, i, j, k):
 
 @pointwise
 def _beside(grid, i, j, k, face):
-    """The cell beyond a face, 0 to 5."""
+    """Return the indices of the neighbour of cell (i, j, k) across a face, numbered 0 to 5."""
     step = 1 if face % 2 == 1 else -1
     axis = face // 2
     return i + (step if axis == 0 else 0), j + (step if axis == 1 else 0), k + (step if axis == 2 else 0)
@@ -134,7 +136,7 @@ def _is_hole(grid, i, j, k):
 
 @pointwise
 def _owner(grid, i, j, k):
-    """The face of a hole beyond which most volume is, the first of equal ones."""
+    """Return the face of a hole across which the neighbour with the largest volume of points lies; the first of equal ones."""
     most, owner = 0.0, 0
     for face in range(6):
         a, b, c = _beside(grid, i, j, k, face)
@@ -168,14 +170,14 @@ def _is_full(grid, i, j, k):
 
 @pointwise
 def _in_grid(grid, i, j, k):
-    """The indices of a cell, which a neighbour may count across the seam of a periodic axis."""
+    """Return the indices of a cell, folded into the box along periodic axes."""
     folding = grid.lattice.folding
     return cell_in_period(folding, 0, i), cell_in_period(folding, 1, j), cell_in_period(folding, 2, k)
 
 
 @pointwise
 def _first_node(grid, i, j, k):
-    """The lowest node whose shape function reaches into the cell (i, j, k)."""
+    """Return the lowest node whose shape function is not zero in the cell (i, j, k)."""
     (x, y, z), stride = grid.along, grid.lattice.strides
     i, j, k = _in_grid(grid, i, j, k)
     return x.first[i] * stride[0] + y.first[j] * stride[1] + z.first[k] * stride[2]
@@ -183,7 +185,8 @@ def _first_node(grid, i, j, k):
 
 @pointwise
 def _gradient_integral(grid, i, j, k, a, b, c):
-    """∫∇N dV over the cell (i, j, k) [m²], of the function of the node a, b and c after its first along the axes."""
+    """Return ∫∇N dV over the cell (i, j, k) [m²] for the node that lies a, b, c nodes after the first node of the cell
+    along the axes."""
     i, j, k = _in_grid(grid, i, j, k)
     (x, y, z), area = grid.along, grid.volume * grid.lattice.inverse_cell
     in_x = area * x.slope[i, a] * y.value[j, b] * z.value[k, c]
@@ -209,7 +212,7 @@ def _add_force(grid, i, j, k, pressure):
 
 @pointwise
 def _growth(grid, i, j, k):
-    """∫ ∇·v dV of the mean velocity over the cell (i, j, k) [m³/s]."""
+    """Return ∫∇·v dV of the mean velocity v over the cell (i, j, k) [m³/s]."""
     (x, y, z), v = grid.along, grid.mean_velocity
     first, total = _first_node(grid, i, j, k), 0.0
     for a in range(x.value.shape[1]):
@@ -223,7 +226,7 @@ def _growth(grid, i, j, k):
 
 @pointwise
 def _push(grid, i, j, k, cell):
-    """Find the mean pressure of the full cell (i, j, k), and add its force, in the holes of the cell too, to the nodes."""
+    """Compute the mean pressure of the full cell (i, j, k), and add its force and the force on its holes to the nodes."""
     pressure = grid.cells.sums[cell, PRESSURES] / grid.cells.sums[cell, VOLUMES]
     grid.cells.found[cell, PRESSURE] = pressure
     _add_force(grid, i, j, k, pressure)
@@ -235,7 +238,7 @@ def _push(grid, i, j, k, cell):
 
 @pointwise
 def _grow(grid, i, j, k, cell):
-    """Find the growth of the full cell (i, j, k) and its holes."""
+    """Compute the relative growth rate of the full cell (i, j, k) with its holes [1/s]."""
     growth = _growth(grid, i, j, k)
     for face in range(6):
         if _owns(grid, i, j, k, face):
@@ -256,13 +259,13 @@ def _push_chunk(chunk, grid):
 
 @kernel()
 def _push_cells(chunks, grid):
-    """Find the full cells, and push their nodes, before the forces of points are mapped."""
+    """Find the full cells and add the forces of their mean pressures to the nodes, before P2G of internal forces."""
     parallel_by_colour(_push_chunk, chunks, 1, grid)
 
 
 @parallel_loop()
 def _grow_cells(chunk, grid):
-    """Find the growth of the full cells, once the mean velocities are known."""
+    """Compute the growth rates of the full cells from the mean nodal velocities."""
     for number in range(_cells_of(chunk, grid)):
         i, j, k, cell = _cell_at(chunk, number, grid)
         if grid.cells.full[cell]:
@@ -270,8 +273,8 @@ def _grow_cells(chunk, grid):
 
 
 def _chunk_edges(grid: Grid) -> np.ndarray:
-    """The layers at which chunks of cells begin, and behind the last. Across the seam of a periodic axis the first follows the
-    last: then their number is even, or there is one alone."""
+    """Return the first layer of each chunk of cells, and the end of the last. On a periodic axis the first chunk follows
+    the last across the seam, so the number of chunks is even or 1."""
     axis = grid.lattice.slab_axis
     n = grid.lattice.counts[axis]
     if not grid.periodic[axis]:
@@ -282,7 +285,7 @@ def _chunk_edges(grid: Grid) -> np.ndarray:
 
 
 class Filling(Protocol):
-    """A body of points that fill cells."""
+    """Interface of a body whose cells use the mean pressure."""
 
     functions: GridFunctions
     n_slabs: int
@@ -295,7 +298,7 @@ class Filling(Protocol):
 
 
 class CellPressure:
-    """The mean pressures of the full cells of bodies that share nodes, the rows of their forces, and shape functions."""
+    """Mean pressures of full cells for bodies that share nodes, rows of internal forces and shape functions."""
 
     def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces
@@ -311,7 +314,7 @@ class CellPressure:
             body.share_cells(self.cells)
 
     def clear(self) -> None:
-        """Forget the step before."""
+        """Reset the sums of the previous step."""
         self._clear()
 
     def find_pressures(self) -> None:

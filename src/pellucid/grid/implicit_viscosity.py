@@ -1,24 +1,24 @@
-"""Implicit viscosity: the velocities of the nodes that viscous stresses of these same velocities leave.
+"""Implicit viscosity: nodal velocities in equilibrium with the viscous stresses that they cause.
 
-With the lumped masses m_I, the velocities v*_I that all other forces and the conditions would leave, and the viscous operator
-(K v)_I = Σ_p V_p σ(D_p)·∇N_I, σ = 2μD + λ tr(D) I,
+With the lumped masses m_I, the velocities v*_I that result from all other forces and the conditions, and the viscous
+operator (K v)_I = Σ_p V_p σ(D_p)·∇N_I, σ = 2μD + λ tr(D) I,
 
     m_I (v_I - v*_I) + Δt (K v)_I = 0
 
-is solved by conjugate gradients, preconditioned by the diagonal of the matrix, from the velocities at the start of the step
-on. K is never stored: each round passes over the points. Where supports or driven points lead a node wholly its velocity is
-given; where it follows these, or an absorbing face, in part, it moves as if it had more mass.
+is solved by conjugate gradients, preconditioned by the diagonal of the matrix, starting from the velocities at the start of
+the step. K is never stored: each iteration passes over the points. The velocity of a node is prescribed if supports or
+driven points constrain it completely. If driven points or an absorbing face constrain it partly, its mass is increased.
 
-The stress of the points is that of the solution. Its forces are added to the others on the nodes before their momentum is
-advanced: so momentum is kept to rounding, however well the equation is solved, and works, reactions and heat are found as those
-of all forces. What the nodes then move differently from the solution is r_I/m_I, by its residual r. The solution is good enough
-when the energy Σ r_I²/2m_I of that is TOLERANCE² of the energy of Δv = v - v*, what viscosity changes in the step: forces are
-wrong by this share, and velocities by a share of a step's change. A node with less mass than a point counts with that of a
-point, as the points feel it. Below ROUNDING of the operator on v nothing can be solved better.
+The points receive the viscous stress of the solution. Its forces are added to the other nodal forces before the momentum
+update. Therefore momentum is conserved to rounding at any tolerance, and works, reactions and heat are computed as for all
+forces. The nodal velocities then differ from the solution by r_I/m_I, where r is the residual. The iteration ends when the
+energy Σ r_I²/2m_I of this difference is at most TOLERANCE² times the energy of Δv = v - v*, the change by viscosity in the
+step: TOLERANCE is the relative error of the viscous forces. A node with less mass than a point counts with the mass of a
+point. The iteration also ends at the rounding error of the operator on v (column ROUNDING).
 
-Implicit Euler takes Σ Δt f_I·(v_I - v̄_I) more from the motion than the dissipation Δt Σ_p V_p σ_p:D_p of the solution, with the
-viscous forces f and the mean velocities v̄ of the step. Points take up both as heat; the balance tells them apart.
-(Conjugate gradients: Hestenes & Stiefel 1952, J. Res. Natl. Bur. Stand. 49, 409.)
+Implicit Euler removes more energy from the motion than the dissipation Δt Σ_p V_p σ_p:D_p of the solution: the difference
+is Σ Δt f_I·(v_I - v̄_I), with the viscous forces f and the mean velocities v̄ of the step. Both become heat of the points;
+the energy balance lists them separately. (Conjugate gradients: Hestenes & Stiefel 1952, J. Res. Natl. Bur. Stand. 49, 409.)
 """
 
 from collections.abc import Sequence
@@ -55,21 +55,21 @@ from pellucid.jit.bundle import Bundle
 
 CHANNELS: Sequence[Channel] = (FLUID_VISCOUS_HEAT, IMPLICIT_VISCOUS_HEAT)
 VISCOUS_STRESS = "viscous_stress"
-"""The array of points that holds what was solved for."""
+"""Name of the point array that holds the viscous stress."""
 TOLERANCE = 1e-3
 RELATIVE_ROUNDING = 1e-14
 MOST_ROUNDS = 1000
 
 
 class Viscous(Protocol):
-    """A body of points whose viscosity is solved for."""
+    """Interface of a body with implicit viscosity."""
 
     n_slabs: int
     mapped: Bundle
 
     @property
     def viscosities(self) -> tuple[float, float]:
-        """μ and λ [Pa s]."""
+        """Viscosities μ and λ [Pa s]."""
 
     @property
     def viscous_stress(self) -> np.ndarray:
@@ -82,7 +82,7 @@ class Viscous(Protocol):
 
 
 class ImplicitViscosity:
-    """Solves for the velocities of a velocity field, of all its fluids whose viscosity is implicit."""
+    """Implicit solver for the viscosity of all fluids of a velocity field that use it."""
 
     def __init__(self, field: VelocityField, bodies: Sequence[Viscous]) -> None:
         self.field, self._bodies = field, bodies
@@ -90,7 +90,7 @@ class ImplicitViscosity:
         masses = (body.stored_array("mass") for body in bodies)
         self._lightest = min(float(np.min(mass, where=mass > 0.0, initial=inf)) for mass in masses)
         self.rounds = [0, 0, 0]
-        """Rounds so far, steps, and the most rounds of a step."""
+        """Total number of iterations, number of steps, and the largest number of iterations in a step."""
         self._wrong: float | None = None
         self._sums = np.zeros((field.momentum.n_chunks, COLUMNS))
         self._nodes = Bundle(ViscousNodes(field.momentum.advanced, self._rows, self._sums))
@@ -137,7 +137,7 @@ class ImplicitViscosity:
         self.rounds = [self.rounds[0] + rounds, self.rounds[1] + 1, max(self.rounds[2], rounds)]
 
     def _map(self, passes: Sequence[Bundle]) -> None:
-        """Viscous stresses, and their forces on the nodes."""
+        """Compute the viscous stresses of the points and add their forces to the nodes."""
         for one in passes:
             each_point(one, 0.0, FIRST)
 
@@ -145,7 +145,7 @@ class ImplicitViscosity:
         return self.field.momentum.sum_of_near(self._sums)
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise RunStopped, naming the step and the time [s] of its end, where its rounds did not converge."""
+        """Raise RunStopped, naming the step and the time [s] at its end, if the iterations did not converge."""
         if self._wrong is None:
             return
         text = (

@@ -1,4 +1,4 @@
-"""The Eulerian grid: the places of its nodes, and the nodal arrays of one velocity field."""
+"""The Eulerian grid: positions of its nodes, and the nodal arrays of one velocity field."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any, NamedTuple
@@ -48,7 +48,7 @@ def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[i
 
 
 class Lattice(NamedTuple):
-    """The uniform grid as kernels take it. Node (i, j, k) is stored at i*strides[0] + j*strides[1] + k*strides[2]."""
+    """Geometry of the uniform grid for kernels. Node (i, j, k) is stored at i*strides[0] + j*strides[1] + k*strides[2]."""
 
     lower: tuple[float, float, float]
     cell: float
@@ -61,7 +61,7 @@ class Lattice(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Nodal arrays of one velocity field; n nodes. A number of rows that no view shows has no meaning."""
+    """Nodal arrays of one velocity field with n nodes. Numbers of a row that no view covers have no meaning."""
 
     inertia: Annotated[np.ndarray, rows(SUM, STEP, "kg m/s, kg", "momentum and mass of the points")]
     forces: Annotated[np.ndarray, rows(SUM, STEP, "N", "internal forces of the points")]
@@ -124,16 +124,17 @@ class Grid:
         self.n_nodes = n
         self.cell_volume = case.cell ** (3 - sum(thin)) * self.slice_thickness ** sum(thin)
         self.volume = self.cell_volume * float(np.prod(counts))
-        """Of the cells [m³], those of the slice where axes are thin."""
+        """Total volume of the cells [m³]; for thin axes with the slice thickness."""
         self.nodes = allocate(Nodes, n)
         layer, last = strides[slab_axis], n // strides[slab_axis]
         stencil = GRID_FUNCTIONS[case.functions](1).stencil
         rows = row_edges(counts[slab_axis], stencil, MOST_ROWS, periodic[slab_axis])
         self.rows = layer * np.append(rows[:-1], last)
-        """The first node of each row of slabs, and behind the last."""
+        """First node of each row of slabs, and the end of the last row."""
 
     def real_nodes(self, nodes: np.ndarray) -> np.ndarray:
-        """Return the storage places of nodes that may be counted on beyond the last one of a periodic axis."""
+        """Return the storage indices of nodes. Numbers beyond the last node of a periodic axis are mapped to the identical
+        node."""
         folding = self.lattice.folding
         return nodes if isinstance(folding, Walled) else folding.real[nodes]
 
@@ -153,9 +154,10 @@ class Grid:
         return None
 
     def where(self) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).
+        """Return the indices of the nodes within the walls, shape (m,), and their positions [m], shape (m, 3).
 
-        A thin axis has one node, which stands at its lower end; of a periodic axis the last node is the first.
+        A thin axis has a single node, located at its lower end. On a periodic axis the last node is identical to the first
+        and omitted.
         """
         beyond = (0 if thin or periodic else 1 for thin, periodic in zip(self.thin, self.periodic, strict=True))
         nodes = tuple(n + more for n, more in zip(self.lattice.counts, beyond, strict=True))

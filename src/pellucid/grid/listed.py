@@ -1,4 +1,4 @@
-"""Lists of nodes of the grid, and the flags by which they are made."""
+"""Lists of grid nodes, and the flags from which they are made."""
 
 from typing import Annotated, NamedTuple
 
@@ -9,7 +9,7 @@ from pellucid.jit import pointwise
 
 
 class NodeFlags(NamedTuple):
-    """Flags of nodes, 0 or 1, by which lists are made."""
+    """Nodal flags, 0 or 1, from which lists are made."""
 
     awaiting: Annotated[np.ndarray, NodalField(1, FOUND, RUN, "", "contact may give impulses in this step", np.uint8)]
     reached: Annotated[np.ndarray, NodalField(1, OR, STEP, "", "the body with its own nodes gives to the node", np.uint8)]
@@ -17,5 +17,5 @@ class NodeFlags(NamedTuple):
 
 @pointwise
 def listed(node, e):
-    """The node with number e."""
+    """Return the node with number e of a list; e itself if the list is empty (all nodes)."""
     return node[e] if len(node) > 0 else e

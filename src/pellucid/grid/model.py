@@ -1,4 +1,4 @@
-"""The grid as the user describes it."""
+"""Description of the grid in a case file."""
 
 from typing import Annotated, Literal
 
@@ -16,8 +16,8 @@ FEWEST_CELLS = 4  # along a periodic axis: no function reaches a node twice
 class GridCase(Model):
     """A uniform Cartesian grid. An axis no longer than one cell is one cell thick: its velocity is constrained to zero.
 
-    Of a plane problem a slice of `thickness` is computed, of a one-dimensional one a bar of thickness by thickness: masses,
-    energies, momenta and forces are theirs, whatever the cell.
+    A plane problem computes a slice of `thickness`, a one-dimensional problem a bar with a cross-section of thickness by
+    thickness. Masses, energies, momenta and forces refer to this slice or bar, for any cell size.
     """
 
     lower: Vector = parameter("m", "lower corner")
@@ -70,12 +70,12 @@ class GridCase(Model):
                 )
 
     def thin(self) -> tuple[bool, bool, bool]:
-        """Axes that are one cell thick and constrained."""
+        """Return for each axis True if it is one cell thick and constrained."""
         x, y, z = (high - low <= self.cell * (1.0 + 1e-6) for low, high in zip(self.lower, self.upper, strict=True))
         return x, y, z
 
     def is_periodic(self) -> tuple[bool, bool, bool]:
-        """Along which axes all goes on at the other end."""
+        """Return for each axis True if it is periodic."""
         return "x" in self.periodic, "y" in self.periodic, "z" in self.periodic
 
     def periods(self) -> Vector:
@@ -92,11 +92,11 @@ class GridCase(Model):
         return text, f"name another face, or remove {face[0]} from grid.periodic"
 
     def slice_thickness(self) -> float:
-        """Extent of the bodies along each thin axis [m]."""
+        """Return the extent of the bodies along each thin axis [m]."""
         return DEFAULT_THICKNESS if self.thickness is None else self.thickness
 
     def counts(self) -> tuple[int, int, int]:
-        """Number of cells along each axis."""
+        """Return the number of cells along each axis."""
         x, y, z = (
             1 if thin else round((high - low) / self.cell)
             for low, high, thin in zip(self.lower, self.upper, self.thin(), strict=True)
@@ -104,6 +104,6 @@ class GridCase(Model):
         return x, y, z
 
     def extent_upper(self) -> tuple[float, float, float]:
-        """The upper corner of the cells themselves [m]."""
+        """Return the upper corner of the cells [m]. Along a thin axis it may exceed `upper`."""
         x, y, z = (low + n * self.cell for low, n in zip(self.lower, self.counts(), strict=True))
         return x, y, z

@@ -1,6 +1,7 @@
 """The momentum equation of the nodes, with external actions and constraints.
 
-Most nodes are free, and nothing acts on them beside internal forces and gravity: these go by rows, a vector for each node.
+Most nodes are free and only internal forces and gravity act on them. These nodes are processed by rows, one vector per
+node.
 """
 
 from typing import Annotated, NamedTuple
@@ -19,14 +20,14 @@ MASS_EPS = 1e-290  # kg; no point reaches a node below this
 
 
 class ExternalAction(NamedTuple):
-    """External actions on nodes, beside gravity and supports; arrays of actions that are absent have no rows.
+    """External actions on nodes, in addition to gravity and supports; arrays of absent actions have no rows.
 
-    Conditions ask for them: see `pellucid.grid.actions`.
+    Conditions request the arrays, see `pellucid.grid.actions`.
 
-    Prescribed motions constrain the nodes that driven points reach: wholly where these give a node a share FULL_DRIVE_FRACTION
-    of its mass, below that in proportion to the share. A constraint that was complete as soon as the function of a driven
-    point reaches a node would give an impulse at every cell that a body crosses; one in proportion throughout would yield to a
-    lasting force.
+    A prescribed motion constrains the nodes that its driven points reach. The constraint is complete if the driven points
+    contribute at least the share FULL_DRIVE_FRACTION of the mass of the node; below, it is proportional to the share. If
+    the constraint were complete as soon as the shape function of a driven point reaches a node, a body would cause an
+    impulse at every cell that it crosses. If it were proportional throughout, the node would yield to a lasting force.
     """
 
     loads: Annotated[np.ndarray, NodalField(3, SUM, STEP, "N", "external forces, an array for each channel", several=True)]
@@ -39,7 +40,7 @@ class ExternalAction(NamedTuple):
 
 
 class AdvancedNodes(NamedTuple):
-    """The nodes of a velocity field and what acts on them, as kernels take them."""
+    """Nodes of a velocity field, the actions on them and their constraints, as arguments of kernels."""
 
     nodes: Nodes
     supports: Supports
@@ -53,13 +54,13 @@ class AdvancedNodes(NamedTuple):
 
 @pointwise
 def driven_fraction(external, I, d, m):
-    """Return the fraction, 0 to 1, by which node I of mass m [kg] follows driven points."""
+    """Return the fraction of the motion of the driven points that node I of mass m [kg] follows, from 0 to 1."""
     return min(1.0, external.driven_mass[I, d] / (FULL_DRIVE_FRACTION * m))
 
 
 @pointwise
 def driven_velocity(external, I, d):
-    """The velocity of the driven points that reach node I [m/s]."""
+    """Return the mean velocity along d of the driven points that reach node I [m/s]."""
     return external.driven_momentum[I, d] / external.driven_mass[I, d]
 
 
@@ -79,7 +80,8 @@ def apply_prescribed_velocity(external, I, d, m, v):
 
 @pointwise
 def apply_absorption(external, I, d, dt, old, new):
-    """The new velocity of node I along d with absorption by the mean velocity over the step: stable for any step."""
+    """Return the new velocity of node I along d with absorption [m/s]. The absorption uses the mean velocity over the step:
+    stable for any step."""
     half = 0.5 * dt * external.absorption[I, d]
     return (new - half * old) / (1.0 + half)
 
@@ -144,7 +146,7 @@ def may_slide(field, I, d):
 
 @kernel(inner=True)
 def advance_chunk(chunk, field, dt, small, flip):
-    """p + dt (f + m g) on the nodes of a chunk, then the supports; see `NodalMomentum`."""
+    """Advance the momentum of the nodes of a chunk, p + dt (f + m g), and apply the supports; see `NodalMomentum`."""
     nodes, walls, mirror, gravity = field.nodes, field.supports.velocity, field.supports.mirror, field.gravity
     external, work = field.external, field.work
     mass, momentum, force, velocity = nodes.mass, nodes.momentum, nodes.force, nodes.velocity
@@ -231,7 +233,7 @@ def advance_chunk(chunk, field, dt, small, flip):
 
 @kernel(inner=True)
 def sum_loads_chunk(chunk, field):
-    """The sum of the external forces on the nodes of a chunk."""
+    """Sum the external forces of all channels on the nodes of a chunk into `load` [N]."""
     loads = field.external.loads
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         for d in range(3):

@@ -1,10 +1,12 @@
-"""Arrays over the nodes of a grid, each declared once.
+"""Declarations of nodal arrays.
 
-A set of them is a named tuple, as kernels take it. The annotation of a member says what it is: a `NodalField`, or a `View` of
-some numbers of one. Memory, views and clearing (`pellucid.grid.clearing`) follow from these declarations, and so does the table
-in docs/reference/nodal-arrays.md. Sets may hold other members beside them.
+A set of nodal arrays is a named tuple that is passed to kernels. The annotation of a member declares it as a `NodalField`,
+or as a `View` of some components of a field. Memory, views and clearing (`pellucid.grid.clearing`) follow from these
+declarations, and so does the table in docs/reference/nodal-arrays.md. A set may have further members without such an
+annotation.
 
-Points on both sides of a cut of the grid give to the nodes between them: what is not FOUND is whole only with both.
+Points on both sides of a cut of the grid contribute to the nodes between them. A field that is not FOUND is complete only
+with the contributions of both sides.
 """
 
 from collections.abc import Mapping
@@ -17,9 +19,9 @@ import numpy as np
 from pellucid.jit.kernels import LINE
 
 Combine = Literal["sum", "max", "min", "or", "found"]
-"""How contributions of points, or of conditions at points, combine; found: a pass over nodes sets the field."""
+"""How contributions of points or conditions are combined; found: a pass over the nodes sets the field."""
 Cleared = Literal["step", "remap", "run"]
-"""When a field is set to zero: in each step, before momentum is mapped again, or never in a run."""
+"""When a field is reset to zero: in each step, before momentum is mapped again, or never during a run."""
 SUM: Final = "sum"
 MAX: Final = "max"
 MIN: Final = "min"
@@ -29,16 +31,16 @@ STEP: Final = "step"
 REMAP: Final = "remap"
 RUN: Final = "run"
 START = {MAX: -inf, MIN: inf}
-"""What fields hold to which nothing was given, where that is not zero."""
+"""Initial values of fields, if not zero, by the way in which contributions are combined."""
 ROW = 4
-"""Numbers of a row: as many as a vector of kernels has."""
+"""Number of components in a row, equal to the lanes of a kernel vector."""
 VECTOR = slice(0, 3)
 
 Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 
 
 class NodalField(NamedTuple):
-    """An array over nodes, shape (n, components), or (n,) where it has one component."""
+    """Declaration of a nodal array, shape (n, components), or (n,) for one component."""
 
     components: int
     combine: Any  # a `Combine`, or one for each component
@@ -51,7 +53,7 @@ class NodalField(NamedTuple):
 
     @property
     def start(self) -> Any:
-        """Initial value; a number for each of several components."""
+        """Initial value of the field; a list with one number per component if the components are combined differently."""
         if isinstance(self.combine, tuple):
             return [START.get(how, 0.0) for how in self.combine]
         return START.get(self.combine, 0)
@@ -67,12 +69,12 @@ class NodalField(NamedTuple):
 
 
 def rows(combine: Combine, cleared: Cleared, unit: str, meaning: str) -> NodalField:
-    """A field of four numbers, as kernels with vectors take it."""
+    """Return the declaration of a field stored in rows of four numbers, for vector kernels."""
     return NodalField(ROW, combine, cleared, unit, meaning, in_rows=True)
 
 
 class View(NamedTuple):
-    """Some numbers of the rows of a field."""
+    """Declaration of a view of some components of a field stored in rows."""
 
     of: str
     part: int | slice
@@ -82,7 +84,7 @@ class View(NamedTuple):
 
 
 def aligned_rows(n: int) -> np.ndarray:
-    """Rows of zeros, shape (n, ROW), two to a line of the cache: a row that lies in two lines takes longer to add to."""
+    """Return rows of zeros, shape (n, ROW), aligned so that no row crosses a cache line, which would slow down additions."""
     row = ROW * np.dtype(float).itemsize
     memory = np.zeros(n * row + LINE, np.uint8)
     start = -memory.ctypes.data % LINE
@@ -99,39 +101,39 @@ def declared(kind: type[tuple[Any, ...]]) -> Mapping[str, NodalField | View]:
 
 @cache
 def fields_of(kind: type[tuple[Any, ...]]) -> Mapping[str, NodalField]:
-    """The fields of a set, by name."""
+    """Return the declared fields of a set, without views, by name."""
     return {name: one for name, one in declared(kind).items() if isinstance(one, NodalField)}
 
 
 @cache
 def views_of(kind: type[tuple[Any, ...]]) -> Mapping[str, View]:
-    """The views of a set, by name."""
+    """Return the declared views of a set, by name."""
     return {name: one for name, one in declared(kind).items() if isinstance(one, View)}
 
 
 def bytes_of(kind: type[tuple[Any, ...]]) -> int:
-    """Memory that the fields of a set take for each node."""
+    """Return the memory of the fields of a set for each node [bytes]."""
     return sum(one.components * np.dtype(one.dtype).itemsize for one in fields_of(kind).values())
 
 
 def allocate(kind: type[Arrays], n: int, several: int = 0) -> Arrays:
-    """A set that is nothing but fields and views, with memory for n nodes; of 0 nodes, one that nobody uses.
+    """Allocate a set that consists of fields and views only, for n nodes; n = 0 for a set that is not used.
 
-    several: of how many arrays those fields are made which are of several.
+    several: number of arrays in the fields declared with `several`.
     """
     without: Any = [None] * len(declared(kind))
     return with_fields(kind(*without), {name: one.allocate(n, several) for name, one in fields_of(kind).items()})
 
 
 def with_fields(arrays: Arrays, new: Mapping[str, np.ndarray]) -> Arrays:
-    """The set with other memory for some of its fields, and the views of these."""
+    """Return the set with some fields replaced by the arrays `new`, and with views of the new arrays."""
     shown = [(name, view) for name, view in views_of(type(arrays)).items() if view.of in new]
     new = dict(new) | {name: new[view.of].reshape(-1, ROW)[:, view.part] for name, view in shown}
     return arrays._replace(**new)  # type: ignore[attr-defined]
 
 
 def with_memory(arrays: Arrays, n: int, *names: str) -> Arrays:
-    """The set with memory for n nodes for these fields, where they had none yet."""
+    """Return the set with memory for n nodes for the named fields, unless they are allocated already."""
     several = {name: len(getattr(arrays, name)) for name in names}
     lacking = [name for name in names if not getattr(arrays, name).size]
     return with_fields(arrays, {name: fields_of(type(arrays))[name].allocate(n, several[name]) for name in lacking})

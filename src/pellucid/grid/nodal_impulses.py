@@ -1,4 +1,4 @@
-"""Impulses that conditions give the nodes after their momentum was advanced."""
+"""Impulses that conditions apply to the nodes after the momentum update."""
 
 import numpy as np
 
@@ -9,10 +9,11 @@ from pellucid.grid.momentum import FULL_DRIVE_FRACTION, MASS_EPS, ExternalAction
 def add_impulses(
     nodes: Nodes, external: ExternalAction, impulse: np.ndarray, node: np.ndarray | slice = slice(None)
 ) -> np.ndarray:
-    """Change the velocities of all nodes, or of those that are listed, by impulses [N s], shape (n, 3); return those that they
-    took, of the same shape.
+    """Change the velocities of all nodes, or of listed nodes, by impulses [N s], shape (n, 3). Return the impulses that
+    were applied, same shape.
 
-    Constrained directions, those wholly led by driven points, and nodes without mass take nothing.
+    No impulse is applied along constrained directions, along directions with motion fully prescribed by driven points, or
+    to nodes without mass.
     """
     mass = nodes.mass[node, None]
     free = (mass >= MASS_EPS) & (nodes.constrained[node] == 0)

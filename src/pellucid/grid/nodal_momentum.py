@@ -1,4 +1,4 @@
-"""Advances the momentum of the nodes of a velocity field, and finds the works of the step."""
+"""Momentum update of the nodes of a velocity field, and the works of the step."""
 
 from collections.abc import Iterable
 
@@ -19,11 +19,11 @@ from pellucid.reductions import ordered_sum
 
 
 class NodalMomentum:
-    """Advances the momentum of the nodes of one velocity field.
+    """Momentum update of the nodes of one velocity field.
 
-    rows: as `pellucid.grid.chunks.by_row` takes them; supports: their velocities [m/s] are read at every step, and so is
-    `external`; small_mass [kg]: nodes with less do not strain points by their internal forces; flip: share of FLIP in the
-    transfer to the points.
+    rows: the rows of slabs, see `pellucid.grid.chunks.by_row`. supports, external: constraints and external actions, read
+    in every step. small_mass [kg]: the internal forces of nodes with less mass do not strain points. flip: fraction of FLIP
+    in the transfer to the points.
     """
 
     def __init__(
@@ -40,8 +40,8 @@ class NodalMomentum:
         self.small_mass = small_mass
         self.flip = flip
         self.is_counted = False
-        """Whether the works of this step are counted already: nothing may change the velocities of nodes any more, but of those
-        that await impulses."""
+        """True if the works of this step are already computed. Then only the velocities of nodes that await impulses may
+        still change."""
         self._rows, self._all = rows, by_row(rows)
         self._chunks = self._all.chunks.n
         self._columns = FIRST_LOAD + len(external.loads)
@@ -61,7 +61,8 @@ class NodalMomentum:
         self._find_near()
 
     def _find_near(self) -> None:
-        """Find the chunks of the nodes that points of this process reach: others have no mass here. They stay between cuts."""
+        """Find the chunks of the nodes that points of this process reach; other nodes have no mass here. The chunks change
+        only when the grid is cut again."""
         if self._cut == domain.cuts_made:
             return
         self._cut = domain.cuts_made
@@ -72,7 +73,7 @@ class NodalMomentum:
 
     @property
     def advanced(self) -> Bundle:
-        """The nodes and what acts on them (`AdvancedNodes`), in chunks."""
+        """The nodes with their actions and constraints (`AdvancedNodes`), in chunks."""
         return self._bundle
 
     @property
@@ -86,11 +87,11 @@ class NodalMomentum:
         return self._n
 
     def sum_of_near(self, sums: np.ndarray) -> np.ndarray:
-        """The sum of what these have, shape (chunks, ...), of all processes."""
+        """Return the sum over all processes of values of the chunks of `near`, shape (chunks, ...)."""
         return ordered_sum(domain.of_chunks(sums[: self._n], self._all.of_row, self._first))
 
     def share_gravity(self, share: float) -> None:
-        """Apply a share of gravity."""
+        """Scale gravity by a factor, 0 to 1."""
         self._gravity_share, self._gravity[:] = share, share * self._full_gravity
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
@@ -106,10 +107,11 @@ class NodalMomentum:
         self._waits = domain.any(self._listed.chunks.n > 0)
 
     def advance(self, dt: float, counted: bool = False) -> None:
-        """p + dt (f + m g) on every node, then the supports; fills velocity, velocity_increment and strain_velocity.
+        """Advance the momentum of every node, p + dt (f + m g), and apply the supports. Fills velocity, velocity_increment
+        and strain_velocity.
 
-        counted: whether nothing else changes the velocities in this step but of nodes that await impulses: works are counted at
-        once.
+        counted: True if only the velocities of nodes that await impulses can still change in this step; the works of all
+        other nodes are then computed at once.
         """
         self._sums.fill(0.0)
         self._find_near()
@@ -118,14 +120,15 @@ class NodalMomentum:
         self.is_counted, self._lag_is_counted = counted, False
 
     def works(self, dt: float) -> StepWork:
-        """Works of the step dt [s] and impulses of the supports, when nothing changes the velocities of the nodes any more.
+        """Return the works of the step dt [s] and the impulses of the supports, once the nodal velocities of the step are
+        final.
 
-        Forces do work along the mean of the velocities before and after the step, so that all works together are the change of
-        kinetic energy of points that take these increments, but for what lumping loses of it (`transfer_heat`). Where a node is
-        led by a support or driven points, they work along its velocity, and the impact of what arrives there is heat. Nodes of
-        hardly any mass, where both are large and opposite, do without: there forces but gravity work along the velocity before
-        the step, and of the increment only that by gravity is squared. Fills mean_velocity and increment_energy; the
-        momentum is zero then.
+        Forces do work along the mean of the velocities before and after the step. The sum of all works is then the change
+        in kinetic energy of points that receive the nodal increments, except for the loss by mass lumping
+        (`transfer_heat`). At a node constrained by a support or driven points, forces work along the prescribed velocity,
+        and the impact of arriving mass is heat. At nodes of very small mass, forces and increments are large and opposite.
+        There, forces other than gravity work along the velocity before the step, and only the increment by gravity is
+        squared. Fills mean_velocity and increment_energy, and resets the momentum to zero.
         """
         how = self._bundle, dt, self.small_mass
         if not self.is_counted:
@@ -136,8 +139,8 @@ class NodalMomentum:
         return done._replace(gravity_mass=self._gravity_share * done.gravity_mass)
 
     def strain_lag_work(self, dt: float) -> float:
-        """Return the part of the energy lost by mass lumping in a step dt [s] by which the stress of points without heat
-        works less along `strain_velocity` than their forces along the mean velocity [J]."""
+        """Return the difference [J] in a step dt [s] between the work of nodal forces along the mean velocity and the work
+        of the stress along `strain_velocity`, for points that keep no heat. It is part of the energy lost by mass lumping."""
         how = self._bundle, dt, self.small_mass, self._lags
         if not self._lag_is_counted:
             self._lags.fill(0.0)
@@ -147,7 +150,7 @@ class NodalMomentum:
         return float(self._summed(self._lags)[0])
 
     def _summed(self, sums: np.ndarray) -> np.ndarray:
-        """The sum of what chunks of all nodes have, and after them those of the listed."""
+        """Return the sum over all processes of values of the chunks of all nodes, followed by the chunks of listed nodes."""
         found = domain.of_chunks(sums[: self._chunks], self._all.of_row, self._first)
         if self._waits:
             listed = sums[self._chunks : self._chunks + self._listed.chunks.n]
@@ -155,22 +158,25 @@ class NodalMomentum:
         return ordered_sum(found)
 
     def drag_work(self, momentum: np.ndarray, dt: float) -> float:
-        """Work that forces of points without heat would do over half a step dt [s] along what nodal velocities were slower at
-        its start for the loss of this momentum [kg m/s], shape (n, 3); constrained nodes are not slower [J]."""
+        """Return the work [J] that forces of points without heat would do over half a step dt [s] along the decrease in
+        nodal velocity at its start, caused by the loss of this momentum [kg m/s], shape (n, 3). The velocity of constrained
+        nodes does not decrease."""
         nodes = self._bundle.nodes
         moves = (nodes.mass[:, None] >= MASS_EPS) & (nodes.constrained == 0)
         slower = np.divide(momentum, nodes.mass[:, None], out=np.zeros_like(momentum), where=moves)
         return self.half_work(slice(None), slower, dt)
 
     def half_work(self, node: np.ndarray | slice, increment: np.ndarray, dt: float) -> float:
-        """Work in half a step dt [s] of forces of points without heat on velocity increments of nodes, shape (n, 3) [J]."""
+        """Return the work [J] in half a step dt [s] of the forces of points without heat along velocity increments of nodes
+        [m/s], shape (n, 3)."""
         nodes, separate = self._bundle.nodes, self._bundle.separate_forces.reshape(-1, ROW)[:, VECTOR]
         force = nodes.force[node] - separate[node] if len(separate) else nodes.force[node]
         return 0.5 * dt * float(np.sum(domain.of_nodes(force * increment, None if isinstance(node, slice) else node)))
 
     def impulse_velocity(self, node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return the mean velocity [m/s] along which impulses work that nodes got after their momentum was advanced: that
-        of forces, except where driven points lead a node in part, since the impulses came after these."""
+        """Return the mean velocity [m/s] for the work of impulses applied after the momentum update. It is the mean
+        velocity used for forces, except where driven points partly constrain a node, since impulses are applied after this
+        constraint."""
         nodes, driven = self._bundle.nodes, self._bundle.external.driven_mass
         if not len(driven):
             return np.asarray(nodes.mean_velocity[node])
@@ -178,10 +184,10 @@ class NodalMomentum:
         return np.where(moved, nodes.velocity[node] - 0.5 * nodes.velocity_increment[node], nodes.mean_velocity[node])
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
-        """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`.
+        """Compute the constrained velocities p/m of the mapped momentum in `strain_velocity`.
 
-        dt: of the step [s] in which the momentum was advanced; None before. counted: whether its `strain_lag_work` is wanted,
-        which is counted at once, but that of nodes that await impulses.
+        dt: the step [s] if the momentum has been advanced, else None. counted: True if `strain_lag_work` will be requested;
+        it is then computed at once, except for nodes that await impulses.
         """
         self._lag_is_counted = counted
         self._lags.fill(0.0)

@@ -1,7 +1,7 @@
-"""The works on the nodes in a step, along the means of their velocities before and after it.
+"""Works on the nodes in a step, along the mean of their velocities before and after it.
 
-Most nodes are done while they are at hand, as soon as they were advanced. Those that await impulses of contact are left out
-then and done afterwards: they are flagged and listed.
+Most nodes are processed directly after the momentum update, while their data is in the cache. Nodes that await contact
+impulses are flagged and listed, skipped in this pass, and processed afterwards.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ from pellucid.jit.local import numbers
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
 
 NOWHERE = np.zeros(0, np.uint8)
-"""In place of flags: no node awaits impulses."""
+"""Used instead of flags if no node awaits impulses."""
 
 
 @pointwise
@@ -32,8 +32,8 @@ def _awaits(awaiting, I):
 
 @kernel(inner=True)
 def count_works_chunk(chunk, first, chunks, awaiting, field, dt, small):
-    """Works and impulses of a chunk of the listed nodes, but of those that await impulses, into a row of works; `first` is that
-    of the first chunk. See `NodalMomentum.works`. The momentum of the nodes is zero then, so that it can be mapped again."""
+    """Compute the works and impulses of a chunk of nodes, skipping nodes that await impulses, in row `first + chunk` of the
+    works. See `NodalMomentum.works`. The momentum of the nodes is reset to zero, so that it can be mapped again."""
     nodes, external, gravity, work = field.nodes, field.external, field.gravity, field.work
     mass, force, velocity, velocity_increment = nodes.mass, nodes.force, nodes.velocity, nodes.velocity_increment
     acts, rubbing = what_acts(field), field.supports.walls.impulse

@@ -1,4 +1,4 @@
-"""The velocity field of a body with its own nodes, which moves by its own equation of motion."""
+"""Velocity field of a body with its own nodes, which has its own equation of motion."""
 
 from collections.abc import Iterable
 
@@ -18,13 +18,13 @@ class OwnNodesField(VelocityField):
 
     moves_points = False
     touches_on_nodes = True
-    """Whether it may touch other fields on the nodes; else the body gives these nothing."""
+    """True if the body may contact other fields on the nodes. Otherwise it contributes nothing to the nodes."""
 
     def __init__(self, name: str, grid: Grid) -> None:
         super().__init__(name, grid)
         self._reached = ReachedNodes(grid)
         self.awaiting = np.zeros(0, np.int64)
-        """The nodes at which contact may give impulses in this step, in order, shape (k,)."""
+        """Sorted nodes at which contact may apply impulses in this step, shape (k,)."""
 
     may_be_let_go = False
 
@@ -50,15 +50,15 @@ class OwnNodesField(VelocityField):
         """Do nothing: `scatter` clears."""
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
-        """Mass and momentum of the points of n slabs, and forces on them until the end of the step [N], shape (points, 3), to
-        the nodes of the grid, in place of those of the step before."""
+        """Map mass and momentum of the points of n slabs, and the forces on them until the end of the step [N], shape
+        (points, 3), to the nodes of the grid. Replaces the values of the previous step."""
         self._reached.scatter(n, mapped, force)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         return {}
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
-        """Momentum alone of such points, after their velocities changed."""
+        """Map the momentum of the points of n slabs again, after their velocities changed."""
         self._reached.scatter_momentum(n, mapped)
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:

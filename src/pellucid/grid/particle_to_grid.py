@@ -1,4 +1,4 @@
-"""Particle to grid: momentum, mass and internal forces of points, into the nodes' rows `inertia` and `forces`."""
+"""Particle to grid (P2G): momentum, mass and internal forces of points, in the nodal rows `inertia` and `forces`."""
 
 from typing import Any, NamedTuple
 
@@ -28,13 +28,14 @@ from pellucid.jit.vector import row
 
 
 class Inertia(NamedTuple):
-    """Momentum m v [kg m/s], and mass [kg] if `with_mass` is 1 and not 0."""
+    """Contribution m v [kg m/s] of a point, and its mass [kg] if `with_mass` is 1 instead of 0."""
 
     with_mass: float
 
 
 class AffineInertia(NamedTuple):
-    """The same of points with affine velocity fields: m (v + C r) at the distance r."""
+    """Contribution m (v + C r) of a point with an affine velocity field C at the distance r, and its mass if `with_mass` is
+    1."""
 
     with_mass: float
 
@@ -48,11 +49,12 @@ class InertiaRead(NamedTuple):
 
 
 class InternalForce(NamedTuple):
-    """-V σ ∇N [N]."""
+    """Contribution -V σ ∇N of a point [N]."""
 
 
 class InternalForceInCells(NamedTuple):
-    """The same without the pressure of full cells, which acts there as a whole."""
+    """Contribution -V (σ + p I) ∇N of a point in a full cell, without the mean pressure p of the cell, which acts
+    separately."""
 
     found: np.ndarray  # as `FullCells` has it
 
@@ -97,7 +99,7 @@ def _affine_node(rule, line, dz):
 
 @pointwise
 def _times_volume(V, x, y, z):
-    """Columns of a stress times -V."""
+    """Return the columns x, y, z of a stress multiplied by -V."""
     taken = row(-V, -V, -V, 0.0)
     return taken * x, taken * y, taken * z
 
@@ -119,14 +121,15 @@ def _internal_force_in_cells(rule, lattice, points, p):
 
 
 def inertia_of(mapped: MappedPoints, with_mass: float, affine: np.ndarray | None = None) -> ByValue:
-    """Momentum of points, with their masses or not, 1 or 0; affine: their fields, shape (points, 10)."""
+    """Return the P2G contribution of the momentum of points; with_mass: 1 to add their masses, else 0; affine: affine
+    fields, shape (points, 10)."""
     read = InertiaRead(mapped.points.velocity, mapped.points.mass, () if affine is None else affine)
     rule = Inertia(with_mass) if affine is None else AffineInertia(with_mass)
     return by_value(rule, read, mapped.nodes.inertia)
 
 
 def internal_force_of(mapped: MappedPoints, cells: FullCells | None = None) -> BySlope:
-    """Internal forces of points; cells: those whose pressure acts as a whole."""
+    """Return the P2G contribution of the internal forces of points; cells: full cells, whose mean pressure acts separately."""
     read = InternalForceRead(mapped.points.volume, mapped.points.stress, () if cells is None else mapped.points.position)
     rule = InternalForce() if cells is None else InternalForceInCells(cells.found)
     return by_slope(rule, read, mapped.nodes.forces)
@@ -145,9 +148,9 @@ class ParticleToGrid:
         scatter(self._both, FIRST * inertia + SECOND * force)
 
     def read(self) -> list[np.ndarray]:
-        """The arrays of points that both gifts read."""
+        """Return the point arrays that the P2G reads."""
         return arrays_in((self._both.mapped.points.position, self._both.gives.first.read, self._both.gives.second.read))
 
     def scatter_momentum(self) -> None:
-        """Momentum alone, after the velocities of the points were changed (MUSL)."""
+        """Map the momentum again, without masses, after the velocities of the points changed (MUSL)."""
         scatter(self._momentum)

@@ -52,7 +52,7 @@ def fault_at_held_face(face: str, outward: float) -> Fault:
 
 
 class PointArrays(NamedTuple):
-    """State that all material points have; n points, sorted by their nodes now and then."""
+    """State of all material points; n points, sorted by their nodes from time to time."""
 
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
@@ -62,11 +62,11 @@ class PointArrays(NamedTuple):
 
 
 class Slabs(NamedTuple):
-    """The first nodes of points first[s]:first[s+1] lay within the layers of slab s when they were last sorted.
+    """Division of points into slabs: when last sorted, the first nodes of points first[s]:first[s+1] lay within slab s.
 
-    Slabs are layers of the grid along the slowest axis of its memory, each cut into `across` pieces along another. Points may
-    move one layer beyond theirs before they must be sorted again; slabs are wide enough that two of one colour, every other one
-    along both axes, then still reach no common node (`pellucid.grid.sorting`).
+    Slabs are layers of the grid along the slowest axis in memory, each cut into `across` pieces along another axis. Points
+    may move one layer beyond their slab before they must be sorted again. Slabs of one colour, i.e. every other slab along
+    both axes, are far enough apart that their points then still reach no common node (`pellucid.grid.sorting`).
     """
 
     first: np.ndarray  # (s+1,)
@@ -84,11 +84,11 @@ class Slabs(NamedTuple):
 
 
 class InOrder(NamedTuple):
-    """The points are stored in the order in which slabs count them."""
+    """Index of points that are stored in the order of the slabs."""
 
 
 class ByIndex(NamedTuple):
-    """The points are stored in an order of their own, which an index by their nodes leaves as it is."""
+    """Index of points that keep their own storage order; a table lists them in the order of the slabs."""
 
     order: np.ndarray  # (n,) where the points are stored, in the order in which slabs count them
 
@@ -109,7 +109,7 @@ def _by_index(index, q):
 
 
 class NoCells(NamedTuple):
-    """No pressure of cells acts as a whole."""
+    """Option without mean pressures of full cells."""
 
 
 class FullCells(NamedTuple):
@@ -121,16 +121,18 @@ class FullCells(NamedTuple):
 
 
 VOLUMES, PRESSURES, RATES = range(3)
-"""Volumes [m³], pressures times volumes [J], rates of volume along the mean velocity [m³/s]."""
+"""Columns of `FullCells.sums`: volume [m³], pressure times volume [J], growth rate of the volume along the mean velocity
+[m³/s]."""
 PRESSURE, GROWTH, SHIFT = range(3)
-"""Mean pressure [Pa]; rate at which a unit of its points' volume grows with the cell, and what the points lack of it [1/s]."""
+"""Columns of `FullCells.found`: mean pressure [Pa], relative volume growth rate of the cell [1/s], and the part of it
+missing in the growth of its points [1/s]."""
 
 FIELD_ENERGY = 9
-"""Column of `affine` after those of the velocity field: its kinetic energy of unit mass, where the transfer left it [J/kg]."""
+"""Column of `affine` with the kinetic energy of the affine field per unit mass after the last transfer [J/kg]."""
 
 
 class MappedPoints(NamedTuple):
-    """A body's points and the nodes of its velocity field, as kernels take them."""
+    """Points of a body and nodes of its velocity field, as arguments of kernels."""
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
@@ -142,7 +144,7 @@ class MappedPoints(NamedTuple):
 
 @pointwise
 def cell_at(lattice, place):
-    """The cell in which a place [m] lies: as its first node is stored."""
+    """Return the cell that contains a position [m], as the storage index of its first node."""
     h, low, n, stride, folding = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides, lattice.folding
     i = min(int(in_period(folding, 0, (place[0] - low[0]) * h)), n[0] - 1)
     j = min(int(in_period(folding, 1, (place[1] - low[1]) * h)), n[1] - 1)
@@ -152,7 +154,7 @@ def cell_at(lattice, place):
 
 @pointwise
 def cell_of(lattice, x, p):
-    """The cell in which point p of x [m], shape (points, 3), lies."""
+    """Return the cell that contains point p of the positions x [m], shape (points, 3)."""
     return cell_at(lattice, (x[p, 0], x[p, 1], x[p, 2]))
 
 

@@ -1,4 +1,4 @@
-"""Velocities of nodes from momentum that was mapped from the points, with what constrains and leads them."""
+"""Nodal velocities from the mapped momentum, with supports and driven points."""
 
 from pellucid.grid.momentum import MASS_EPS, apply_prescribed_velocity, is_unconstrained
 from pellucid.grid.supports import meet_walls
@@ -19,7 +19,7 @@ def constrained_velocity(nodes, supports, external, I, d, m, v):
 
 @pointwise
 def project_node(nodes, supports, external, I):
-    """p/m of the mapped momentum of node I, with what leads it, into `strain_velocity`."""
+    """Compute the velocity p/m of the mapped momentum of node I, with its constraints, in `strain_velocity`."""
     m = nodes.mass[I]
     over_m = 1.0 / m if m >= MASS_EPS else 0.0
     if is_unconstrained(nodes, external, I):
@@ -32,7 +32,7 @@ def project_node(nodes, supports, external, I):
 
 @kernel(inner=True)
 def _meet_chunk(chunk, field):
-    """Let walls that open constrain or release nodes of a chunk that no step has moved yet."""
+    """Let opening walls constrain or release the nodes of a chunk that have not been advanced yet."""
     nodes = field.nodes
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         if nodes.has_mass[I] == 0 and nodes.mass[I] >= MASS_EPS:
@@ -41,7 +41,7 @@ def _meet_chunk(chunk, field):
 
 @kernel(inner=True)
 def project_chunk(chunk, field, advanced):
-    """The same for the nodes of a chunk; advanced: whether their momentum is, with the mass that they have."""
+    """Apply `project_node` to the nodes of a chunk that have mass; advanced: True if their momentum has been advanced."""
     nodes = field.nodes
     if not advanced and len(field.supports.walls.held) > 0:
         _meet_chunk(chunk, field)

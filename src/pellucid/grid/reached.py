@@ -1,7 +1,8 @@
-"""The nodes that a body with its own nodes reaches, listed: passes over the nodes of its velocity field take no others.
+"""List of the grid nodes that a body with its own nodes reaches. Passes over the nodes of its velocity field process only
+these.
 
-Of such a field contact reads the momentum equation of the nodes that others reach too. A membrane reaches few nodes, and most
-of a step of its own would go to the rest of the grid.
+Contact needs the momentum equation only at nodes that other bodies reach too. A membrane reaches few nodes; processing the
+rest of the grid would take most of the time of its step.
 """
 
 from typing import NamedTuple
@@ -35,7 +36,7 @@ NONE = np.zeros((0, 3))
 
 
 class ConstrainedNodes(NamedTuple):
-    """The nodes of a velocity field and what constrains them."""
+    """Nodes of a velocity field and their constraints."""
 
     nodes: Nodes
     supports: Supports
@@ -118,7 +119,7 @@ def _project(chunk, node, field):
 
 
 class ReachedNodes:
-    """The nodes of a velocity field that its points reach, in order: `node`, shape (n,); no other has mass."""
+    """Sorted list `node`, shape (n,), of the nodes of a velocity field that its points reach; no other node has mass."""
 
     def __init__(self, grid: Grid) -> None:
         nodes = grid.nodes
@@ -130,7 +131,7 @@ class ReachedNodes:
         self.node = self._room[:0]
 
     def constrain(self, supports: Supports, external: ExternalAction) -> None:
-        """Set what constrains nodes."""
+        """Set the constraints of the nodes."""
         self._field = Bundle(ConstrainedNodes(self._all, supports, external))
 
     @property
@@ -138,22 +139,23 @@ class ReachedNodes:
         return chunks_of(len(self.node))
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
-        """Mass and momentum of the points of n slabs to the nodes, and forces on them [N], shape (points, 3), in place of those
-        before."""
+        """Map mass and momentum of the points of n slabs, and forces on them [N], shape (points, 3), to the nodes. Replaces
+        the previous values."""
         self._clear(self.node)
         self._words.fill(0)
         _scatter(n, mapped, NONE if force is None else force, 1.0, self._flags)
         self.node = self._room[: _list_flagged(self._words, self._flags, self._room)]
 
     def scatter_momentum(self, n: int, mapped: Bundle) -> None:
-        """Momentum alone, in place of that before, after the velocities of the points changed and not their places."""
+        """Map the momentum again after the velocities of the points changed but not their positions. Replaces the previous
+        momentum."""
         self._clear_momentum(self.node)
         _scatter(n, mapped, NONE, 0.0, self._flags)
 
     def advance(self, dt: float) -> None:
-        """Velocities after a step dt [s] with internal forces and what constrains nodes; no increments by contact yet."""
+        """Compute the nodal velocities after a step dt [s] from internal forces and constraints, before contact."""
         _advance(self._chunks, self.node, self._field, dt)
 
     def project(self) -> None:
-        """Velocities p/m of the mapped momentum, with what constrains them, into `strain_velocity`."""
+        """Compute the constrained velocities p/m of the mapped momentum in `strain_velocity`."""
         _project(self._chunks, self.node, self._field)

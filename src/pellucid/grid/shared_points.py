@@ -13,7 +13,8 @@ from pellucid.ranks.domain import domain
 
 
 class WholePoints:
-    """Each process has all points, and does those of its slabs: loops over slabs find no points in others."""
+    """Distribution with all points on each process. Each process computes the points in its own slabs; in its loops all
+    other slabs are empty."""
 
     is_spread = False
 
@@ -22,23 +23,24 @@ class WholePoints:
         self.first = slabs.first
 
     def share_out(self) -> None:
-        """Do the slabs of this process from now on."""
+        """Restrict the loops to the slabs of this process."""
         first = self._slabs.first
         self.first = first.copy()
         first[:] = np.clip(first, *first[[domain.slabs.start, domain.slabs.stop]])
 
     def after_sorting(self, sort: Callable[[int], None]) -> None:
-        """The same again; sort: sorts the first of the points, so many."""
+        """Restrict the loops to the slabs of this process after sorting; sort: function that sorts the first n points (not
+        used here)."""
         self.share_out()
 
     def take_own(self) -> slice:
-        """`first` says where those of all processes begin: take up the rows of this process; which of all points it has."""
+        """Restrict `first`, computed for all processes, to the rows of this process; return the slice of its points."""
         if domain.is_cut:
             self.share_out()
         return slice(0, None)
 
     def hand_over(self) -> Callable[[], None]:
-        """Return the function that adopts the new rows."""
+        """Return the function that applies a new division of rows among processes."""
 
         def take_up() -> None:
             self._slabs.first[:] = self.first
@@ -47,9 +49,9 @@ class WholePoints:
         return take_up
 
     def fill(self, values: np.ndarray, order: np.ndarray | None = None) -> np.ndarray:
-        """Fill what points of its slabs have, shape (n, ...), with what other processes found. Returns it.
+        """Fill in the values, shape (n, ...), that other processes computed for points of their slabs. Return the values.
 
-        order: where the values stand, in the order in which slabs count the points; None where they stand in it.
+        order: storage index of each point in the order of slabs; None if the values are stored in the order of slabs.
         """
         if domain.is_cut:
             own = slice(self._slabs.first[0], self._slabs.first[-1])
@@ -67,7 +69,7 @@ class WholePoints:
 
 
 class SpreadPoints:
-    """Each process has the points of its slabs, in front in arrays that have room for all."""
+    """Distribution with the points of its own slabs on each process, at the start of arrays with room for all points."""
 
     is_spread = True
 
@@ -76,11 +78,12 @@ class SpreadPoints:
         self.first = slabs.first
 
     def after_sorting(self, sort: Callable[[int], None]) -> None:
-        """Points go to the processes that have their slabs, and are sorted there; sort: sorts the first of them, so many."""
+        """Send points to the processes that have their slabs, and sort them there; sort: function that sorts the first n
+        points."""
         sort(domain.migrate(self._arrays, self.first))
 
     def take_own(self) -> slice:
-        """`first` says where those of all processes begin: take up the rows of this process; which of all points it has."""
+        """Restrict `first`, computed for all processes, to the rows of this process; return the slice of its points."""
         if not domain.is_cut:
             return slice(0, None)
         begin, end = self.first[[domain.slabs.start, domain.slabs.stop]]
@@ -88,7 +91,7 @@ class SpreadPoints:
         return slice(begin, end)
 
     def hand_over(self) -> Callable[[], None]:
-        """Return the function that adopts the new rows; points arrive in storage order."""
+        """Return the function that applies a new division of rows among processes; points arrive in storage order."""
         first = self.first_of_all()
 
         def take_up() -> None:
@@ -99,7 +102,7 @@ class SpreadPoints:
         return take_up
 
     def fill(self, values: np.ndarray, order: np.ndarray | None = None) -> np.ndarray:
-        """The values: this process has no others."""
+        """Return the values unchanged: this process stores no points of others."""
         return values
 
     def joined(self, there: np.ndarray) -> np.ndarray:
@@ -113,7 +116,7 @@ class SpreadPoints:
         return np.concatenate([[0], np.cumsum(domain.complete(np.diff(self.first)))])
 
     def joined_again(self) -> WholePoints:
-        """Each process has all points from now on."""
+        """Gather all points on each process, and return the matching `WholePoints`."""
         first = self.first_of_all()
         for array in self._arrays.values():
             array[: first[-1]] = domain.whole(array[: self.first[-1]])

@@ -1,4 +1,4 @@
-"""Sorting points by the nodes that they reach, and sharing them out in slabs."""
+"""Sorting of points by the nodes that they reach, and their division into slabs."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -18,16 +18,18 @@ MOST_SLABS = 256
 FEWEST_CELLS = 120  # in a slab of a row that is cut: of fewer, what it costs beside its points counts
 CHUNK = 4096  # points that a thread reorders at a time
 EACH_SORTING = 2000.0
-"""What sorting costs beside its share for each point, in vectors of points with the same nodes: 0.12 ms, at 65 ns a vector."""
+"""Fixed cost of a sorting in addition to the cost per point, in vectors of points with the same nodes: 0.12 ms at 65 ns per
+vector."""
 
 
 @kernel()
 def _order_by_nodes(position, functions, lattice, layers, across, slab, cut, nodes, count, first, order):
-    """Stable counting sort: the order of the points by slab, and within it by the first of the nodes that reach them; where the
-    points of each slab begin. Along an axis there are as many such nodes as cells: more would have no cell of their own.
+    """Compute the order of the points by slab, and within a slab by their first node (stable counting sort), in `order`,
+    and the first point of each slab in `first`.
 
-    layers, across: as `Slabs` has them; slab, cut: in which slab and which piece of it a layer is. nodes, shape (points,), and
-    count, zeros for one more than the cells: scratch.
+    There are as many first nodes along an axis as cells. layers, across: see `Slabs`; slab, cut: the row of slabs of each
+    layer, and the piece of a row of each layer along the axis of the cuts. Scratch arrays: nodes, shape (points,); count,
+    zeros, shape (cells + 1,).
     """
     n, low, h, main, second = lattice.counts, lattice.lower, lattice.inverse_cell, lattice.slab_axis, lattice.cut_axis
     third = 3 - main - second
@@ -55,7 +57,7 @@ def _order_by_nodes(position, functions, lattice, layers, across, slab, cut, nod
 
 @kernel()
 def _find_layers(position, function, lattice, layer):
-    """The layer of each point along the axis of the slabs, in which the first of its nodes lies."""
+    """Compute the layer of the first node of each point along the axis of the slabs, in `layer`."""
     axis = lattice.slab_axis
     for p in range(len(position)):
         offset = (position[p, axis] - lattice.lower[axis]) * lattice.inverse_cell
@@ -72,10 +74,11 @@ def _reorder_rows(chunk, source, target, order):
 def sort_by_nodes(
     arrays: dict[str, np.ndarray], spare: np.ndarray, lattice: Lattice, functions: GridFunctions, slabs: Slabs
 ) -> np.ndarray:
-    """Sort every array of a body (first axis: points) by the first node of each point, in place, and divide the sorted points
-    among the slabs. With trilinear functions that is by cell; those of other functions change in the middle of a cell.
+    """Sort every array of a body (first axis: points) in place by the first node of each point, and divide the sorted
+    points among the slabs.
 
-    spare: memory for the rows of one array, which is returned for the next call, larger where it was too small.
+    With trilinear functions this sorts by cell; with other functions the first node changes in the middle of a cell. spare:
+    scratch memory for the rows of one array. Returns scratch memory for the next call, enlarged if it was too small.
     """
     layers, across, (slab, cut) = _layers_of(lattice, functions)
     points, cells = len(arrays["position"]), int(np.prod(lattice.counts))
@@ -94,21 +97,22 @@ def sort_by_nodes(
 
 
 class ShortRuns:
-    """Cost of short runs of points with the same nodes since the last sorting.
+    """Cost of short sequences of points with the same nodes since the last sorting.
 
-    The further the order of the points is from the order of their nodes, the more vectors a pass takes. The vectors of each
-    step beyond the smallest number since the sorting are added up; when they cost as much as a sorting, sorting pays. The
-    total is then at most twice the optimum, and equals it if the runs shorten evenly.
+    The less the points are ordered by their nodes, the more vectors a pass processes. In each step, the number of vectors
+    beyond the smallest number since the last sorting is added up. Sorting pays when these vectors cost as much as a
+    sorting. The total cost is then at most twice the optimum, and equals it if the sequences shorten evenly.
     """
 
     def __init__(self, n_points: int, cost: float) -> None:
-        """cost: of a sorting, in vectors for each point."""
+        """n_points: number of points; cost: cost of a sorting, in vectors per point."""
         self._price = cost * n_points + EACH_SORTING
         self.counts = np.array([0.0, n_points])
-        """Vectors beyond the fewest, added up; the fewest in a step, which are no more than the points."""
+        """Array of two numbers: the sum of the vectors beyond the smallest number, and the smallest number of vectors in a
+        step, at most the number of points."""
 
     def add(self, vectors: float) -> None:
-        """Count the vectors of a step."""
+        """Add the number of vectors of a step."""
         self.counts[1] = min(self.counts[1], vectors)
         self.counts[0] += vectors - self.counts[1]
 
@@ -119,14 +123,16 @@ class ShortRuns:
 
 
 def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
-    """Slabs without points, with nothing reported.
+    """Build slabs without points and without reported faults.
 
-    Of the nodes of a point, s along an axis, half lie on either side of it: the first is i where the point lies from i + shift
-    to i + 1 + shift, with a shift of s/2 - 1. With GIMP it is the half edge of a point, ½ at most, in place of ½.
+    Of the s nodes of a point along an axis, half lie on either side of the point: its first node is i if its coordinate is
+    between i + shift and i + 1 + shift, with shift = s/2 - 1 [cells]. With GIMP the half edge of a point, at most ½,
+    replaces ½.
 
-    Why two slabs of one colour reach no common node: points of layers [a, b) stay from a - 1 + shift to b + 1 + shift, so that
-    their nodes lie from a - 1 to b + s - 1, or with GIMP to b + s. The slab between the two has at least `width` layers, so
-    that the nodes of the next begin at b + width - 1: 3 layers do for s = 2, 5 for s = 4, and 5 for s = 3 with GIMP too.
+    Two slabs of one colour reach no common node: points of the layers [a, b) stay between a - 1 + shift and b + 1 + shift,
+    so their nodes lie between a - 1 and b + s - 1, or b + s with GIMP. The slab between two slabs of one colour has at
+    least `width` layers, so the nodes of the next one begin at b + width - 1. Sufficient widths are 3 layers for s = 2, and
+    5 for s = 4 and for s = 3 with GIMP.
     """
     layers, across, _ = _layers_of(lattice, functions)
     n, shifts = len(layers), [0.5 * functions[axis].stencil - 1.0 for axis in (lattice.slab_axis, lattice.cut_axis)]
@@ -139,7 +145,7 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
 
 
 def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
-    """The rows of slabs, which are the same for all bodies."""
+    """Return the rows of slabs, which are the same for all bodies."""
     lattice = grid.lattice
     layers, across, _ = _layers_of(lattice, functions)
     edges = np.append(layers[::across, 0], layers[-1, 1])
@@ -171,7 +177,7 @@ def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
 
 
 def _report_nothing(slabs: Slabs) -> None:
-    """Forget what kernels reported of other points: they leave the rows of slabs without points as they are."""
+    """Reset the faults and sums reported by kernels: kernels skip slabs without points and would leave old reports there."""
     for reported in (slabs.left_slab, slabs.fault, slabs.sums, slabs.of_lost):
         reported.fill(0)
 
@@ -180,15 +186,16 @@ Divided = tuple[np.ndarray, int, list[np.ndarray]]
 
 
 def _layers_of(lattice: Lattice, functions: GridFunctions) -> Divided:
-    """The layers of the slabs and how many are in a row, as `Slabs` has them; for each layer along both axes, in which row or
-    piece of a row it is. They are the same for all bodies, wherever these are, and each as narrow as two colours allow."""
+    """Return the layers of the slabs and the number of slabs in a row, see `Slabs`, and for both axes the row or piece of
+    each layer. The division is the same for all bodies at any position, with slabs as narrow as two colours allow."""
     axes = tuple((lattice.counts[axis], functions[axis]) for axis in (lattice.slab_axis, lattice.cut_axis))
     return _divided(axes, int(np.prod(lattice.counts)))
 
 
 @cache
 def _divided(axes: tuple[tuple[int, GridFunction], ...], cells: int) -> Divided:
-    """The same of the layers and functions along the slowest axis and that of the cuts, of so many cells in all."""
+    """Return the result of `_layers_of`. axes: number of layers and shape functions along the slowest axis and the axis of
+    the cuts; cells: total number of cells."""
     edges, most = [], MOST_ROWS
     for count, function in axes:
         edges.append(row_edges(count, function.stencil, most, isinstance(function, PeriodicAxis)))

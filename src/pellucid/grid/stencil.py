@@ -1,8 +1,8 @@
-"""The nodes about a point, with the values and slopes of their shape functions there, and sums over them.
+"""Nodes around a point, their shape functions and derivatives at the point, and sums over these nodes.
 
-`gather`: a sum over the nodes that reach a point; `add`: what a point adds to each of them. Sums over tensor products are
-factored line by line (along z) where that halves the work of the plain triple loop. Indices are unsigned, which spares numba's
-question whether they count from the end.
+Functions named `gather...` sum nodal values at a point; functions named `add...` add values of a point to its nodes. Sums
+over tensor products are evaluated line by line (along z) where this halves the work of the plain triple loop. Indices are
+unsigned, so numba need not check for negative indices.
 """
 
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from pellucid.jit.vector import LANES, load, nothing, store
 
 
 class Stencil(NamedTuple):
-    """The nodes that reach a point; their indices count along the axes from the first one."""
+    """Nodes whose shape functions reach a point; indices along the axes count from the first node."""
 
     start: int  # where the first node is stored
     offset: Any  # from the point to the first node along the axes, in cells
@@ -38,7 +38,7 @@ def functions_at(functions, lattice, place):
 
 @pointwise
 def stencil_of(functions, start, numbers):
-    """The stencil of such numbers, or of vectors of them where points share their nodes."""
+    """Return the stencil for the numbers from `functions_at`, or for vectors of numbers of points that share their nodes."""
     ox, wx, gx = axis_values(functions[0], numbers[0])
     oy, wy, gy = axis_values(functions[1], numbers[1])
     oz, wz, gz = axis_values(functions[2], numbers[2])
@@ -47,27 +47,27 @@ def stencil_of(functions, start, numbers):
 
 @pointwise
 def stencil(functions, lattice, position, p):
-    """The nodes about point p of `position` [m], shape (points, 3)."""
+    """Return the stencil of point p of `position` [m], shape (points, 3)."""
     start, numbers = functions_at(functions, lattice, (position[p, 0], position[p, 1], position[p, 2]))
     return stencil_of(functions, start, numbers)
 
 
 @pointwise
 def node_behind(lattice, first, a, b, c):
-    """Index of the node that lies a, b, c nodes behind the first one along the axes."""
+    """Return the index of the node that lies a, b, c nodes after the first one along the axes."""
     stride = lattice.strides
     return real_node(lattice.folding, first + a * stride[0] + b * stride[1] + c * stride[2])
 
 
 @pointwise
 def node_at(about, lattice, a, b, c):
-    """Index of the node (a, b, c) of a stencil."""
+    """Return the index of node (a, b, c) of a stencil."""
     return node_behind(lattice, about.start, a, b, c)
 
 
 @pointwise
 def _gather_of(about, lattice, field, d):
-    """Σ N_I of a component of a vector field."""
+    """Return Σ N_I field_I for component d of a vector field."""
     wx, wy, wz = about.wx, about.wy, about.wz
     total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):
@@ -83,14 +83,14 @@ def _gather_of(about, lattice, field, d):
 
 @pointwise
 def gather(about, lattice, field):
-    """Σ N_I field_I of a vector field, shape (nodes, 3)."""
+    """Return Σ N_I field_I of a vector field, shape (nodes, 3), as a 3-tuple."""
     x, y = _gather_of(about, lattice, field, 0), _gather_of(about, lattice, field, 1)
     return x, y, _gather_of(about, lattice, field, 2)
 
 
 @pointwise
 def gather_scalar(about, lattice, field):
-    """Σ N_I field_I of a scalar field, shape (nodes,)."""
+    """Return Σ N_I field_I of a scalar field, shape (nodes,)."""
     wx, wy, wz = about.wx, about.wy, about.wz
     total = nothing(wx[0] * wy[0] * wz[0])
     for a in range(len(wx)):
@@ -104,7 +104,7 @@ def gather_scalar(about, lattice, field):
 
 @pointwise
 def _gradient_of(about, lattice, velocity, d):
-    """The derivatives of a component of the nodal velocity by x, y, z in cells."""
+    """Return the derivatives of component d of the nodal velocity along x, y, z, per cell."""
     wx, wy, wz, gx, gy, gz = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz
     one = wx[0] * wy[0] * wz[0]
     x, y, z = nothing(one), nothing(one), nothing(one)  # one apiece: without the compiler, += changes an array in place
@@ -124,7 +124,7 @@ def _gradient_of(about, lattice, velocity, d):
 
 @pointwise
 def gather_gradient(about, lattice, velocity):
-    """Gradient of the nodal velocity `velocity` [1/s], a 9-tuple."""
+    """Return the gradient of the nodal velocity `velocity` [1/s], a 9-tuple."""
     h = lattice.inverse_cell
     xx, xy, xz = _gradient_of(about, lattice, velocity, 0)
     yx, yy, yz = _gradient_of(about, lattice, velocity, 1)
@@ -134,8 +134,8 @@ def gather_gradient(about, lattice, velocity):
 
 @pointwise
 def gather_affine(about, lattice, velocity):
-    """The nodal velocity at the point [m/s], a 3-tuple, and its gradient there [1/s], a 9-tuple: `gather` and `gather_gradient`
-    in one pass."""
+    """Return the nodal velocity at the point [m/s], a 3-tuple, and its gradient [1/s], a 9-tuple: `gather` and
+    `gather_gradient` in one pass."""
     wx, wy, wz, gx, gy, gz, h = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz, lattice.inverse_cell
     v0 = v1 = v2 = xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
     for a in range(len(wx)):
@@ -171,8 +171,8 @@ def add_vector(about, lattice, target, vector):
 
 @pointwise
 def add_affine(about, lattice, target, vector, offset):
-    """Add N_I + offset·∇N_I times a vector to each node of `target`, shape (nodes, 3): as at a place off the point [m], by
-    functions that go on linearly there."""
+    """Add (N_I + offset·∇N_I) times a vector to each node of `target`, shape (nodes, 3): N_I is extrapolated linearly to a
+    position at the distance `offset` [m] from the point."""
     wx, wy, wz, gx, gy, gz, h = about.wx, about.wy, about.wz, about.gx, about.gy, about.gz, lattice.inverse_cell
     ox, oy, oz = h * offset[0], h * offset[1], h * offset[2]
     for a in range(len(wx)):
@@ -188,7 +188,8 @@ def add_affine(about, lattice, target, vector, offset):
 
 @pointwise
 def add_shares(about, value, shares):
-    """Add N_I times a value of points to a vector for each of the nodes that they share, in the order of their indices."""
+    """Add N_I times the value of each point to `shares`, with one vector of points for each node that the points share, in
+    the order of the node indices."""
     wx, wy, wz = about.wx, about.wy, about.wz
     k = 0
     for a in range(len(wx)):

@@ -1,4 +1,4 @@
-"""Velocity gradients at the points and what follows from them: volumes, stresses, new places."""
+"""Velocity gradients at the points, and the resulting volumes, stresses and positions."""
 
 from math import inf, sqrt
 from typing import Any, NamedTuple
@@ -52,7 +52,7 @@ class Kept(NamedTuple):
 
 
 class Strain(NamedTuple):
-    """New volumes and stresses, and new places if points move."""
+    """Task of the pass that computes new volumes and stresses, and new positions if points move."""
 
     law: Any
     cells: Any  # `NoCells` or `FullCells`
@@ -66,7 +66,7 @@ def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
 
 @generic
 def grown(cells: Any, lattice: Any, L: Any, lacking: Any) -> Any:
-    """The velocity gradient with that added, along all axes alike."""
+    """Return the velocity gradient L with the missing growth rate `lacking` distributed equally over the axes [1/s]."""
 
 
 @point_function(lacking_growth, NoCells)
@@ -127,9 +127,10 @@ def _strain(task, lattice, dt, p, known, g):
 
 
 def straining(law: Any, mapped: MappedPoints, state: Any, cells: FullCells | None = None, moving: bool = True) -> Bundle:
-    """The pass for the points of a body; state: arrays of the state of its law; cells: those whose pressure acts as a whole.
+    """Build the pass that strains the points of a body. state: state arrays of its law; cells: full cells with a mean
+    pressure; moving: True if points also move.
 
-    Fills STORED, DISSIPATED, HEATING, POWER and RATE of the sums.
+    Fills the columns STORED, DISSIPATED, HEATING, POWER and RATE of the sums.
     """
     points = mapped.points
     declared = Declaration(

@@ -1,11 +1,12 @@
 """Constraints of grid nodes: supports, and walls that have friction or release bodies.
 
-A wall is a face of the grid that a support constrains along its normal. Let P be the impulse by which it stops a node in a
-step. Coulomb friction is an impulse along the wall that stops the sliding of the node, at most μ P:
+A wall is a face of the grid that a support constrains along its normal. Let P be the impulse with which the wall stops a
+node in a step. Coulomb friction is an impulse along the wall that opposes the sliding of the node, at most μ P:
 
-    J = -m u min(1, μ P / m|u|),    u the node's velocity along the wall, relative to it, with all other impulses.
+    J = -m u min(1, μ P / m|u|),
 
-A wall that opens releases a node whose velocity, with all forces, points away from it.
+where u is the velocity of the node relative to the wall, along the wall, with all other impulses. A wall that opens
+releases a node whose velocity, including all forces, points away from the wall.
 """
 
 from math import sqrt
@@ -18,7 +19,8 @@ from pellucid.jit import pointwise
 
 
 class YieldingWalls(NamedTuple):
-    """Walls that rub or open; where there is none, arrays have no rows. What a node did in a step lasts until the next."""
+    """Walls that have friction or open; without such walls the arrays have no rows. The states of nodes keep their values
+    until the next step."""
 
     friction: np.ndarray  # (supports,) coefficient, 0 where a support does not rub, infinite where nothing slides
     opens: np.ndarray  # (supports,) 1 where it lets go what moves away
@@ -65,7 +67,7 @@ def leaves(supports, s, I, d, v):
 
 @pointwise
 def meet_walls(nodes, supports, I):
-    """Let walls that open constrain or release node I, which no step has moved yet, by its momentum."""
+    """Let opening walls constrain or release node I according to its momentum; no step has advanced the node yet."""
     walls = supports.walls
     for d in range(3):
         walls.stuck[I, d], s = 0, walls.held[I, d]
@@ -75,10 +77,11 @@ def meet_walls(nodes, supports, I):
 
 @pointwise
 def rub(nodes, supports, slides, I, m, small, work, first):
-    """Friction of the walls that press on node I of mass m [kg], after it was advanced; the work of these walls [J].
+    """Apply the friction of the walls in contact with node I of mass m [kg], after the momentum update; return the work of
+    the walls [J].
 
-    slides: whether the node may slide along x, y, z; small: see `NodalMomentum`; work: a row of works, with the impulses of
-    supports from `first` on. `YieldingWalls.impulse` has what walls press with along the axes that they hold.
+    slides: True for each axis along which the node may slide; small: see `NodalMomentum`; work: a row of works, with the
+    impulses of supports from column `first` on. `YieldingWalls.impulse` contains the normal impulses of walls.
     """
     walls, done = supports.walls, 0.0
     for d in range(3):

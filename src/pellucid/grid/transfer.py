@@ -1,6 +1,6 @@
-"""Points moved by the nodes alone, velocity increments, and sums over the points.
+"""Points moved by the nodal velocity, velocity increments of points, and sums over points.
 
-The kernels take a body as the bundle of its `MappedPoints`.
+The kernels receive a body as a bundle of `MappedPoints`.
 """
 
 from math import sqrt
@@ -18,7 +18,7 @@ from pellucid.jit.parallel import joint_by_colour
 
 
 class ByNodes(NamedTuple):
-    """Points move with the nodes."""
+    """Rule that moves points with the nodal velocity."""
 
     velocity: np.ndarray  # (nodes, 3) [m/s]
 
@@ -52,8 +52,8 @@ def _sum_slab(s, mapped):
 
 @parallel_loop()
 def add_increments(s, mapped, increment, reached):
-    """Add velocity increments of nodes [m/s], shape (nodes, 3), to points of those of n slabs that are `reached`, shape (n,);
-    kinetic energy and momentum of these slabs."""
+    """Add velocity increments of nodes [m/s], shape (nodes, 3), to the points of the slabs with `reached` True, shape (n,),
+    and update the kinetic energy and momentum of their slabs."""
     if not reached[s]:
         return
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
@@ -69,16 +69,17 @@ def add_increments(s, mapped, increment, reached):
 
 @kernel()
 def sum_momentum(n, mapped):
-    """Kinetic energy and momentum of the points of n slabs, after their velocities were changed."""
+    """Sum kinetic energy and momentum of the points of n slabs, after their velocities changed."""
     joint_by_colour(_sum_slab, n, mapped.slabs.across, mapped)
 
 
 @parallel_loop()
 def sum_angular_momentum(s, mapped, affine, about, sums):
-    """Add up Σ m (x - a) × v of the points of n slabs about a place a [m], shape (3,), and the size Σ m |x - a| |v| [N m s].
+    """Sum Σ m (x - a) × v of the points of each of n slabs about a position a [m], shape (3,), and the magnitude Σ m |x -
+    a| |v| [N m s].
 
-    affine: fields of APIC, shape (points, 10), of which Σ m N r × C r over the nodes at r from the point counts too; no rows of
-    points without. sums: (slabs, 4), filled.
+    affine: APIC fields, shape (points, 10), which add Σ m N r × C r over the nodes at the distance r from the point;
+    without rows for other transfers. Fills `sums`, shape (slabs, 4).
     """
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, v, slabs = mapped.points.position, mapped.points.velocity, mapped.slabs

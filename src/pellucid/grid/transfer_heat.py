@@ -1,9 +1,9 @@
-"""Kinetic energy that the transfers between points and nodes lose about a point.
+"""Kinetic energy lost at a point by the transfers between points and nodes.
 
-Forces on the nodes do the work Σ m_I Δv_I·(v_I + Δv_I/2) (`NodalMomentum.works`). The kinetic energy of FLIP points changes by
-that less ½ m (Σ N |Δv|² - |Σ N Δv|²) for each of them: what lumping of the mass loses, by Jensen's inequality never less than
-nothing where the shape functions are not negative. Other transfers lose more. All is stated with differences of velocities
-alone, so that it is the same for every observer.
+Forces on the nodes do the work Σ m_I Δv_I·(v_I + Δv_I/2) (`NodalMomentum.works`). The kinetic energy of FLIP points changes
+by this work less ½ m (Σ N |Δv|² - |Σ N Δv|²) for each point. This is the loss by mass lumping; by Jensen's inequality it is
+not negative if the shape functions are not negative. Other transfers lose more. All expressions contain differences of
+velocities only, so they do not depend on the observer.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""Vectors between points and nodes: forces and other vectors that points have, to the nodes; nodal vectors to the points."""
+"""Transfer of vectors, such as forces, from points to nodes and from nodes to points."""
 
 from numpy import uintp
 
@@ -10,7 +10,8 @@ from pellucid.jit.loops import parallel_loop, parallel_loop_by_colour
 
 @parallel_loop_by_colour(gives="target")
 def scatter_vectors(s, mapped, values, target):
-    """Add vectors that the points of n slabs have, shape (points, 3), to those of the nodes, shape (nodes, 3)."""
+    """Map vectors of the points of n slabs, shape (points, 3), to the nodes: add Σ N times the vector to `target`, shape
+    (nodes, 3)."""
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):
@@ -21,7 +22,7 @@ def scatter_vectors(s, mapped, values, target):
 
 @kernel()
 def scatter_listed(mapped, position, listed, values, target):
-    """Add vectors, shape (m, 3), at listed places of `position` [m], shape (points, 3), to those of the nodes; few of them."""
+    """Map vectors, shape (m, 3), of a few listed rows of `position` [m], shape (points, 3), to the nodes; adds to `target`."""
     functions, lattice = mapped.functions, mapped.lattice
     for e in range(len(listed)):
         vector = (values[e, 0], values[e, 1], values[e, 2])
@@ -30,7 +31,7 @@ def scatter_listed(mapped, position, listed, values, target):
 
 @parallel_loop()
 def gather_vectors(s, mapped, nodal, target):
-    """Nodal vectors, shape (nodes, 3), at the points of n slabs into `target`, shape (points, 3)."""
+    """Interpolate nodal vectors, shape (nodes, 3), to the points of n slabs, into `target`, shape (points, 3)."""
     functions, lattice, index = mapped.functions, mapped.lattice, mapped.index
     x, slabs = mapped.points.position, mapped.slabs
     for q in range(slabs.first[s], slabs.first[s + 1]):

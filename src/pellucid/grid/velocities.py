@@ -1,6 +1,7 @@
 """New velocities of points from the nodes, with the heat of the transfer and the work of internal forces on the grid.
 
-Forces at the nodes work along the nodes' mean velocity; a body that keeps heat takes up that work where its stress did it.
+Nodal forces do work along the mean nodal velocity; a body that stores heat receives this work at the points whose stress
+did it.
 """
 
 from math import sqrt
@@ -73,27 +74,27 @@ class Gathered(NamedTuple):
 
 
 class TakeVelocity(NamedTuple):
-    """New velocities, affine fields, and energies where points keep heat."""
+    """Task of the pass that computes new velocities, affine fields, and energies of points that keep heat."""
 
     transfer: Any
     work: Any
 
 
 class NoWork(NamedTuple):
-    """Points keep no heat."""
+    """Option for points that keep no heat."""
 
 
 class Work(NamedTuple):
-    """The work of the stress and the heat of the transfer go to the internal energy."""
+    """Option for points whose internal energy receives the work of the stress and the heat of the transfer."""
 
 
 class Rates(NamedTuple):
-    """Points keep no heat, but their cells count the rates at which their volumes grow."""
+    """Option for points that keep no heat, while their cells sum the growth rates of their volumes."""
 
 
 @generic
 def mean_gradient(work: Any, about: Any, lattice: Any, nodes: Any) -> Any:
-    """The gradient of the mean velocity of the step [1/s], or () where nothing asks for it."""
+    """Return the gradient of the mean velocity of the step [1/s], or () if it is not needed."""
 
 
 @generic
@@ -103,7 +104,7 @@ def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: flo
 
 @generic
 def volume_of(work: Any, p: Any) -> Any:
-    """The volume of a point [m³], where cells ask for it."""
+    """Return the volume of a point [m³] for the sums of its cell."""
 
 
 @point_function(mean_gradient, NoWork)
@@ -175,7 +176,7 @@ def _rate_of_volume(task, p, g):
 
 
 class HeatArrays(NamedTuple):
-    """Arrays of the heat of a body."""
+    """Arrays of a body that keeps heat."""
 
     energy: np.ndarray  # (points,) specific internal energy [J/kg]
     heat: np.ndarray  # (points,) what the transfer of a step lost about a point [J/kg]
@@ -188,15 +189,16 @@ def taking_velocities(
     heat: HeatArrays | None = None,
     cells: FullCells | None = None,
 ) -> Bundle:
-    """The pass for the points of a body; its gift is their momentum, for the nodes' second velocities (MUSL).
+    """Build the pass that computes new velocities of the points of a body. It also maps their momentum, for the second
+    nodal velocities of MUSL.
 
-    affine: fields of APIC, shape (points, 10). heat: where points keep heat; their energies take up dt V σ:∇v̄, with volume,
-    stress and functions of the forces on the nodes and v̄ the mean velocity of the nodes over the step, along which these did
-    their work, and the heat of the transfer where that is a loss; of APIC always, since it swings with the way of the points.
-    cells: full ones, which count the rates of volume.
+    affine: APIC fields, shape (points, 10). heat: arrays of a body that keeps heat. Its energies receive the work dt V
+    σ:∇v̄ with the volume, stress and shape functions of the nodal forces, where v̄ is the mean nodal velocity of the step
+    along which these forces do work. They also receive the heat of the transfer if it is a loss; with APIC always, since
+    its sign changes along the path of the points. cells: full cells, which sum the growth rates of volumes.
 
-    Sums: those of momentum; LUMPING and LOSS, what the transfer loses of kinetic energy; GAINED and KEPT, what was added to
-    energies and the heat in it; AFFINE, the kinetic energy of affine fields [J].
+    Fills the momentum columns of the sums; LUMPING and LOSS, the kinetic energy lost by lumping and by the whole transfer;
+    GAINED and KEPT, the energy added to the points and the heat in it; AFFINE, the kinetic energy of affine fields [J].
     """
     points = mapped.points
     work: Any = NoWork()

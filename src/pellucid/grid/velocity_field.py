@@ -1,4 +1,4 @@
-"""A velocity field: the nodes of the grid that some bodies share, and their momentum."""
+"""A velocity field: grid nodes shared by some bodies, and their momentum."""
 
 from collections.abc import Iterable, Mapping
 from typing import Annotated, NamedTuple
@@ -17,7 +17,7 @@ from pellucid.ranks.domain import domain
 
 
 class FieldNodes(NamedTuple):
-    """Nodal arrays that a velocity field may have beside `Nodes`; without rows where nobody asked for them."""
+    """Optional nodal arrays of a velocity field, in addition to `Nodes`; without rows if not requested."""
 
     separate_forces: Annotated[
         np.ndarray, rows(SUM, STEP, "N", "internal forces of bodies that keep heat, until momentum is advanced")
@@ -28,10 +28,10 @@ class FieldNodes(NamedTuple):
 
 
 class VelocityField:
-    """Nodal arrays with what acts on them, of the bodies that share a velocity field and whose points the nodes move.
+    """Nodal arrays, and the actions on them, of bodies that share a velocity field and whose points move with the nodes.
 
-    The nodes of a velocity field move as if no other were there; `pellucid.contact.pairs` then adds contact between fields. See
-    `pellucid.grid.own_nodes_field` for a body with its own nodes.
+    The nodes of a velocity field move independently of other fields; `pellucid.contact.pairs` then adds contact between
+    fields. See `pellucid.grid.own_nodes_field` for a body with its own nodes.
     """
 
     moves_points = True
@@ -42,7 +42,7 @@ class VelocityField:
         self._own = allocate(FieldNodes, 0)
         self._clear_nodes = Clearing(STEP, grid.rows, grid.nodes)
         self.pressed = False
-        """True if contact gave its nodes impulses in this step."""
+        """True if contact applied impulses to nodes of this field in this step."""
         self._second_nodes: list[np.ndarray] = []
 
     @property
@@ -52,11 +52,12 @@ class VelocityField:
 
     @property
     def reached(self) -> np.ndarray | None:
-        """The nodes that may have mass, in order, shape (m,); None where any may."""
+        """Sorted nodes that may have mass, shape (m,); None if any node may have mass."""
         return None
 
     def separate_forces(self) -> np.ndarray:
-        """A buffer for the internal forces of bodies that keep heat beside others that do not; see `FieldNodes`."""
+        """Allocate and return a buffer for the internal forces of bodies that keep heat, if other bodies of the field do
+        not; see `FieldNodes`."""
         self._own = with_memory(self._own, self.grid.n_nodes, "separate_forces")
         self._clear_nodes = Clearing(STEP, self.grid.rows, self.grid.nodes, self._own)
         return self._own.separate_forces
@@ -69,7 +70,7 @@ class VelocityField:
         small_mass: float,
         flip: float,
     ) -> None:
-        """Set what acts on the nodes; see `NodalMomentum`."""
+        """Set the actions on the nodes and their constraints; see `NodalMomentum`."""
         self._act(external)
         self._walls = supports.walls
         forces = self._own.separate_forces
@@ -84,7 +85,7 @@ class VelocityField:
         return self._momentum
 
     def share_gravity(self, share: float) -> None:
-        """Apply a share of gravity to the nodes."""
+        """Scale gravity on the nodes by a factor, 0 to 1."""
         self._momentum.share_gravity(share)
 
     def clear(self) -> None:
@@ -92,7 +93,7 @@ class VelocityField:
         self._clear_nodes()
 
     def clear_external(self) -> None:
-        """Set loads, driven masses and what drags took to zero, before the conditions of a step."""
+        """Reset external loads, driven masses and drag momentum to zero before the conditions of a step."""
         self._clear_external()
 
     def add_drag(self, momentum: np.ndarray) -> None:
@@ -109,7 +110,7 @@ class VelocityField:
 
     @property
     def may_be_let_go(self) -> bool:
-        """True if walls that open may let its nodes go as these are advanced."""
+        """True if opening walls may release nodes of this field during the momentum update."""
         return bool(self._walls.opens.any())
 
     def state_arrays(self) -> dict[str, np.ndarray]:
@@ -130,18 +131,20 @@ class VelocityField:
         self._momentum.await_impulses(nodes)
 
     def advance(self, dt: float, counted: bool = False) -> None:
-        """Advance the momentum of the nodes without contact and impulses of conditions; counted: whether these give none."""
+        """Advance the momentum of the nodes, before contact and impulses of conditions; counted: True if conditions apply
+        no impulses."""
         self._given: list[tuple[np.ndarray, int, float, np.ndarray | None]] = []
         self._moved: list[np.ndarray] = []
         self.pressed = False
         self._momentum.advance(dt, counted)
 
     def add_impulses(self, impulse: np.ndarray, column: int, sign: float = 1.0, node: np.ndarray | None = None) -> np.ndarray:
-        """Apply impulses [N s], shape (n, 3), to the nodes after the momentum update and before contact. Returns the
-        impulses received.
+        """Apply impulses [N s], shape (n, 3), to the nodes after the momentum update and before contact. Return the
+        impulses that were applied.
 
-        node: sorted numbers of the nodes; default: all nodes. column: of a row of works, to which their work is added with
-        this sign. See `pellucid.grid.nodal_impulses`. Raises ValueError if the works of the step are already counted.
+        node: sorted indices of the nodes; default: all nodes. column, sign: column of the works to which the work of the
+        impulses is added, and its sign. See `pellucid.grid.nodal_impulses`. Raises ValueError if the works of the step are
+        already counted.
         """
         if self._momentum.is_counted:
             raise ValueError("impulses are given in `act_on_nodes` alone, before the works of the step are counted")
@@ -150,12 +153,12 @@ class VelocityField:
         return given
 
     def strain_as_moved(self, node: np.ndarray) -> None:
-        """Let these nodes strain points in this step with the velocities that moved the points."""
+        """Use the velocity that moved the points also for straining them in this step, at these nodes."""
         self._moved.append(node)
 
     def works(self, dt: float) -> StepWork | None:
-        """Works and impulses of the step dt [s] when its last impulse was given, but for those of contact. The momentum is zero
-        then, to be mapped again."""
+        """Return the works and impulses of the step dt [s] after its last impulse, without contact; None if the body counts
+        them itself. Resets the momentum to zero, so that it can be mapped again."""
         done = self._momentum.works(dt)
         works = np.zeros(max([len(done.works), *(column + 1 for _, column, _, _ in self._given)]))
         works[: len(done.works)] = done.works
@@ -171,7 +174,7 @@ class VelocityField:
 
     @property
     def small_mass(self) -> float:
-        """Nodes with no more do not strain points by their internal forces [kg]."""
+        """Mass [kg] up to which the internal forces of a node do not strain points."""
         return self._momentum.small_mass
 
     def begin_second(self) -> None:
@@ -185,13 +188,15 @@ class VelocityField:
         self._second_nodes = []
 
     def add_second_increments(self, node: np.ndarray, increment: np.ndarray) -> None:
-        """Add velocity increments at nodes, shape (n,) and (n, 3) [m/s], that contact gave after momentum was mapped again."""
+        """Add velocity increments [m/s], shape (n, 3), at nodes, shape (n,), that contact applies after momentum was mapped
+        again."""
         self.second_increment[node] += increment
         self._second_nodes.append(node.copy())  # detection writes into its own
 
     def second_layers(self) -> tuple[int, int]:
-        """The first and the last layer of nodes along the axis of the slabs that have such increments, of any process: which
-        slabs are summed again must not depend on where the rows are cut."""
+        """Return the first and last layer of nodes, along the axis of the slabs, with second increments in any process. All
+        processes need the same answer: the choice of the slabs that are summed again must not depend on where the rows are
+        cut."""
         lattice = self.grid.lattice
         layers = np.concatenate(self._second_nodes) // lattice.strides[lattice.slab_axis]
         nowhere = self.grid.n_nodes
@@ -201,14 +206,14 @@ class VelocityField:
         return -int(domain.largest(-first)), int(domain.largest(last))
 
     def second_work(self, dt: float) -> float:
-        """Work of the forces of points without heat on these increments in half a step dt [s] [J]."""
+        """Return the work [J] of the forces of points without heat on the second increments in half a step dt [s]."""
         if not self._second_nodes:
             return 0.0
         nodes = np.unique(np.concatenate(self._second_nodes))
         return self._momentum.half_work(nodes, self.second_increment[nodes], dt)
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:
-        """Nodal velocities of the momentum mapped last; see `NodalMomentum.project`."""
+        """Compute nodal velocities from the momentum mapped last; see `NodalMomentum.project`."""
         if dt is not None:
             nodes = self.grid.nodes
             for node in self._moved:
@@ -216,7 +221,8 @@ class VelocityField:
         self._momentum.project(dt, counted)
 
     def load_row(self, row: int) -> np.ndarray:
-        """External forces of one channel on the nodes [N], shape (nodes, 3)."""
+        """Return the external forces of one channel on the nodes [N], shape (nodes, 3). Raises ValueError if no condition
+        requested them."""
         load = np.asarray(self.external.loads[row])
         if not len(load):
             raise ValueError(f"no condition asked for external forces in the velocity field {self.name}")

@@ -12,19 +12,19 @@ from pellucid.jit import generic, point_function
 
 
 class Flip(NamedTuple):
-    """Points keep their velocity and take the grid's change of it."""
+    """FLIP: points add the increment of the grid velocity to their own velocity."""
 
     flip: float = 1.0
 
 
 class Blend(NamedTuple):
-    """`flip` of FLIP and 1 - flip of PIC."""
+    """Blend of FLIP, with the share `flip`, and PIC, with the share 1 - `flip`."""
 
     flip: float
 
 
 class Apic(NamedTuple):
-    """Points take the grid's velocity and its affine field."""
+    """APIC: points receive the grid velocity and its affine field."""
 
     flip: float = 0.0
 
@@ -34,7 +34,8 @@ VelocityTransfer = Flip | Blend | Apic
 
 @generic
 def new_velocity(transfer: Any, v: float, mapped: float, change: float) -> float:
-    """A velocity component after the step, from the old one, the grid's new velocity, and the grid's change [m/s]."""
+    """Return a velocity component of a point after the step [m/s]; v: the old one; mapped: the grid velocity after the
+    step; change: its increment over the step."""
 
 
 @point_function(new_velocity, Flip)

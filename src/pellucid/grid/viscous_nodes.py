@@ -1,4 +1,5 @@
-"""The nodes in the conjugate gradients of `pellucid.grid.implicit_viscosity`: passes over chunks of them, with their sums."""
+"""Nodal operations of the conjugate gradient method in `pellucid.grid.implicit_viscosity`: passes over chunks of nodes,
+with sums."""
 
 from typing import NamedTuple
 
@@ -20,12 +21,12 @@ from pellucid.jit.parallel import parallel_for
 from pellucid.jit.vector import LANES, load, nothing, row, store, total
 
 DESCENT, RESIDUAL, CHANGE, ROUNDING, COLUMNS = range(5)
-"""Sums of a chunk: r·z or p·Ap [J]; twice the energies of the residual, of the change by viscosity, and of the rounding of the
-operator on the velocities [J]."""
+"""Columns of the sums of a chunk: r·z or p·Ap [J]; twice the energies of the residual, of the change by viscosity, and of
+the rounding error of the operator on the velocities [J]."""
 
 
 class ViscousNodes(NamedTuple):
-    """The nodes of a velocity field with these."""
+    """Nodes of a velocity field, the rows of the viscous solve, and the sums of chunks."""
 
     field: Bundle  # of `AdvancedNodes`
     own: ViscousRows
@@ -71,7 +72,8 @@ def _begin_chunk(chunk, viscous, dt):
 
 @kernel()
 def begin(n, viscous, dt):
-    """Velocities without viscosity over a step dt [s] and at its start, and what of the nodes can be changed."""
+    """Compute the velocities after a step dt [s] without viscosity, the initial velocities, and the effective masses of the
+    components that the solver may change."""
     if len(viscous.field.load) > 0:
         parallel_for(sum_loads_chunk, n, viscous.field)
     parallel_for(_begin_chunk, n, viscous, dt)
@@ -79,8 +81,8 @@ def begin(n, viscous, dt):
 
 @parallel_loop()
 def start(chunk, viscous, dt, lightest):
-    """The residual of the velocities at the start, of which the viscous forces are known; `inverse`
-    holds the operator's diagonal, without the masses. lightest: mass of a point [kg], see `ImplicitViscosity`."""
+    """Compute the residual of the initial velocities from their viscous forces. On entry, `inverse` contains the diagonal
+    of the viscous operator without the masses. lightest: smallest mass of a point [kg], see `ImplicitViscosity`."""
     own = viscous.own
     descent = residual = change = rounding = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
@@ -105,7 +107,7 @@ def start(chunk, viscous, dt, lightest):
 
 @parallel_loop()
 def find_curvature(chunk, viscous, dt):
-    """p·Ap of the direction p, of which the viscous forces are known."""
+    """Compute p·Ap of the search direction p from its viscous forces."""
     own = viscous.own
     along = row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
@@ -116,7 +118,7 @@ def find_curvature(chunk, viscous, dt):
 
 @parallel_loop()
 def move(chunk, viscous, dt, step):
-    """Move the solution by so many times the direction; the viscous forces are zero then."""
+    """Update the solution by `step` times the search direction, and the residual; reset the viscous forces to zero."""
     own = viscous.own
     zero = row(0.0, 0.0, 0.0, 0.0)
     descent, residual, change = nothing(zero), nothing(zero), nothing(zero)
@@ -138,7 +140,8 @@ def move(chunk, viscous, dt, step):
 
 @parallel_loop()
 def turn(chunk, viscous, share):
-    """The next direction: that of the residual and a share of the last; the viscous forces are zero then."""
+    """Compute the next search direction: the preconditioned residual plus `share` times the last direction; reset the
+    viscous forces to zero."""
     own, zero = viscous.own, row(0.0, 0.0, 0.0, 0.0)
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):
         k = 4 * I
@@ -156,7 +159,8 @@ def add_forces(chunk, viscous, forces):
 
 @parallel_loop()
 def sum_lag(chunk, viscous):
-    """The power of the viscous forces along what the mean velocities of the step are behind the solution."""
+    """Compute the power of the viscous forces along the difference between the solution and the mean velocities of the step
+    [W]."""
     nodes, own = viscous.field.nodes, viscous.own
     power = 0.0
     for I in range(viscous.field.edges[chunk], viscous.field.edges[chunk + 1]):

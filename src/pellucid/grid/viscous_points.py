@@ -30,7 +30,7 @@ class Kept(NamedTuple):
 
 
 class StressByViscosity(NamedTuple):
-    """σ = 2μD + λ tr(D) I of the nodal velocity."""
+    """Task of the pass that computes σ = 2μD + λ tr(D) I of the nodal velocity."""
 
     mu: float
     lam: float
@@ -52,10 +52,11 @@ def _stress(task, lattice, dt, p, known, g):
 def straining_by_viscosity(
     mapped: MappedPoints, mu: float, lam: float, stress: np.ndarray, velocity: np.ndarray, force: np.ndarray
 ) -> Bundle:
-    """The pass for the points of a body with the viscosities μ and λ [Pa s].
+    """Build the pass that computes the viscous stresses of the points of a body with the viscosities μ and λ [Pa s], and
+    maps their forces.
 
-    stress: what it finds [Pa], shape (points, 6); velocity, force: rows of the nodes, from which it finds that and to which its
-    gift adds the forces [N]. Fills POWER of the sums: Σ V σ:D [W].
+    stress: output [Pa], shape (points, 6). velocity: nodal rows of the velocity. force: nodal rows to which the viscous
+    forces are added [N]. Fills POWER of the sums: Σ V σ:D [W].
     """
     points = mapped.points
     nodes = with_fields(mapped.nodes, {"velocities": velocity, "forces": force})

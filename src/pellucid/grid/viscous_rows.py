@@ -1,4 +1,4 @@
-"""Fields of the nodes in the conjugate gradients of `pellucid.grid.implicit_viscosity`."""
+"""Nodal fields of the conjugate gradient method in `pellucid.grid.implicit_viscosity`."""
 
 from typing import Annotated, NamedTuple
 

@@ -1,7 +1,9 @@
-"""Blocks of points: where their shape functions are found once, in columns, for vectors of points and for each point.
+"""Blocks of points. For each block, shape functions are computed once, in columns, for vectors of points and for single
+points.
 
-Points of a block that follow each other in one cell form a run; their nodes are the same, so that sums over the nodes go by
-vectors of `LANES` points. A vector may reach beyond its run: what it finds for the points there is overwritten by theirs.
+Consecutive points of a block in the same cell form a run. They share their nodes, so sums over the nodes are computed for
+vectors of `LANES` points. A vector may extend beyond its run; the results for the points beyond are overwritten when their
+own run is processed.
 """
 
 from typing import Any
@@ -26,7 +28,7 @@ def fetch(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: in
 
 @generic
 def keep(index: Any, like: Any, arrays: Any, start: int, n: int, c: Any, at: int) -> None:
-    """Store such rows from columns."""
+    """Store rows for n points from columns to `arrays`; the inverse of `fetch`."""
 
 
 @generic
@@ -80,7 +82,8 @@ def _keep_by_index(index, like, arrays, start, n, c, at):
 
 @pointwise
 def keep_where(flags, all_set, index, like, arrays, start, n, c, at):
-    """Store such rows of the points whose number in the column `flags` is above 0; all_set: whether that is known of all n."""
+    """Store rows from columns to `arrays` for the points whose value in the column `flags` is positive; all_set: True if
+    all n values are known to be positive."""
     if all_set:
         keep(index, like, arrays, start, n, c, at)
         return
@@ -100,7 +103,8 @@ def functions_like(functions):
 
 @pointwise
 def find_functions(functions, lattice, n, c, at, found, first_node):
-    """Shape functions of n points, whose places stand in columns from `at` on, into columns of `found`; their first nodes."""
+    """Compute the shape functions of n points, with positions in columns from `at` on, into columns of `found`, and their
+    first nodes into `first_node`."""
     for q in range(n):
         first_node[q], numbers = functions_at(functions, lattice, take(ZERO_VECTOR, c, at + q))
         put(found, q, numbers)
@@ -108,19 +112,19 @@ def find_functions(functions, lattice, n, c, at, found, first_node):
 
 @pointwise
 def about_point(functions, found, first_node, q):
-    """The stencil of point q of a block."""
+    """Return the stencil of point q of a block."""
     return stencil_of(functions, first_node[q], take(functions_like(functions), found, q))
 
 
 @pointwise
 def about_lanes(functions, found, first_node, q):
-    """The stencil of the points from q on that share their nodes with it."""
+    """Return the stencil, with vectors, of the points from q on that share their nodes with point q."""
     return stencil_of(functions, first_node[q], take_lanes(functions_like(functions), found, q))
 
 
 @pointwise
 def run_end(first_node, q, n):
-    """The end of the run that begins at point q of n points."""
+    """Return the end of the run that begins at point q of n points."""
     node, end = first_node[q], q + 1
     while end < n and first_node[end] == node:
         end += 1
@@ -129,7 +133,8 @@ def run_end(first_node, q, n):
 
 @pointwise
 def add_columns(c, column, n, sums, number, count):
-    """Add the n numbers of each of `count` columns, from `column` on, to as many vectors of sums, from `number` on."""
+    """Add the n numbers of each of `count` columns, from `column` on, lane by lane to `count` vectors of sums, from
+    `number` on."""
     for k in range(count):
         at = (column + k) * WIDTH
         for q in range(n, (n + LANES - 1) // LANES * LANES):

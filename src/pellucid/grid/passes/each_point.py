@@ -1,9 +1,10 @@
-"""The loop over the points of a body that does a pass: the driver for processors.
+"""The loop that executes a pass over the points of a body on a CPU.
 
-It alone knows slabs, blocks, columns, vectors and prefetching; a pass knows one point (`points_pass`). Three rules make it
-fast: gathering takes several points that share their nodes at a time; the loop over the physics of a point writes nothing but
-columns, so that it becomes vectors; and each part asks for the memory of the next block. Where a line breaks one, a pass takes
-a quarter longer: `pellucid bench` measures each, `benchmarks/pairs.py` beside another state of the source.
+Only this module handles slabs, blocks, columns, vectors and prefetching; a pass handles one point (`points_pass`). Three
+rules make the loop fast. Gathering processes several points that share their nodes at a time. The loop over the physics of
+a point writes only to columns, so that the compiler vectorizes it. Each part prefetches memory of the next block. A line
+that breaks a rule makes a pass slower by a quarter: `pellucid bench` measures each pass, and `benchmarks/pairs.py` compares
+two states of the source.
 """
 
 from typing import Any
@@ -36,7 +37,7 @@ from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import ZERO_VECTOR
 
 NO_PLACE = 1e3
-"""In place of a fault: the new place of a point is none within the grid."""
+"""Fault value of a point whose new position is outside the grid or not finite."""
 
 
 @pointwise
@@ -83,8 +84,8 @@ def _find(points, dt, n, c):
 
 @pointwise
 def _check_places(lattice, bounds, n, c, at, fault):
-    """Faults of the new places in columns from `at` on, where points have no other; in the column after them, which points lie
-    beyond the bounds of their slab."""
+    """Check the new positions in columns from `at` on. Writes the fault of each point that has no other fault, and to the
+    next column 1.0 if the point is outside the bounds of its slab."""
     for q in range(n):
         X, Y, Z = in_cells(lattice, take(ZERO_VECTOR, c, q + at))
         bad = c[uintp(q + fault)]
@@ -94,14 +95,14 @@ def _check_places(lattice, bounds, n, c, at, fault):
 
 @pointwise
 def _code(c, q, at, fault):
-    """The fault of point q of a block."""
+    """Return the fault of point q of a block."""
     code = c[uintp(q + fault)]
     return fault_of_place(take(ZERO_VECTOR, c, q + at)) if code == NO_PLACE else int(code)
 
 
 @generic
 def add_to_cells(to_cells: Any, points: Any, n: int, c: Any) -> None:
-    """Add what the n points of a block give to their cells."""
+    """Add the contributions of the n points of a block to their cells."""
 
 
 @point_function(add_to_cells, NotToCells)
@@ -190,10 +191,10 @@ def _each_point_by_colour(n, points, dt, which):
 
 
 def each_point(points: Bundle, dt: float, which: int = 0) -> None:
-    """Do a pass (`pass_points`) on the points of a body, over a step dt [s].
+    """Execute a pass (`pass_points`) on the points of a body, over a step dt [s].
 
-    which: of its gifts to the nodes, `gifts.FIRST`, `SECOND`, their sum, or 0 for none. Fills the sums that the pass declares,
-    and VECTORS; faults; and where it gives points new places `left_slab` and `of_lost`.
+    which: its contributions to the nodes, `gifts.FIRST`, `SECOND`, their sum, or 0 for none. Fills the declared sums,
+    VECTORS and faults, and, for a pass that moves points, `left_slab` and `of_lost`.
     """
     n = len(points.mapped.slabs.layers)
     if points.by_colour:  # always, so that in a joint region it is one kind of loop, before or after others of the body

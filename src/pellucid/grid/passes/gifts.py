@@ -1,11 +1,11 @@
-"""P2G of values: numbers times N, or rows of numbers times the gradients of N.
+"""P2G of values (weighted by N) or of rows of values (weighted by the gradients of N).
 
 Linear functions have the same gradients at all points with the same nodes. The contributions of such a run of points are
 therefore summed first: by N one row per node; by gradients one row per line of nodes along an axis, using the products of
 the transverse weights. The nodes are then updated once per run. With other functions each point adds separately.
 
-A gift is a NamedTuple with a function `given`, which fetches the values of one point. All rows on the nodes have four
-numbers.
+A contribution ("gift") is a NamedTuple whose rule has a function `given`, which returns the values of one point. All nodal
+rows have four numbers.
 """
 
 from typing import Any, NamedTuple
@@ -27,17 +27,18 @@ from pellucid.jit.vector import LANES, load, row, store
 from pellucid.tensors import ZERO_VECTOR
 
 LINES, WEIGHTS = 8, 20
-"""Columns of weights: of the nodes, eight at most; from LINES on of the lines of nodes along each axis, four at most."""
+"""Layout of the columns of weights: nodes (at most eight); from LINES on, lines of nodes along each axis (at most four
+each)."""
 FIRST, SECOND = 1, 2
-"""Which of two gifts are given."""
+"""Bits that select the first and the second of two contributions."""
 
 
 class Nothing(NamedTuple):
-    """Points give nothing to the nodes."""
+    """Points contribute nothing to the nodes."""
 
 
 class ByValue(NamedTuple):
-    """A row times N."""
+    """Contribution of a row times N."""
 
     rule: Any
     read: Any  # arrays of the points that `given` reads
@@ -46,7 +47,7 @@ class ByValue(NamedTuple):
 
 
 class BySlope(NamedTuple):
-    """A row for each axis times the slope of N along it."""
+    """Contribution of a row for each axis times the derivative of N along this axis."""
 
     rule: Any
     read: Any
@@ -55,8 +56,8 @@ class BySlope(NamedTuple):
 
 
 class BySquare(NamedTuple):
-    """Volumes times squares of the slopes of N: along an axis d a row has Σ_e k (∂N/∂x_e)², with k = `along` where e is d and
-    `across` else."""
+    """Contribution of volumes times squares of the derivatives of N: Σ_e k (∂N/∂x_e)² for each axis d, with k = `along` if
+    e = d, else `across`."""
 
     volume: np.ndarray  # (n,) [m³]
     across: float
@@ -65,21 +66,21 @@ class BySquare(NamedTuple):
 
 
 class Both(NamedTuple):
-    """Two gifts."""
+    """Two contributions."""
 
     first: Any
     second: Any
 
 
 class GivingPoints(NamedTuple):
-    """The points of a body and what they give."""
+    """Points of a body and their contribution to the nodes."""
 
     mapped: Bundle  # of `MappedPoints`
     gives: Any
 
 
 def example_of(arrays: Any) -> Any:
-    """The kind of value that arrays hold of a point: numbers, and tuples of these."""
+    """Return an example of the values of one point in these arrays: a number, or (nested) tuples of numbers."""
     if isinstance(arrays, tuple):
         parts = [example_of(array) for array in arrays]
         return type(arrays)(*parts) if hasattr(arrays, "_fields") else tuple(parts)
@@ -87,17 +88,18 @@ def example_of(arrays: Any) -> Any:
 
 
 def by_value(rule: Any, read: Any, into: np.ndarray) -> ByValue:
-    """A gift of what points have in the arrays `read`, a NamedTuple, to rows of nodes, shape (4 nodes,)."""
+    """Build a contribution by value from the point arrays `read`, a NamedTuple, to nodal rows `into`, shape (4 nodes,)."""
     return ByValue(rule, read, example_of(read), into)
 
 
 def by_slope(rule: Any, read: Any, into: np.ndarray) -> BySlope:
-    """The same by slopes."""
+    """Build a contribution by gradients of N from the point arrays `read`, a NamedTuple, to nodal rows `into`, shape (4
+    nodes,)."""
     return BySlope(rule, read, example_of(read), into)
 
 
 def giving(mapped: MappedPoints, gives: Any) -> Bundle:
-    """The points of a body with a gift, or `Both`."""
+    """Bundle the points of a body with a contribution, or with `Both`."""
     return Bundle(GivingPoints(Bundle(mapped), gives))
 
 
@@ -124,17 +126,18 @@ def row_of_node(rule: Any, line: Any, dz: float) -> Any:
 
 @generic
 def scatter_block(gives: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any, which: Any) -> Any:
-    """Add to the nodes what the n points of a block give; w: scratch of WEIGHTS columns; which: FIRST, SECOND or their sum."""
+    """Add the contributions of the n points of a block to the nodes; w: scratch of WEIGHTS columns; which: FIRST, SECOND or
+    their sum."""
 
 
 @generic
 def add_values(functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any) -> Any:
-    """Add a gift by value."""
+    """Add a contribution by value."""
 
 
 @generic
 def add_slopes(functions: Any, gift: Any, mapped: Any, start: Any, n: Any, found: Any, first_node: Any, w: Any) -> Any:
-    """Add a gift by slope."""
+    """Add a contribution by gradients."""
 
 
 @point_function(scatter_block, Nothing)
@@ -282,7 +285,7 @@ def _add_slopes_of_points(functions, gift, mapped, start, n, found, first_node, 
 
 
 def arrays_given(gives: Any, which: int = FIRST) -> list[np.ndarray]:
-    """The nodal arrays to which gifts go."""
+    """Return the nodal arrays to which the selected contributions are added."""
     if isinstance(gives, Both):
         return arrays_given(gives.first, which & FIRST) + arrays_given(gives.second, which >> 1)
     return [gives.into] if which & FIRST and hasattr(gives, "into") else []
@@ -309,6 +312,7 @@ def _scatter(n, points, which):
 
 
 def scatter(points: Bundle, which: int = FIRST) -> None:
-    """Add what the points of a body give (`giving`) to their nodes; which: FIRST and SECOND of two gifts, or their sum."""
+    """Add the contributions of the points of a body (`giving`) to their nodes; which: FIRST, SECOND of two contributions,
+    or their sum."""
     n = len(points.mapped.slabs.layers)
     joint_region.give(lambda: _scatter(n, points, which), lambda: arrays_given(points.gives, which))

@@ -1,4 +1,4 @@
-"""The loop over points that moves them one by one, by a rule that says how far."""
+"""The loop that moves points one by one, with a rule for their displacement."""
 
 from typing import Any, NamedTuple
 
@@ -12,14 +12,14 @@ from pellucid.jit.parallel import joint_for, parallel_for
 
 
 class MovingPoints(NamedTuple):
-    """The points of a body and the rule that moves them."""
+    """Points of a body and the rule for their displacement."""
 
     mapped: MappedPoints
     rule: Any
 
 
 class Stay(NamedTuple):
-    """Points stay: what moved them otherwise is checked."""
+    """Rule that does not move points; only their positions are checked, after other code has moved them."""
 
 
 @generic
@@ -63,10 +63,10 @@ def move_points(points: Bundle, dt: float) -> None:
 
 
 def move_points_jointly(points: Bundle, dt: float) -> None:
-    """The same in a joint region, slab by slab after the body's other loops."""
+    """Move the points of a body in a joint region, slab by slab after the other loops of the body."""
     _move_jointly(len(points.mapped.slabs.layers), points, dt)
 
 
 def moving(mapped: MappedPoints, rule: Any) -> Bundle:
-    """The points of a body with a rule."""
+    """Bundle the points of a body with a rule for their displacement."""
     return Bundle(MovingPoints(mapped, rule))

@@ -9,13 +9,14 @@ from pellucid.jit import pointwise
 
 @pointwise
 def bounds_of(slabs, s):
-    """Between which places the points of slab s may move, in cells: along the slowest axis, and along that of the cuts."""
+    """Return the bounds for the points of slab s [cells]: lower and upper along the slowest axis, lower and upper along the
+    axis of the cuts."""
     return slabs.bounds[s, 0], slabs.bounds[s, 1], slabs.bounds[s, 2], slabs.bounds[s, 3]
 
 
 @pointwise
 def in_cells(lattice, place):
-    """A place [m] in cells from the lower walls, within the box along periodic axes."""
+    """Return a position [m] in cells from the lower walls, folded into the box along periodic axes."""
     h, low, folding = lattice.inverse_cell, lattice.lower, lattice.folding
     X, Y = in_period(folding, 0, (place[0] - low[0]) * h), in_period(folding, 1, (place[1] - low[1]) * h)
     return X, Y, in_period(folding, 2, (place[2] - low[2]) * h)
@@ -45,7 +46,7 @@ def outside(lattice, X, Y, Z):
 
 @pointwise
 def fault_of_place(place):
-    """The fault of a place outside the grid."""
+    """Return the fault of a position outside the grid: LOST, or NOT_FINITE."""
     return LOST if abs(place[0] + place[1] + place[2]) < inf else NOT_FINITE
 
 
@@ -58,7 +59,8 @@ def comes_first(fault, first):
 
 @pointwise
 def placed(lattice, x, p, dx, dy, dz, bounds):
-    """Move point p; the fault of its new position, and 1 where it lies beyond the bounds of its slab."""
+    """Move point p by (dx, dy, dz) [m]; return the fault of its new position, and 1 if it is outside the bounds of its
+    slab, else 0."""
     x[p, 0] += dx
     x[p, 1] += dy
     x[p, 2] += dz

@@ -34,14 +34,15 @@ def looked_up(task: Any, lattice: Any, functions: Any, about: Any, p: Any) -> An
 def gathered(task: Any, about: Any, lattice: Any, nodes: Any, p: Any, known: Any) -> Any:
     """Return values gathered from the nodes of a point; known: looked-up values.
 
-    Evaluated for numbers, or for vectors of several points with the same nodes: only + - * / and the sums of
-    `pellucid.grid.stencil`, no branches. Arithmetic whose result not all passes need belongs here, where it is free.
+    Evaluated for numbers, or for vectors of several points with the same nodes. Use only + - * / and the sums of
+    `pellucid.grid.stencil`, no branches. Arithmetic whose result only some passes use belongs here: the compiler removes it
+    if the result is not used.
     """
 
 
 @generic
 def at_point(task: Any, lattice: Any, dt: float, p: Any, known: Any, g: Any) -> Any:
-    """The physics of a point, of numbers, over a step dt [s]: a `Found`. g: what was gathered."""
+    """Return the `Found` of a point after a step dt [s], from numbers; g: gathered values."""
 
 
 @generic
@@ -60,9 +61,9 @@ def _nothing_gathered(task, about, lattice, nodes, p, known):
 
 
 class Declaration(NamedTuple):
-    """Options of the loop for a pass, besides input and output.
+    """Options of the loop for a pass, in addition to input and output.
 
-    Values of points are numbers and tuples of numbers; an example stands for their type.
+    Values of points are numbers and tuples of numbers; examples define their types.
     """
 
     gathers: Any = ()  # example of what it gathers
@@ -73,7 +74,7 @@ class Declaration(NamedTuple):
 
 
 class PassPoints(NamedTuple):
-    """A pass with the points of a body, as the loop takes them."""
+    """A pass and the points of a body, as arguments of the loop."""
 
     task: Any
     mapped: Bundle  # of `MappedPoints`
@@ -94,11 +95,11 @@ class PassPoints(NamedTuple):
 def pass_points(
     task: Any, declared: Declaration, mapped: MappedPoints, read: Any, kept: Any, gives: Any = None, to_cells: Any = None
 ) -> Bundle:
-    """A pass bound to the points of a body, as it is when its simulation is built.
+    """Bind a pass to the points of a body, when a simulation is built.
 
-    read, kept: tuples with an array for each member, shape (points,) or (points, numbers), of doubles. In `read` the position
-    of the points comes first, and in `kept` where the pass gives them new places. A member may be a NamedTuple of arrays, such
-    as the state of a law, or () where something is not there. Raises ValueError for arrays that do not fit.
+    read, kept: tuples of float64 arrays, shape (points,) or (points, components). The first member of `read` is the
+    position of the points; so is the first member of `kept` if the pass moves the points. A member may be a NamedTuple of
+    arrays, such as the state of a law, or () if absent. Raises ValueError for arrays that do not fit.
     """
     if read[0] is not mapped.points.position:
         raise ValueError("the first that a pass reads is the position of the body's points")
@@ -132,28 +133,28 @@ def pass_points(
 
 
 class PassAlone(NamedTuple):
-    """A pass to be measured."""
+    """A pass whose speed is measured."""
 
     run: Callable[[], None]
     traffic: list[np.ndarray]  # the arrays of points that it reads and keeps
 
 
 def traffic_of(points: Bundle) -> list[np.ndarray]:
-    """The arrays of points that a pass reads and keeps."""
+    """Return the point arrays that a pass reads and writes."""
     return arrays_in(points.read) + arrays_in(points.kept)
 
 
 def arrays_in(values: Any) -> list[np.ndarray]:
-    """The arrays of points within what a pass reads or keeps."""
+    """Return the arrays in (nested) tuples of input or output of a pass."""
     return [array for part in values for array in arrays_in(part)] if isinstance(values, tuple) else [values]
 
 
 class NotToCells(NamedTuple):
-    """Points add nothing to their cells."""
+    """Points contribute nothing to their cells."""
 
 
 class ToCells(NamedTuple):
-    """Points add a number (`in_cell`) to their cells."""
+    """Points add a number (`in_cell`) to a column of the sums of their cells."""
 
     into: np.ndarray  # (cells, columns)
     column: int
