@@ -1,6 +1,6 @@
-"""Materials: one file each, with the parameters a user gives, the law, its wave speed and its energy.
+"""Materials: one file each, with the user's parameters, the law, its wave speed and its energy.
 
-The kinds that a case can name are listed here: one line each.
+The kinds that a case can name are registered here, one line each.
 """
 
 from typing import Annotated

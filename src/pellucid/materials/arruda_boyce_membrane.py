@@ -1,8 +1,8 @@
 """Arruda-Boyce surface, W = μ Σ_k c_k (I^k - 3^k)/n^(k-1), c = 1/2, 1/20, 11/1050, 19/7000, 519/673750: chains of n links.
 
-I = λ₁² + λ₂² + (λ₁λ₂)⁻². These are the first five terms of the series of the inverse Langevin function: there is no stretch at
-which the chains lock. μ is not the shear modulus at rest: G = 2μ Σ_k k c_k (3/n)^(k-1), K = 3G. Source: Arruda & Boyce 1993,
-J. Mech. Phys. Solids 41, 389, eq. 16.
+I = λ₁² + λ₂² + (λ₁λ₂)⁻². The law uses the first five terms of the series of the inverse Langevin function, so the chains do
+not lock at any stretch. μ is not the shear modulus at rest: G = 2μ Σ_k k c_k (3/n)^(k-1), K = 3G. Source: Arruda & Boyce
+1993, J. Mech. Phys. Solids 41, 389, eq. 16.
 """
 
 from typing import Literal, NamedTuple
@@ -17,7 +17,7 @@ C1, C2, C3, C4, C5 = 1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 
 
 @invariant_based
 class ArrudaBoyceSurface(NamedTuple):
-    """μ [N/m] and the number of links n."""
+    """Parameters of the law: μ [N/m] and the number of links n."""
 
     mu: float
     n: float

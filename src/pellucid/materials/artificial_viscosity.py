@@ -15,7 +15,7 @@ class ArtificialViscosity(NamedTuple):
 
 
 class ArtificialViscosityCase(Model):
-    """Artificial viscosity as the user gives it."""
+    """Artificial viscosity in a case file."""
 
     quadratic: float = parameter("", "coefficient c₀ of the quadratic term", 0.0, ge=0)
     linear: float = parameter("", "coefficient c₁ of the linear term", 0.0, ge=0)
@@ -27,7 +27,7 @@ class ArtificialViscosityCase(Model):
 
 @pointwise
 def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: float, length: float) -> float:
-    """q [Pa] at sound speed a [m/s] and volume rate tr D [1/s] in cells of the given length [m]."""
+    """Return q [Pa] at the sound speed a [m/s] and the volume rate tr D [1/s]; length: cell size [m]."""
     if trD >= 0.0:
         return 0.0
     return density * length * (av.quadratic * length * trD * trD - av.linear * a * trD)
@@ -35,7 +35,7 @@ def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: 
 
 @pointwise
 def artificial_speed(av: ArtificialViscosity, a: float, trD: float, length: float) -> float:
-    """Q = c₁ a + c₀ l |tr D| [m/s]; the signal speed becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual)."""
+    """Return Q = c₁ a + c₀ l |tr D| [m/s]; the signal speed becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual)."""
     if trD >= 0.0:
         return 0.0
     return av.linear * a - av.quadratic * length * trD

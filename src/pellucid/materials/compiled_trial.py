@@ -16,7 +16,7 @@ NOISE = ("Failed in", "Type Inference", "Compilation is", "- ", "There are", "Us
 
 
 def why_not_compiled(material: Any) -> str:
-    """The function of a material's law that cannot be compiled, where and why; empty where each can."""
+    """Return the function of a material's law that cannot be compiled, with place and reason; an empty text if all can."""
     from numba import njit
 
     for operation, call in _calls(material).items():
@@ -37,7 +37,7 @@ def _calls(material: Any) -> dict[Any, Call]:
 
 
 def _place(message: str) -> str:
-    """The innermost line of users' code that a message of numba names."""
+    """Return the innermost line of a user's code named in a numba message; an empty text if none."""
     found = re.findall(r'File "([^"]+)", line (\d+)', message) + re.findall(r"(?:from|at) (\S+) \((\d+)\)", message)
     users = [(os.path.abspath(file), int(line)) for file, line in found if is_users(os.path.abspath(file))]
     return line_at(*users[0]) if users else ""

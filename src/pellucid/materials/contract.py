@@ -1,4 +1,4 @@
-"""The interface of a material to a body of material points, whatever its law."""
+"""Interface between materials and bodies of material points."""
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,20 +23,20 @@ class BodyMaterial(Model):
 
     @abstractmethod
     def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves at the start [m/s]."""
+        """Return the speeds of plane pressure and shear waves in the initial state [m/s]."""
 
 
 class PointMaterial(BodyMaterial):
-    """A material of material points: the parameters that the user gives, its law, and its state at the start.
+    """Base of materials of material points: user's parameters, law, and initial state.
 
-    A new material is a subclass with a `kind` of its own, such as `kind: Literal["neo-hookean"] = "neo-hookean"`.
+    A new material is a subclass with its own `kind`, such as `kind: Literal["neo-hookean"] = "neo-hookean"`.
     """
 
     energy_kind: ClassVar[Literal["internal", "strain"]] = "strain"
-    """Which energy it stores: the internal energy, with heat, or the strain energy, which can be had back."""
+    """Kind of the stored energy: "internal" for internal energy including heat, "strain" for recoverable strain energy."""
 
     flows: ClassVar[bool] = False
-    """Whether it is at rest under gravity by its pressure alone: then it has `at_rest`."""
+    """True for a fluid, in hydrostatic equilibrium by its pressure alone; it implements `at_rest`."""
 
     @property
     def keeps_heat(self) -> bool:
@@ -46,15 +46,15 @@ class PointMaterial(BodyMaterial):
 
     @abstractmethod
     def law(self) -> Law:
-        """The law as kernels take it."""
+        """Return the law for kernels."""
 
     @abstractmethod
     def initial_state(self) -> PointState:
-        """The state of every point at the start."""
+        """Return the initial state of every point."""
 
     def implicit_viscosities(self) -> tuple[float, float] | None:
-        """Shear and second viscosity, μ and λ [Pa s], of a fluid whose viscous stress is no part of its law, but solved for on
-        the nodes; None of others."""
+        """Return the shear and second viscosities μ and λ [Pa s] of a fluid whose viscous stress is solved for on the nodes
+        instead of computed by its law; None for other materials."""
         return None
 
     def too_soft(self, density: float) -> str | None:
@@ -62,32 +62,35 @@ class PointMaterial(BodyMaterial):
         return None
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Arrays of points of a liquid under a pressure larger by `more` [Pa]; those of other materials as they are."""
+        """Return the arrays of points of a liquid with the pressure increased by `more` [Pa]; for other materials, the
+        arrays unchanged."""
         return arrays
 
     def with_implicit_viscosity(self) -> Self | None:
-        """The same material with implicit viscosity; None where it has none, or has it already."""
+        """Return a copy of the material with implicit viscosity; None if this is not possible or already set."""
         return None
 
     def stressed(self, stress: Symmetric) -> tuple[float, PointState]:
-        """Density [kg/m³] and state of a point under a stress [Pa]. Raises ValueError where there is no such state."""
+        """Return the density [kg/m³] and state of a point with an initial stress [Pa]. Raises ValueError if there is no
+        such state."""
         raise ValueError(f'a material of kind "{self.kind}" cannot have an initial stress')
 
     def at_rest(self, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, Mapping[str, np.ndarray]]:
-        """Densities [kg/m³], shape (n,), and arrays of the state, of a fluid at rest under gravity.
+        """Return the densities [kg/m³], shape (n,), and state arrays of a fluid at rest under gravity.
 
-        gravity: its magnitude [m/s²]; depth: below the level of the initial state [m], shape (n,). Raises ColumnEnds where it
-        has no state there.
+        gravity: magnitude [m/s²]; depth: depth below the level of the initial state [m], shape (n,). Raises ColumnEnds if
+        the fluid has no state at a depth.
         """
         raise NotImplementedError(f'a material of kind "{self.kind}" is not a fluid at rest under its pressure')
 
     def signals(self, length: float) -> tuple[float, float]:
-        """Speed of signals [m/s] and kinematic viscosity [m²/s] at the start, in cells of the given length [m]."""
+        """Return the signal speed [m/s] and the kinematic viscosity [m²/s] in the initial state; length: cell size [m]."""
         law = self.law()
         return signal_speed(law, self.initial_state(), self.density, ZERO_GRADIENT, length), diffusivity(law, self.density)
 
     def signals_compressed(self, length: float) -> float:
-        """Speed of signals [m/s] at the start where it is compressed ever so little: with the linear artificial viscosity."""
+        """Return the signal speed [m/s] in the initial state under infinitesimally slow compression, i.e. with the linear
+        artificial viscosity; length: cell size [m]."""
         return signal_speed(self.law(), self.initial_state(), self.density, SQUEEZED, length)
 
     def problems(self) -> Iterator[tuple[str, str, str]]:
@@ -104,21 +107,22 @@ class PointMaterial(BodyMaterial):
 
     @property
     def energy_field(self) -> str:
-        """The field with its stored energy of unit mass [J/kg], part of the state of a point or worked out from it."""
+        """Name of the field with the stored energy per unit mass [J/kg]; it is part of the state of a point or computed
+        from it."""
         return f"{self.energy_kind}_energy"
 
     @property
     def state_fields(self) -> tuple[str, ...]:
-        """The arrays of its points beside position, velocity, mass and volume."""
+        """Names of the state arrays of the points, in addition to position, velocity, mass and volume."""
         return self.initial_state()._fields
 
     @property
     def probed_fields(self) -> tuple[str, ...]:
-        """The fields that probes read beside those of every body: its energy, and of its state scalars, vectors and
-        symmetric tensors."""
+        """Names of the fields that probes read in addition to those of every body: the stored energy, and scalars, vectors
+        and symmetric tensors of the state."""
         own = (name for name in self.state_fields if name not in ("stress", self.energy_field))
         return (self.energy_field, *(name for name in own if FIELDS[name].components in (1, 3, 6)))
 
 
 MATERIALS = Family("material", PointMaterial)
-"""The kinds that a case can name: the list is in `pellucid.materials`."""
+"""Kinds that a case can name, registered in `pellucid.materials`."""

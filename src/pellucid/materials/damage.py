@@ -1,10 +1,10 @@
-"""Isotropic elastodamage of membranes: stress falls with a damage ω that the largest principal strain drives.
+"""Isotropic elastodamage of membranes: a damage variable ω, driven by the largest principal strain, reduces the stress.
 
-ε_max - S_L (1 + ω) ≤ 0, ω never falls, and σ = (1 + c₀ (exp(-c₁ ω) - 1)) σᵉ, clipped at zero. Source: Gan et al. 2011, eqs.
-38-41; the factor 2 of eq. 39 is a misprint: with it the stiffness is negative at the failure strain that the text states.
-Here S_L is `elastic_limit`, c₀ `stiffness_loss`, c₁ `rate`.
+ε_max - S_L (1 + ω) ≤ 0, ω never decreases, and σ = (1 + c₀ (exp(-c₁ ω) - 1)) σᵉ, clipped at zero. Source: Gan et al. 2011,
+eqs. 38-41; the factor 2 of eq. 39 is a misprint: with it the stiffness is negative at the failure strain stated in the
+text. Here S_L is `elastic_limit`, c₀ `stiffness_loss`, c₁ `rate`.
 
-A membrane has a law of damage beside its elastic law; `Undamaged` compiles to nothing.
+A membrane has a damage law in addition to its elastic law; `Undamaged` compiles to no code.
 """
 
 from math import exp
@@ -19,11 +19,11 @@ from pellucid.model import Model, check, parameter
 
 
 class Undamaged(NamedTuple):
-    """No damage at any strain."""
+    """Damage law of a membrane without damage."""
 
 
 class Elastodamage(NamedTuple):
-    """S_L, c₀, c₁ and the principal strain at which a point fails."""
+    """Parameters of the damage law: S_L, c₀, c₁ and the failure strain."""
 
     elastic_limit: float
     stiffness_loss: float
@@ -32,7 +32,7 @@ class Elastodamage(NamedTuple):
 
 
 class DamageRecord(NamedTuple):
-    """State of damaged points; without damage, arrays of no length."""
+    """Damage state of points; arrays of length 0 without damage."""
 
     damage: np.ndarray  # (n,) ω
     failed: np.ndarray  # (n,) 1 where a point has failed, else 0
@@ -61,13 +61,13 @@ class DamageCase(Model):
             raise ValueError(f"{text}; set failure_strain above elastic_limit")
 
     def law(self) -> Elastodamage:
-        """The law as kernels take it."""
+        """Return the damage law for kernels."""
         return Elastodamage(self.elastic_limit, self.stiffness_loss, self.rate, self.failure_strain)
 
 
 @pointwise
 def stiffness(law, damage):
-    """Share of the stiffness that is left at the damage ω."""
+    """Return the remaining fraction of the stiffness at the damage ω."""
     return max(0.0, 1.0 + law.stiffness_loss * (exp(-law.rate * damage) - 1.0))
 
 
@@ -87,17 +87,19 @@ def upright(law: Law, along: float) -> bool:
 
 @generic
 def driving_strain(law: Law, elastic: Law, shape: Shape) -> float:
-    """The strain that drives damage, of a membrane of the elastic law in this shape."""
+    """Return the strain that drives damage, for a membrane with this elastic law and in-plane shape."""
 
 
 @generic
 def weaken(law: Law, record: DamageRecord, p: int, strain: float) -> tuple[float, float]:
-    """Record the strain that drives damage at point p; the share of the stiffness left, and the same by what it was before."""
+    """Update the damage of point p for the strain that drives damage. Return the remaining fraction of the initial
+    stiffness, and the fraction of the previous stiffness."""
 
 
 @generic
 def dissipate(law: Law, record: DamageRecord, p: int, work: float, kept: float) -> None:
-    """Record the energy that damage took, from the work of the stress so far [J/kg] and the share of the stiffness kept."""
+    """Add the energy dissipated by damage to the record of point p; work: work of the stress so far [J/kg]; kept: fraction
+    of the previous stiffness."""
 
 
 @point_function(has_failed, Undamaged)

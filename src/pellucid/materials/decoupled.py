@@ -1,7 +1,7 @@
-"""Hyperelastic solids whose energy is an isochoric and a volumetric part, W = W_iso(F̄) + κ/2 (J-1)², with F̄ = J^(-1/3) F.
+"""Hyperelastic solids with an isochoric and a volumetric energy, W = W_iso(F̄) + κ/2 (J-1)², F̄ = J^(-1/3) F.
 
-Source: Holzapfel 2000, Nonlinear Solid Mechanics, section 6.4. A law states its isochoric part; its parameters hold the bulk
-modulus `kappa` [Pa] and the initial density `rho0` [kg/m³].
+Source: Holzapfel 2000, Nonlinear Solid Mechanics, section 6.4. A law defines its isochoric part; its parameters include the
+bulk modulus `kappa` [Pa] and the initial density `rho0` [kg/m³].
 """
 
 from abc import abstractmethod
@@ -19,17 +19,18 @@ from pellucid.tensors import IDENTITY, Symmetric, Tensor, determinant, largest_r
 
 @generic
 def isochoric_energy(law: Law, F: Tensor) -> float:
-    """W_iso of unit reference volume [J/m³]; it depends on F̄ alone."""
+    """Return W_iso per unit reference volume [J/m³]; it depends on F̄ only."""
 
 
 @generic
 def isochoric_stress(law: Law, F: Tensor) -> Symmetric:
-    """Isochoric Kirchhoff stress ∂W_iso/∂F Fᵀ [Pa], a deviator."""
+    """Return the isochoric Kirchhoff stress ∂W_iso/∂F Fᵀ [Pa], a deviator."""
 
 
 @generic
 def isochoric_stiffness(law: Law, F: Tensor) -> float:
-    """The largest d²W_iso(F + ε m⊗Fᵀn)/dε² over unit vectors m and n [Pa], or a bound above it: its part of ρ₀ c²."""
+    """Return the largest d²W_iso(F + ε m⊗Fᵀn)/dε² over unit vectors m and n [Pa], or an upper bound: the isochoric part of
+    ρ₀ c²."""
 
 
 class DecoupledMaterial(HyperelasticMaterial):
@@ -37,7 +38,7 @@ class DecoupledMaterial(HyperelasticMaterial):
 
     @abstractmethod
     def moduli(self) -> tuple[float, float]:
-        """Shear and bulk modulus at rest [Pa]."""
+        """Return the shear and bulk moduli at rest [Pa]."""
 
     def wave_speeds(self) -> tuple[float, float]:
         return float(wave_speed(self.law(), IDENTITY)), sqrt(self.moduli()[0] / self.density)
@@ -64,7 +65,7 @@ class BulkMaterial(DecoupledMaterial):
 
 
 def decoupled(law: type[LawType]) -> type[LawType]:
-    """Class decorator: as `hyperelastic`, of a law that states its isochoric part alone."""
+    """Class decorator: like `hyperelastic`, for a law that defines only its isochoric part."""
     hyperelastic(law)
     point_function(energy, law)(_energy)
     point_function(cauchy_stress, law)(_cauchy_stress)
@@ -76,7 +77,7 @@ def decoupled(law: type[LawType]) -> type[LawType]:
 
 @pointwise
 def total_stress(law: Any, J: float, isochoric: Symmetric) -> Symmetric:
-    """Cauchy stress [Pa] of an isochoric Kirchhoff stress and the volume ratio."""
+    """Return the Cauchy stress [Pa] for an isochoric Kirchhoff stress [Pa] and the volume ratio J."""
     s, mean = scale(1.0 / J, isochoric), volumetric_stress(law, J)
     return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
 
@@ -105,14 +106,16 @@ def _volumetric_stress(law, J):
 
 @pointwise
 def principal_bounds(s: Symmetric) -> tuple[float, float]:
-    """Numbers above and below the eigenvalues of a symmetric tensor that has none below 0 (Gershgorin)."""
+    """Return an upper and a lower bound on the eigenvalues of a positive semidefinite symmetric tensor (Gershgorin)."""
     return largest_row_sum(s), max(-largest_row_sum(scale(-1.0, s)), 0.0)
 
 
 @pointwise
 def linear_stiffness(high: float, low: float, tr: float) -> float:
-    """A bound on the stiffness of ½ S:C̄ with S constant, from bounds on the eigenvalues of t = F̄ S F̄ᵀ and its trace.
+    """Return an upper bound on the stiffness of ½ S:C̄ with S constant, from bounds on the eigenvalues of t = F̄ S F̄ᵀ and
+    its trace.
 
-    Along m = a n + s e, e across n, it is a² (5/9 tr t - 1/3 n·tn) - 4/3 a s n·te + s² n·tn, with |n·te| ≤ (high - low)/2.
+    For m = a n + s e with e perpendicular to n, the stiffness is a² (5/9 tr t - 1/3 n·tn) - 4/3 a s n·te + s² n·tn, with
+    |n·te| ≤ (high - low)/2.
     """
     return max(5.0 / 9.0 * tr - low / 3.0, high) + (high - low) / 3.0

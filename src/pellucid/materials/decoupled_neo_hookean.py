@@ -23,7 +23,7 @@ from pellucid.tensors import determinant, deviator, left_cauchy_green, scale, tr
 
 @decoupled
 class DecoupledNeoHookean(NamedTuple):
-    """Shear and bulk modulus [Pa] and the initial density [kg/m³]."""
+    """Parameters of the law: shear and bulk modulus [Pa], initial density [kg/m³]."""
 
     mu: float
     kappa: float
@@ -31,7 +31,7 @@ class DecoupledNeoHookean(NamedTuple):
 
 
 class DecoupledNeoHookeanMaterial(ElasticMaterial, DecoupledMaterial):
-    """Neo-Hookean solid whose shear and volume resist apart, W = μ/2 (J^(-2/3) I₁ - 3) + κ/2 (J-1)²: any strain."""
+    """Neo-Hookean solid with separate shear and volume response, W = μ/2 (J^(-2/3) I₁ - 3) + κ/2 (J-1)²: any strain."""
 
     kind: Literal["decoupled-neo-hookean"] = "decoupled-neo-hookean"
 

@@ -1,4 +1,4 @@
-"""Parameters of isotropic elastic materials of any law: density, Young's modulus, Poisson's ratio."""
+"""Parameters of all isotropic elastic materials: density, Young's modulus, Poisson's ratio."""
 
 from math import sqrt
 
@@ -6,7 +6,7 @@ from pellucid.model import Model, parameter
 
 
 def lame(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
-    """Lamé's λ and μ [Pa]."""
+    """Return Lamé's constants λ and μ [Pa]."""
     mu = young_modulus / (2.0 * (1.0 + poisson_ratio))
     return 2.0 * mu * poisson_ratio / (1.0 - 2.0 * poisson_ratio), mu
 
@@ -19,6 +19,6 @@ class ElasticMaterial(Model):
     poisson_ratio: float = parameter("", "Poisson's ratio ν", gt=-1, lt=0.5)
 
     def wave_speeds(self) -> tuple[float, float]:
-        """Speeds of plane pressure and shear waves at the start [m/s]."""
+        """Return the speeds of plane pressure and shear waves in the initial state [m/s]."""
         lam, mu = lame(self.young_modulus, self.poisson_ratio)
         return sqrt((lam + 2.0 * mu) / self.density), sqrt(mu / self.density)

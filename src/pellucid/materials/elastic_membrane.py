@@ -1,4 +1,4 @@
-"""Parameters of isotropic elastic membranes of a solid: Young's modulus and Poisson's ratio over the thickness."""
+"""Parameters of isotropic elastic membranes made of a solid: Young's modulus and Poisson's ratio."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ class ElasticMembraneMaterial(ElasticMaterial, SolidMembraneMaterial):
 
     @abstractmethod
     def elastic_law(self) -> Law:
-        """The elastic law as kernels take it, for a membrane that bears compression."""
+        """Return the elastic law for kernels, for a membrane that carries compression."""
 
     def plain_law(self, thickness: float) -> Law:
         return self.elastic_law()

@@ -1,12 +1,13 @@
-"""The energy equation of a fluid point over a step. Source: Gan et al. 2011, eqs. 25–31, with the limit put right.
+"""The energy equation of a fluid point over a step. Source: Gan et al. 2011, eqs. 25–31, with the limit corrected.
 
-With `conservative`, the default, the energy has grown by the work of the forces that moved the nodes when the stress is found
-(`pellucid.grid.velocities`): its sum with the kinetic energy is kept to rounding. The others integrate the work of the stress
-by themselves. The paper's iteration converges to backward Euler, e = e_k + dt/ρ σ(e):D: `closed` solves that exactly (P is
-linear in e), `iterated` by Newton's method for any equation of state. `explicit` takes the old stress (York's order,
-figure 10).
-Backward Euler heats a fluid that a wave passes by dt²/2 K (tr D)²/ρ a step, forward Euler cools it so; `midpoint`, the mean of
-both, does neither: it is for waves in liquids over many steps.
+With `conservative`, the default, the internal energy has already received the work of the nodal forces when the stress is
+computed (`pellucid.grid.velocities`): the sum of internal and kinetic energy is conserved to rounding. The other options
+integrate the work of the stress. The iteration of the paper converges to backward Euler, e = e_k + dt/ρ σ(e):D: `closed`
+solves it exactly (P is linear in e), `iterated` by Newton's method for any equation of state. `explicit` uses the old
+stress (York's order, figure 10).
+
+In a wave, backward Euler heats a fluid by dt²/2 K (tr D)²/ρ per step, and forward Euler cools it by the same amount.
+`midpoint`, the mean of both, has neither error; it suits waves in liquids over many steps.
 """
 
 from math import nan
@@ -17,32 +18,32 @@ from pellucid.materials.eos.equation import lowest_pressure, pressure_line
 
 
 class ConservativeEnergy(NamedTuple):
-    """The energy has grown already, by the work of the forces that moved the nodes: see `pellucid.grid.velocities`."""
+    """Option `conservative`: the energy already includes the work of the nodal forces, see `pellucid.grid.velocities`."""
 
     unused: int = 0  # a NamedTuple without fields has no compiled type
 
 
 class ClosedEnergy(NamedTuple):
-    """Backward Euler, solved exactly."""
+    """Option `closed`: backward Euler, solved exactly."""
 
     unused: int = 0
 
 
 class ExplicitEnergy(NamedTuple):
-    """Forward Euler with the old stress."""
+    """Option `explicit`: forward Euler with the old stress."""
 
     unused: int = 0
 
 
 class IteratedEnergy(NamedTuple):
-    """Backward Euler, by Newton's method."""
+    """Option `iterated`: backward Euler, solved by Newton's method."""
 
     tolerance: float = 1e-12  # relative to the energy scale of the step
     limit: int = 50
 
 
 class MidpointEnergy(NamedTuple):
-    """The mean of old and new stress, solved exactly."""
+    """Option `midpoint`: mean of old and new stress, solved exactly."""
 
     unused: int = 0
 
@@ -60,10 +61,11 @@ ENERGY_UPDATES = {
 def new_energy(
     mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
 ) -> float:
-    """Specific energy at the end of the step [J/kg]; nan where an iteration does not converge or the step compresses more
-    than backward Euler can follow.
+    """Return the specific energy at the end of the step [J/kg]; nan if an iteration does not converge or the compression in
+    the step is too large for backward Euler.
 
-    density: at the end of the step; old_work: dt/ρ σ_k:D [J/kg]; other_work: dt/ρ (τ - q I):D, the part without P [J/kg].
+    density: at the end of the step [kg/m³]; old_work: dt/ρ σ_k:D [J/kg]; other_work: dt/ρ (τ - q I):D, the part without P
+    [J/kg].
     """
 
 
@@ -71,7 +73,8 @@ def new_energy(
 def energy_of_pressure(
     mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
 ) -> float:
-    """The specific energy at the end of the step that goes with the density there [J/kg], of what `new_energy` gave."""
+    """Return the specific energy for the pressure at the end of the step [J/kg], at the same time as the density; energy:
+    result of `new_energy`."""
 
 
 @default_function(energy_of_pressure)
@@ -81,7 +84,7 @@ def _same(mode, eos, energy, density, trD, old_work, other_work, dt):
 
 @pointwise
 def pressure(eos, density, energy):
-    """P [Pa], not below the tension that the fluid bears."""
+    """Return the pressure P [Pa], limited from below by `lowest_pressure`."""
     A, B = pressure_line(eos, density)
     return max(A + B * energy, lowest_pressure(eos))
 
@@ -115,8 +118,8 @@ def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
 
 @point_function(energy_of_pressure, ConservativeEnergy)
 def _ahead(mode, eos, energy, density, trD, old_work, other_work, dt):
-    """The work along the mean velocities of the nodes, which belong to half steps, is that up to the middle of the step, where
-    the density is that of its end: the second half is still to come. Without it sound would grow."""
+    """Advance the energy by half a step. The conservative energy includes work up to the middle of the step, since it uses
+    mean nodal velocities, while the density is at the end of the step. Without this correction sound would grow."""
     return _backward_euler(eos, energy, density, trD, 0.5 * other_work, 0.5 * dt)
 
 

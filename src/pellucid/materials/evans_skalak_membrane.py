@@ -1,4 +1,4 @@
-"""Evans and Skalak's law, W = K/2 (J - 1)² + G ((λ₁² + λ₂²)/2J - 1), J = λ₁λ₂: area and shear apart.
+"""Evans and Skalak's law, W = K/2 (J - 1)² + G ((λ₁² + λ₂²)/2J - 1), J = λ₁λ₂: separate area and shear terms.
 
 Source: Evans & Skalak 1980, Mechanics and Thermodynamics of Biomembranes, section 4.
 """
@@ -12,15 +12,15 @@ from pellucid.model import parameter
 
 
 class EvansSkalakSurface(NamedTuple):
-    """K and G [N/m]."""
+    """Parameters of the law: K and G [N/m]."""
 
     K: float
     G: float
 
 
 class EvansSkalakMembraneMaterial(SurfaceMembraneMaterial):
-    """Evans and Skalak's law, W = K/2 (J - 1)² + G ((λ₁² + λ₂²)/2J - 1), J = λ₁λ₂: area and shear apart; without a shear
-    modulus a vesicle that resists a change of its area alone."""
+    """Evans and Skalak's law, W = K/2 (J - 1)² + G ((λ₁² + λ₂²)/2J - 1), J = λ₁λ₂: separate area and shear terms. Without a
+    shear modulus, a vesicle that resists only a change of its area."""
 
     kind: Literal["evans-skalak-membrane"] = "evans-skalak-membrane"
     area_modulus: float = parameter("N/m", "surface area modulus K", gt=0)

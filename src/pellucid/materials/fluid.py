@@ -39,7 +39,7 @@ LEAST, MOST = 1e-3, 1e2  # densities of a liquid under pressures that it may com
 
 @rate_type
 class NewtonianFluid(NamedTuple):
-    """Parameters of the law; `eos` and `energy_update` are NamedTuples whose types choose their functions."""
+    """Parameters of the law. The types of `eos` and `energy_update`, both NamedTuples, select their functions."""
 
     eos: Any
     energy_update: Any
@@ -117,7 +117,7 @@ class FluidMaterial(PointMaterial):
 
     @property
     def is_liquid(self) -> bool:
-        """True if its pressure depends on its density alone."""
+        """True if the pressure depends on the density only."""
         return pressure_line(self.law().eos, self.density)[1] == 0.0
 
     def too_soft(self, density: float) -> str | None:
@@ -175,7 +175,7 @@ class FluidMaterial(PointMaterial):
         return self.model_copy(update={"implicit_viscosity": True}) if possible else None
 
     def viscosities(self) -> tuple[float, float]:
-        """Shear and second viscosity, μ and λ [Pa s]."""
+        """Return the shear and second viscosities μ and λ [Pa s]."""
         return self.viscosity, -2.0 / 3.0 * self.viscosity if self.second_viscosity is None else self.second_viscosity
 
     def initial_state(self) -> FluidState:

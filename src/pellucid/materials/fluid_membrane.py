@@ -1,8 +1,8 @@
-"""Membranes of fluid: what they bear in their surface follows from its area and from how fast it deforms, not from a shape.
+"""Fluid membranes: the in-plane stress depends on the area and the rate of deformation, not on the shape.
 
-The stress times the initial thickness is the force in the surface: σ = γ + K (1 - 1/A) + λ tr D + 2μ D with the area A of what
-was one at the start (Scriven 1960, Chem. Eng. Sci. 12, 98, with a linear law of the density 1/A as of Benet 2015, eq. 3.45).
-The material in it keeps its volume, so that its thickness is 1/A of that at the start.
+The stress times the initial thickness is the surface force: σ = γ + K (1 - 1/A) + λ tr D + 2μ D, where A is the ratio of
+the area to the initial area (Scriven 1960, Chem. Eng. Sci. 12, 98, with a linear law of the density 1/A as in Benet 2015,
+eq. 3.45). The material is incompressible: its thickness is 1/A times the initial one.
 """
 
 from math import sqrt
@@ -24,7 +24,8 @@ from pellucid.model import check, parameter
 
 
 class FluidMembrane(NamedTuple):
-    """Tension γ, area stiffness K [Pa], viscosities μ, λ [Pa s], all times the thickness those of the surface."""
+    """Parameters of the law: tension γ [Pa], area stiffness K [Pa], viscosities μ, λ [Pa s]. Each is the surface quantity
+    divided by the initial thickness."""
 
     gamma: float
     K: float

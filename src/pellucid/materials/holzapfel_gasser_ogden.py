@@ -1,9 +1,9 @@
 """Soft tissue with dispersed fibres, W = μ/2 (Ī₁-3) + κ/2 (J-1)² + Σ_i k₁/(2k₂) (exp(k₂ ⟨E_i⟩²) - 1).
 
-E_i = d (Ī₁-3) + (1-3d) (Ī₄ᵢ-1) is the strain of the fibre family i, of mean direction a_i in the reference configuration and
-dispersion d, from 0 (all parallel) to 1/3 (in all directions alike), with Ī₄ᵢ = a_i·C̄a_i. Fibres carry tension alone:
-⟨E⟩ = max(E, 0), so that their stress begins without a jump. Source: Gasser, Ogden & Holzapfel 2006, J. R. Soc. Interface 3, 15,
-section 4.
+E_i = d (Ī₁-3) + (1-3d) (Ī₄ᵢ-1) is the strain of the fibre family i with the mean direction a_i in the reference
+configuration and the dispersion d, from 0 (all parallel) to 1/3 (isotropic), with Ī₄ᵢ = a_i·C̄a_i. Fibres carry tension
+only: ⟨E⟩ = max(E, 0), so that their stress starts without a jump. Source: Gasser, Ogden & Holzapfel 2006, J. R. Soc.
+Interface 3, 15, section 4.
 """
 
 from math import exp, expm1, hypot
@@ -28,8 +28,8 @@ from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, larg
 
 @decoupled
 class HolzapfelGasserOgden(NamedTuple):
-    """Shear modulus μ of the matrix and k₁ [Pa], k₂, the dispersion, unit vectors along the fibres, one after the other, the
-    bulk modulus [Pa], the initial density [kg/m³]."""
+    """Parameters of the law: shear modulus μ of the matrix [Pa], k₁ [Pa], k₂, dispersion, unit vectors along the fibres
+    (concatenated), bulk modulus [Pa], initial density [kg/m³]."""
 
     mu: float
     k1: float
@@ -41,8 +41,8 @@ class HolzapfelGasserOgden(NamedTuple):
 
 
 class HolzapfelGasserOgdenMaterial(BulkMaterial):
-    """Neo-Hookean matrix with one or two families of fibres that stiffen exponentially and carry tension alone: arteries,
-    heart muscle, and other soft tissue, at any strain. The moduli at rest are those of the matrix."""
+    """Neo-Hookean matrix with one or two families of fibres that stiffen exponentially and carry tension only: arteries,
+    heart muscle, and other soft tissue, at any strain. The moduli at rest are the moduli of the matrix."""
 
     kind: Literal["holzapfel-gasser-ogden"] = "holzapfel-gasser-ogden"
     shear_modulus: float = parameter("Pa", "shear modulus μ of the matrix", gt=0)
@@ -78,7 +78,7 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
 
 @pointwise
 def _along(F: Tensor, fibres: tuple[float, ...], family: int) -> tuple[Symmetric, float]:
-    """(F a)⊗(F a) of the direction a of a family, and a·a, which is 1 but for rounding."""
+    """Return (F a)⊗(F a) for the direction a of a family, and a·a, which is 1 up to rounding."""
     x, y, z = fibres[3 * family], fibres[3 * family + 1], fibres[3 * family + 2]
     u = F[0] * x + F[1] * y + F[2] * z
     v = F[3] * x + F[4] * y + F[5] * z
@@ -88,7 +88,7 @@ def _along(F: Tensor, fibres: tuple[float, ...], family: int) -> tuple[Symmetric
 
 @pointwise
 def _structure(law: HolzapfelGasserOgden, b: Symmetric, F: Tensor, J: float, family: int) -> tuple[Symmetric, float]:
-    """h = d b̄ + (1-3d) ā⊗ā of a family and its strain E = tr h - 1, exactly 0 at rest."""
+    """Return h = d b̄ + (1-3d) ā⊗ā of a family, and its strain E = tr h - 1, exactly 0 at rest."""
     d, factor = law.dispersion, power(J, -2.0 / 3.0)
     fibre, one = _along(F, law.fibres, family)
     strain = d * (factor * trace(b) - 3.0) + (1.0 - 3.0 * d) * (factor * trace(fibre) - one)

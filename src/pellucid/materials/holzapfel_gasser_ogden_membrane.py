@@ -1,8 +1,8 @@
 """Sheet with two families of dispersed fibres, W = G/2 (I - 3) + k₁/(2k₂) Σ_i (exp(k₂ ⟨E_i⟩²) - 1).
 
-E_i = d (I - 3) + (1-3d) (I₄ᵢ - 1) is the strain of the family i, whose mean direction lies at ±θ from an axis in the surface at
-rest, with I = tr C + 1/det C and I₄ᵢ = a_i·Ca_i; the sheet is incompressible. Fibres carry tension alone, ⟨E⟩ = max(E, 0).
-Source: Gasser, Ogden & Holzapfel 2006, J. R. Soc. Interface 3, 15, section 4, with the thickness eliminated.
+E_i = d (I - 3) + (1-3d) (I₄ᵢ - 1) is the strain of the family i with a mean direction at ±θ from an axis in the initial
+surface, with I = tr C + 1/det C and I₄ᵢ = a_i·Ca_i; the sheet is incompressible. Fibres carry tension only, ⟨E⟩ = max(E,
+0). Source: Gasser, Ogden & Holzapfel 2006, J. R. Soc. Interface 3, 15, section 4, with the thickness eliminated.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ from pellucid.units import in_degrees
 
 
 class HolzapfelGasserOgdenSurface(NamedTuple):
-    """Shear modulus G of the matrix and k₁ [N/m], k₂, the dispersion, cosine and sine of θ."""
+    """Parameters of the law: shear modulus G of the matrix [N/m], k₁ [N/m], k₂, dispersion, cosine and sine of θ."""
 
     G: float
     k1: float
@@ -36,8 +36,8 @@ class HolzapfelGasserOgdenSurface(NamedTuple):
 
 
 class HolzapfelGasserOgdenMembraneMaterial(SurfaceMembraneMaterial):
-    """Neo-Hookean sheet with two families of fibres at ±θ from a direction in its surface, which stiffen exponentially and
-    carry tension alone: walls of arteries and other tissue. The moduli at rest are those of the matrix."""
+    """Neo-Hookean sheet with two families of fibres at ±θ from a direction in its surface. The fibres stiffen exponentially
+    and carry tension only: walls of arteries and other tissue. The moduli at rest are the moduli of the matrix."""
 
     kind: Literal["holzapfel-gasser-ogden-membrane"] = "holzapfel-gasser-ogden-membrane"
     shear_modulus: float = parameter("N/m", "surface shear modulus G of the matrix", gt=0)
@@ -92,7 +92,7 @@ class HolzapfelGasserOgdenMembraneMaterial(SurfaceMembraneMaterial):
 
 @pointwise
 def _matrix(F: Shape) -> tuple[InPlane, float, float]:
-    """∂I/∂C pushed forward, b - I/J², I - 3, and J⁻²."""
+    """Return ∂I/∂C pushed forward, b - I/J²; I - 3; and J⁻²."""
     b, J = left_stretch_squared(F), F[0] * F[3] - F[1] * F[2]
     inverse = 1.0 / (J * J)
     return (b[0] - inverse, b[1] - inverse, b[2]), (b[0] - 1.0) + (b[1] - 1.0) + (inverse - 1.0), inverse
@@ -100,7 +100,7 @@ def _matrix(F: Shape) -> tuple[InPlane, float, float]:
 
 @pointwise
 def _family(law: HolzapfelGasserOgdenSurface, F: Shape, side: float) -> tuple[InPlane, float]:
-    """∂E/∂C pushed forward, and E, of the fibres on a side, 1 or -1, of the axis."""
+    """Return ∂E/∂C pushed forward, and E, for the fibres on one side of the axis; side: 1 or -1."""
     x, y = law.cosine, side * law.sine
     u, v = F[0] * x + F[1] * y, F[2] * x + F[3] * y
     matrix, excess, _ = _matrix(F)

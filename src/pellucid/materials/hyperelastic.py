@@ -1,8 +1,8 @@
-"""Hyperelastic solids: the rate form of material points, derived from energy and stress as functions of F.
+"""Hyperelastic solids: the rate form for material points, derived from energy and stress as functions of F.
 
-The parameters of a law hold the initial density `rho0` [kg/m³]. Its file registers `energy`, `cauchy_stress` and
-`wave_speed`; `neo_hookean` is an example. A law whose stress depends on F and on more is decorated with `finite_strain` and
-registers `update`, `signal_speed` and `stored_energy` itself.
+The parameters of a law include the initial density `rho0` [kg/m³]. Its file registers `energy`, `cauchy_stress` and
+`wave_speed`; `neo_hookean` is an example. A law whose stress depends on F and on other variables is decorated with
+`finite_strain` and registers `update`, `signal_speed` and `stored_energy` itself.
 """
 
 from collections.abc import Mapping, Sequence
@@ -54,13 +54,13 @@ class HyperelasticMaterial(PointMaterial):
 
 
 def finite_strain(law: type[LawType]) -> type[LawType]:
-    """Class decorator: as `rate_type`, of a law that follows the deformation gradient, F ← (I + dt L) F."""
+    """Class decorator: like `rate_type`, for a law that integrates the deformation gradient, F ← (I + dt L) F."""
     point_function(volume_growth, rate_type(law))(_volume_growth)
     return law
 
 
 def hyperelastic(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register for a law the rate form and P that follow from its energy, Cauchy stress and wave speed."""
+    """Class decorator: register the rate form and P of a law, derived from its energy, Cauchy stress and wave speed."""
     finite_strain(law)
     point_function(update, law)(_update)
     point_function(signal_speed, law)(_signal_speed)

@@ -1,6 +1,7 @@
-"""Incompressible sheets: the thickness λ₃ = 1/(λ₁λ₂) is eliminated; W = f(I - 3) of the first invariant is one of them.
+"""Incompressible sheets, with the thickness λ₃ = 1/(λ₁λ₂) eliminated, including laws W = f(I - 3) of the first invariant.
 
-I = λ₁² + λ₂² + 1/(λ₁λ₂)². A strip whose sides are free has the width λ^(-½), for sides and thickness bear no stress alike.
+I = λ₁² + λ₂² + 1/(λ₁λ₂)². A strip with free sides has the width λ^(-½) at the stretch λ, since neither its sides nor its
+faces carry stress.
 """
 
 from math import sqrt
@@ -13,7 +14,7 @@ from pellucid.materials.wrinkling import natural_width
 
 @generic
 def of_first_invariant(law: Law, excess: float) -> tuple[float, float, float]:
-    """f, f', f'' of I - 3 [N/m]."""
+    """Return f, f', f'' as functions of I - 3 [N/m]."""
 
 
 def incompressible(law: type[LawType]) -> type[LawType]:
@@ -24,7 +25,7 @@ def incompressible(law: type[LawType]) -> type[LawType]:
 
 
 def invariant_based(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register for an incompressible law what follows from `of_first_invariant`."""
+    """Class decorator: register the functions of an incompressible law that follow from `of_first_invariant`."""
     point_function(stretch_energy, law)(_energy)
     point_function(stretch_slopes, law)(_slopes)
     point_function(stretch_curvatures, law)(_curvatures)
@@ -33,7 +34,7 @@ def invariant_based(law: type[LawType]) -> type[LawType]:
 
 @pointwise
 def invariant_excess(a: float, b: float) -> float:
-    """I - 3, exact also where it is small."""
+    """Return I - 3 for the principal stretches a, b, accurate also for small values."""
     x, y = (a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)
     J = a * b
     return (x * x + x * y + y * y + x * y * (x + y)) / (J * J)
@@ -41,7 +42,7 @@ def invariant_excess(a: float, b: float) -> float:
 
 @pointwise
 def invariant_slopes(a: float, b: float) -> tuple[float, float]:
-    """∂I/∂a, ∂I/∂b."""
+    """Return ∂I/∂a and ∂I/∂b."""
     J = a * b
     inverse = 1.0 / (J * J)
     return 2.0 * (a - inverse / a), 2.0 * (b - inverse / b)
@@ -49,7 +50,7 @@ def invariant_slopes(a: float, b: float) -> tuple[float, float]:
 
 @pointwise
 def invariant_curvatures(a: float, b: float) -> tuple[float, float, float]:
-    """∂²I/∂a², ∂²I/∂b², ∂²I/∂a∂b."""
+    """Return ∂²I/∂a², ∂²I/∂b² and ∂²I/∂a∂b."""
     J = a * b
     inverse = 1.0 / (J * J)
     return 2.0 + 6.0 * inverse / (a * a), 2.0 + 6.0 * inverse / (b * b), 4.0 * inverse / J

@@ -1,8 +1,8 @@
-"""Kelvin-Voigt solid: any hyperelastic one with a viscous stress beside it, σ = σ(F) + 2η dev D.
+"""Kelvin-Voigt solid: a hyperelastic solid with an additional viscous stress, σ = σ(F) + 2η dev D.
 
-The strain energy is that of the hyperelastic solid; the viscous stress dissipates 2η dev D : dev D of unit volume and time.
+The hyperelastic solid stores the strain energy; the viscous stress dissipates 2η dev D : dev D per unit volume and time.
 Source: Landau & Lifshitz 1986, Theory of Elasticity, 3rd ed., section 34, without volume viscosity, with the rate of
-deformation D in place of that of the small strain.
+deformation D instead of the rate of the small strain.
 """
 
 from typing import Annotated, Literal, NamedTuple
@@ -30,7 +30,7 @@ from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, add, deform
 
 @finite_strain
 class KelvinVoigt(NamedTuple):
-    """The law of the hyperelastic solid, η [Pa s], and the initial density [kg/m³]."""
+    """Parameters of the law: law of the hyperelastic solid, η [Pa s], initial density [kg/m³]."""
 
     elastic: Law
     viscosity: float
@@ -39,7 +39,7 @@ class KelvinVoigt(NamedTuple):
 
 @point_state()
 class KelvinVoigtState(NamedTuple):
-    """State of a point: Cauchy stress [Pa], deformation gradient, energy lost so far [J/kg]."""
+    """State of a point: Cauchy stress [Pa], deformation gradient, energy dissipated so far [J/kg]."""
 
     stress: Symmetric
     deformation_gradient: Tensor
@@ -47,7 +47,7 @@ class KelvinVoigtState(NamedTuple):
 
 
 class KelvinVoigtMaterial(ViscoelasticMaterial):
-    """Kelvin-Voigt solid: a hyperelastic solid with a viscous stress beside it, σ = σ(F) + 2η dev D."""
+    """Kelvin-Voigt solid: a hyperelastic solid with an additional viscous stress, σ = σ(F) + 2η dev D."""
 
     kind: Literal["kelvin-voigt"] = "kelvin-voigt"
     elastic: Annotated[HyperelasticMaterial, OneOf(MATERIALS, HyperelasticMaterial)] = parameter("", ELASTIC)

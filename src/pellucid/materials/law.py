@@ -1,14 +1,15 @@
-"""The functions of a law at a point: kernels and plain Python call the same ones.
+"""Functions of a law at a point; kernels and plain Python call the same functions.
 
-A law is a NamedTuple of its parameters. The state of a point under it is a NamedTuple too, declared with
+A law is a NamedTuple of its parameters. The state of a point under a law is a NamedTuple too, declared with
 `pellucid.materials.point_state`; every state has a `stress` (Cauchy, 6-tuple xx, yy, zz, yz, xz, xy) [Pa].
 
-Material points ask for the rate form: `update` and what stands beside it. `rate_type` registers what most laws have in
-common, so that a law only registers what it has of its own. A hyperelastic law is stated by `energy`, `cauchy_stress` and
-`wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic` derives its rate form.
+Material points use the rate form: `update` and the functions that follow it here. `rate_type` registers default functions
+shared by most laws, so that a law registers only functions that differ from them. A hyperelastic law is defined by
+`energy`, `cauchy_stress` and `wave_speed` as functions of the deformation gradient; `pellucid.materials.hyperelastic`
+derives its rate form.
 
-Divisions are slow. The functions of a point become one loop, in which 1 / density is found once, where all of them multiply
-by it; the inverse of a parameter is found before the loop.
+Divisions are slow. The compiler combines the functions of a point to one loop and computes 1 / density once if all
+functions multiply by it; it computes the inverse of a parameter before the loop.
 """
 
 from collections.abc import Callable
@@ -20,11 +21,11 @@ from pellucid.tensors import PlaneTensor, Symmetric, Tensor
 
 ZERO_GRADIENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 SQUEEZED = (-1e-300, 0.0, 0.0, 0.0, -1e-300, 0.0, 0.0, 0.0, -1e-300)
-"""Velocity gradients [1/s]: none, and one of which only the sign counts."""
+"""Velocity gradients [1/s]: zero, and an infinitesimal compression of which only the sign matters."""
 
 
 class Law(Protocol):
-    """A law as kernels take it: a NamedTuple of its parameters."""
+    """A law for kernels: a NamedTuple of its parameters."""
 
     @property
     def _fields(self) -> tuple[str, ...]: ...
@@ -35,89 +36,92 @@ LawType = TypeVar("LawType", bound=Law)
 
 @generic
 def update(law: Law, state: PointState, density: float, L: Tensor, dt: float, length: float) -> PointState:
-    """The state after a step dt [s] with velocity gradient L [1/s].
+    """Return the state after a step dt [s] with the velocity gradient L [1/s].
 
-    density: at the end of the step [kg/m³]; length: that of a grid cell [m], for artificial viscosity.
+    density: at the end of the step [kg/m³]; length: cell size [m], for artificial viscosity.
     """
 
 
 @generic
 def volume_growth(law: Law, L: Tensor, dt: float) -> float:
-    """Volume after the step over volume before, consistent with how the law integrates L."""
+    """Return the ratio of the volumes after and before the step, consistent with the integration of L by the law."""
 
 
 @generic
 def signal_speed(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
-    """Fastest signal relative to the material [m/s], artificial viscosity included: it bounds the step."""
+    """Return the fastest signal speed relative to the material [m/s], with artificial viscosity; it limits the time step."""
 
 
 @generic
 def diffusivity(law: Law, density: float) -> float:
-    """Kinematic viscosity (2μ + λ)/ρ of plane waves [m²/s]."""
+    """Return the kinematic viscosity (2μ + λ)/ρ of plane waves [m²/s]."""
 
 
 @generic
 def stored_energy(law: Law, state: PointState, density: float) -> float:
-    """Internal or strain energy of unit mass [J/kg]."""
+    """Return the internal or strain energy per unit mass [J/kg]."""
 
 
 @generic
 def dissipated_energy(law: Law, state: PointState, density: float) -> float:
-    """The part of the work of the stress on unit mass that was lost so far [J/kg], of laws that tell it apart from what they
-    store: `stored_energy` is without it."""
+    """Return the work of the stress per unit mass dissipated so far [J/kg], for laws that separate it from the stored
+    energy; `stored_energy` excludes it."""
 
 
 @generic
 def artificial_heating(law: Law, state: PointState, density: float, L: Tensor, length: float) -> float:
-    """Power of the artificial viscosity on unit mass [W/kg]; part of the internal energy's rate, recorded apart."""
+    """Return the power of the artificial viscosity per unit mass [W/kg]; it is part of the rate of internal energy and
+    recorded separately."""
 
 
 @generic
 def point_pressure(law: Law, state: PointState, density: float) -> float:
-    """Pressure [Pa] that results show: of a fluid that of its equation of state, of a solid minus the mean stress."""
+    """Return the pressure for results [Pa]: from the equation of state for a fluid, minus the mean stress for a solid."""
 
 
 @generic
 def energy(law: Law, F: Tensor | PlaneTensor) -> float:
-    """Strain energy W of unit reference volume [J/m³] at the deformation gradient F: a 9-tuple, in the plane of a membrane
-    the 4-tuple (11, 12, 21, 22)."""
+    """Return the strain energy W per unit reference volume [J/m³] at the deformation gradient F: a 9-tuple, or the in-plane
+    4-tuple (11, 12, 21, 22) for membranes."""
 
 
 @generic
 def cauchy_stress(law: Law, F: Tensor) -> Symmetric:
-    """Cauchy stress σ = 1/J ∂W/∂F Fᵀ [Pa]."""
+    """Return the Cauchy stress σ = 1/J ∂W/∂F Fᵀ [Pa]."""
 
 
 @generic
 def first_piola_kirchhoff(law: Law, F: Tensor) -> Tensor:
-    """First Piola-Kirchhoff stress P = ∂W/∂F [Pa]: force in the current by area in the reference configuration."""
+    """Return the first Piola-Kirchhoff stress P = ∂W/∂F [Pa]: current force per reference area."""
 
 
 @generic
 def energy_and_stress(law: Law, F: Tensor) -> tuple[float, Tensor]:
-    """`energy` and `first_piola_kirchhoff` together; a law registers it where both come from the same costly numbers."""
+    """Return `energy` and `first_piola_kirchhoff` together; a law registers it if both need the same costly intermediate
+    results."""
 
 
 @generic
 def wave_speed(law: Law, F: Tensor) -> float:
-    """Fastest plane wave relative to the material in the current configuration [m/s], or a bound above it."""
+    """Return the speed of the fastest plane wave relative to the material in the current configuration [m/s], or an upper
+    bound."""
 
 
 @generic
 def volumetric_energy(law: Law, J: float) -> float:
-    """The part U(J) of the strain energy of unit reference volume [J/m³] that depends on the volume ratio alone."""
+    """Return U(J), the part of the strain energy per unit reference volume [J/m³] that depends only on the volume ratio."""
 
 
 @generic
 def volumetric_stress(law: Law, J: float) -> float:
-    """dU/dJ [Pa], the mean stress that resists a change of volume."""
+    """Return dU/dJ [Pa], the mean stress that resists a change of volume."""
 
 
 def rate_type(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register for a law what most laws driven by the velocity gradient share.
+    """Class decorator: register the default functions of laws driven by the velocity gradient.
 
-    Volume grows by 1 + dt tr L, the pressure is minus the mean stress, and there is neither viscosity nor artificial
-    viscosity, and nothing is dissipated. What the law registers of its own stands instead.
+    Defaults: volume grows by 1 + dt tr L, the pressure is minus the mean stress, and there is no viscosity, artificial
+    viscosity or dissipation. Functions registered by the law replace the defaults.
     """
     for operation, shared in DEFAULTS.items():
         point_function(operation, law)(shared)
@@ -151,4 +155,4 @@ DEFAULTS: dict[Callable[..., Any], Callable[..., Any]] = {
     artificial_heating: _no_heating,
     point_pressure: _minus_mean_stress,
 }
-"""What `rate_type` registers."""
+"""Default functions registered by `rate_type`."""

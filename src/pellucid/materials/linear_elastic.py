@@ -13,7 +13,7 @@ from pellucid.tensors import NO_STRESS, Symmetric, double_dot, rotate, spin_rota
 
 @rate_type
 class LinearElastic(NamedTuple):
-    """Lamé's constants [Pa]."""
+    """Parameters of the law: Lamé's constants [Pa]."""
 
     lam: float
     mu: float
@@ -21,9 +21,9 @@ class LinearElastic(NamedTuple):
 
 @point_state()
 class HypoelasticState(NamedTuple):
-    """State of a point of a rate-form solid: Cauchy stress [Pa] and the work done on it [J/kg].
+    """State of a point of a rate-form solid: Cauchy stress [Pa] and work done on it per unit mass [J/kg].
 
-    A rate form has no strain energy function; what it stores is the work of its stress.
+    A rate form has no strain energy function; the work of its stress counts as stored energy.
     """
 
     stress: Symmetric

@@ -1,6 +1,6 @@
 """Linear elastic membrane, σ' = E/(1-ν²) (ε'₁₁ + ν ε'₂₂, ...). Source: Gan et al. 2011, eqs. 1, 2 in reduced form.
 
-The strain is accumulated in the frame that turns with the material; its plane-stress thickness strain is -ν/(1-ν) tr ε'.
+The strain is accumulated in a frame that rotates with the material; the thickness strain of plane stress is -ν/(1-ν) tr ε'.
 """
 
 from math import exp, log, sqrt
@@ -23,7 +23,7 @@ from pellucid.materials.wrinkling import unwrinkled
 
 
 class LinearMembrane(NamedTuple):
-    """Young's modulus [Pa] and Poisson's ratio."""
+    """Parameters of the law: Young's modulus [Pa] and Poisson's ratio."""
 
     E: float
     nu: float

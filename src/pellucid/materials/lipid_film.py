@@ -1,8 +1,7 @@
-"""Lipid films: fluids in a surface, compressible, viscous, which may resist bending.
+"""Lipid films: compressible, viscous surface fluids with optional bending stiffness.
 
-The pressure is a power of what the density exceeds that of rest.
-
-Everything is taken in the surface: density [kg/m²], pressure [N/m], viscosity [N s/m].
+The surface pressure is a power of the density excess over the density at rest. All quantities refer to the surface: density
+[kg/m²], pressure [N/m], viscosity [N s/m].
 """
 
 from typing import Literal
@@ -34,16 +33,16 @@ class LipidFilm(BodyMaterial):
         return 0.0, 0.0
 
     def pressure(self, density: np.ndarray) -> np.ndarray:
-        """p [N/m]."""
+        """Return the surface pressure p [N/m]."""
         excess = density - self.density
         return np.asarray(self.stiffness * np.sign(excess) * np.abs(excess) ** self.exponent)
 
     def pressure_slope(self, density: np.ndarray) -> np.ndarray:
-        """a c |ρ - ρ₀|^(c-1)."""
+        """Return dp/dρ = a c |ρ - ρ₀|^(c-1) [m²/s²]."""
         return np.asarray(self.stiffness * self.exponent * np.abs(density - self.density) ** (self.exponent - 1.0))
 
     def stored_energy(self, density: np.ndarray) -> np.ndarray:
-        """∫ p/r² dr, by 24 Gauss points: exact to rounding for c = 1 within a factor 4 of ρ₀."""
+        """Return ∫ p/r² dr from ρ₀ to ρ [J/kg], by 24 Gauss points: exact to rounding for c = 1 within a factor 4 of ρ₀."""
         half = 0.5 * (density - self.density)
         r = self.density + half[..., None] * (1.0 + POINTS)
         return np.asarray(half * ((self.pressure(r) / (r * r)) @ WEIGHTS))

@@ -1,7 +1,7 @@
-"""Laws of membranes: plane stress in the tangent plane of a point, in a frame that turns with the material.
+"""Laws of membranes: plane stress in the tangent plane of a point, in a frame that rotates with the material.
 
-In-plane tensors are 3-tuples (11, 22, 12). A law takes the rate of deformation in the frame and gives the
-Cauchy stress in the frame and the ratio of thickness to its initial value. Source: Gan et al. 2011, section 2.1.
+In-plane tensors are 3-tuples (11, 22, 12). From the rate of deformation in the frame, a law computes the Cauchy stress in
+the frame and the ratio of the thickness to its initial value. Source: Gan et al. 2011, section 2.1.
 """
 
 from math import sqrt
@@ -17,7 +17,7 @@ Shape = tuple[float, float, float, float]  # strain or deformation gradient in t
 
 @pointwise
 def turned_to(a11, a22, a12, major, minor):
-    """The symmetric tensor (11, 22, 12) along the principal directions of `a` with other principal values."""
+    """Return the symmetric tensor (11, 22, 12) with the principal directions of `a` and other principal values."""
     half = 0.5 * (a11 - a22)
     radius = sqrt(half * half + a12 * a12)
     cosine, sine = (half / radius, a12 / radius) if radius > 0.0 else (1.0, 0.0)  # of twice the angle
@@ -27,42 +27,44 @@ def turned_to(a11, a22, a12, major, minor):
 
 @generic
 def stretched(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
-    """The in-plane shape, a 4-tuple that is the law's own, after a step with stretching D [1/s]."""
+    """Return the in-plane shape, a 4-tuple defined by the law, after a step with the rate of deformation D [1/s]."""
 
 
 @generic
 def stretched_midway(law: Law, shape: Shape, D: InPlane, dt: float) -> Shape:
-    """Like `stretched`, with D in the geometry at the middle of the step: second order in dt."""
+    """Return the in-plane shape like `stretched`, for D in the geometry at the middle of the step: second order in dt."""
 
 
 @generic
 def shape_of(law: Law, axes: InPlane, major: float, minor: float) -> Shape:
-    """The in-plane shape, a 4-tuple, of two principal stretches along the principal directions of the tensor `axes`."""
+    """Return the in-plane shape, a 4-tuple, for two principal stretches along the principal directions of the tensor
+    `axes`."""
 
 
 @generic
 def smoothed(law: Law, shape: Shape, major: float, minor: float) -> tuple[float, float]:
-    """The principal stretches of a shape with its wrinkles smoothed out: as they are where the law has no wrinkles."""
+    """Return the principal stretches of a shape with smoothed wrinkles; for laws without wrinkles, the given stretches."""
 
 
 @generic
 def plane_response(law: Law, shape: Shape) -> tuple[float, float, float, float]:
-    """Stress in the frame [Pa] and thickness ratio, (σ11, σ22, σ12, ratio), of a membrane without damage."""
+    """Return the stress in the frame [Pa] and the thickness ratio, (σ11, σ22, σ12, ratio), of a membrane without damage."""
 
 
 @generic
 def largest_strain(law: Law, shape: Shape) -> float:
-    """Largest principal strain in the plane; where strains are finite, the logarithmic one."""
+    """Return the largest in-plane principal strain; for finite strain, the logarithmic strain."""
 
 
 @generic
 def plane_wave_speed(law: Law, shape: Shape, density: float) -> float:
-    """Fastest wave in the plane by the stiffness alone [m/s], of the tangent of the Kirchhoff stress; tension adds to it."""
+    """Return the speed of the fastest in-plane wave from the stiffness alone [m/s], i.e. the tangent of the Kirchhoff
+    stress; tension increases it."""
 
 
 @pointwise
 def principal_tension(s11, s22, s12):
-    """The larger principal stress in the plane [Pa], 0 where that is compression."""
+    """Return the larger in-plane principal stress [Pa], or 0 if it is compressive."""
     larger = 0.5 * (s11 + s22) + sqrt(0.25 * (s11 - s22) * (s11 - s22) + s12 * s12)
     return larger if larger > 0.0 else 0.0
 
@@ -75,14 +77,14 @@ def fastest_wave(wave, tension, density):
 
 
 def wave_in_shape(law: Law, shape: Shape, density: float) -> float:
-    """Fastest small wave on a membrane of this shape and density [m/s]."""
+    """Return the speed of the fastest small wave on a membrane with this shape and density [m/s]."""
     s11, s22, s12, _ = plane_response(law, shape)
     return float(fastest_wave(plane_wave_speed(law, shape, density), principal_tension(s11, s22, s12), density))
 
 
 @generic
 def plane_diffusivity(law: Law, shape: Shape, density: float) -> float:
-    """Kinematic viscosity (2μ + λ)/ρ of waves in the plane [m²/s]; zero where a law states none."""
+    """Return the kinematic viscosity (2μ + λ)/ρ of in-plane waves [m²/s]; default: 0."""
 
 
 @default_function(plane_diffusivity)
@@ -103,7 +105,8 @@ def _of_waves_alone(law, rate, spread):
 
 @generic
 def with_viscosity(law: Law, stress: InPlane, D: InPlane, ratio: float) -> InPlane:
-    """The stress in the frame [Pa] with that of viscosity; D: rate of deformation [1/s], ratio: of the thickness."""
+    """Return the stress in the frame [Pa] including the viscous stress; D: rate of deformation [1/s]; ratio: thickness
+    ratio."""
 
 
 @default_function(with_viscosity)
@@ -113,7 +116,7 @@ def _without_viscosity(law, stress, D, ratio):
 
 @generic
 def record_loss(law: Law, dissipated: np.ndarray, p: int, D: InPlane, ratio: float, scale: float) -> None:
-    """Add what viscosity takes of unit volume [W/m³], times a scale, to `dissipated` of point or element p."""
+    """Add the viscous dissipation per unit volume [W/m³], times `scale`, to `dissipated` at point or element p."""
 
 
 @default_function(record_loss)
@@ -123,11 +126,12 @@ def _loses_nothing(law, dissipated, p, D, ratio, scale):
 
 @generic
 def initial_shape(law: Law) -> Shape:
-    """The in-plane shape of the undeformed membrane, a 4-tuple."""
+    """Return the in-plane shape of the undeformed membrane, a 4-tuple."""
 
 
 def around(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register for a law around another, its field `law`, what it does not change of that."""
+    """Class decorator: register for a law that wraps another law, its field `law`, all functions that it inherits
+    unchanged."""
     point_function(initial_shape, law)(_inner_initial_shape)
     point_function(stretched, law)(_inner_stretched)
     point_function(stretched_midway, law)(_inner_stretched_midway)

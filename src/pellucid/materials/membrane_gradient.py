@@ -1,4 +1,4 @@
-"""Membranes whose in-plane shape is the deformation gradient F, (11, 12, 21, 22), from axes at rest to the frame."""
+"""Membranes whose in-plane shape is the deformation gradient F, (11, 12, 21, 22), from initial axes to the frame."""
 
 from math import log, sqrt
 
@@ -19,8 +19,8 @@ from pellucid.materials.wrinkling import natural_width, unwrinkled
 
 
 def by_gradient(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register for a law what follows from its shape being F; the width of its wrinkles from
-    `natural_width`, where it states that."""
+    """Class decorator: register the functions that follow from the shape being F; the width of wrinkles follows from
+    `natural_width`, if the law defines it."""
     point_function(initial_shape, law)(_undeformed)
     point_function(stretched, law)(_stretched)
     point_function(stretched_midway, law)(_stretched_midway)
@@ -33,13 +33,13 @@ def by_gradient(law: type[LawType]) -> type[LawType]:
 
 @pointwise
 def left_stretch_squared(F: Shape) -> InPlane:
-    """b = F Fᵀ in the frame."""
+    """Return b = F Fᵀ in the frame."""
     return F[0] * F[0] + F[1] * F[1], F[2] * F[2] + F[3] * F[3], F[0] * F[2] + F[1] * F[3]
 
 
 @pointwise
 def larger_principal(s: InPlane) -> float:
-    """The larger principal value of a symmetric tensor."""
+    """Return the larger principal value of a symmetric tensor."""
     half = 0.5 * (s[0] - s[1])
     return 0.5 * (s[0] + s[1]) + sqrt(half * half + s[2] * s[2])
 

@@ -1,4 +1,4 @@
-"""The interface of materials of membranes in plane stress, whatever their law."""
+"""Interface of materials of membranes in plane stress."""
 
 from abc import abstractmethod
 
@@ -11,11 +11,11 @@ from pellucid.registry import Family
 
 
 class MembraneMaterial(BodyMaterial):
-    """A material of membranes. A new one is a subclass with its own `kind`."""
+    """Base of membrane materials. A new one is a subclass with its own `kind`."""
 
     @abstractmethod
     def law(self, thickness: float) -> Law:
-        """The law as kernels take it, of a membrane of this thickness at rest [m]."""
+        """Return the law for kernels, for a membrane of this thickness at rest [m]."""
 
     @abstractmethod
     def wave_speeds(self, thickness: float = 1.0) -> tuple[float, float]:
@@ -24,22 +24,24 @@ class MembraneMaterial(BodyMaterial):
 
     @property
     def plane_poisson_ratio(self) -> float:
-        """Poisson's ratio in the plane at the start: 1 of a film that resists changes of its area alone."""
+        """In-plane Poisson's ratio in the initial state; 1 for a film that resists only changes of its area."""
         pressure, shear = self.wave_speeds()
         return 1.0 - 2.0 * (shear / pressure) ** 2 if pressure > 0.0 else 1.0
 
     @property
     def direction(self) -> np.ndarray | None:
-        """Along which, seen on the surface, the first of the axes at rest lies, shape (3,); None where any will do."""
+        """Direction whose projection onto the surface is the first initial axis, shape (3,); None if the axes are
+        arbitrary."""
         return None
 
     def damage_law(self) -> Elastodamage | Undamaged:
-        """The law of damage as kernels take it."""
+        """Return the damage law for kernels."""
         return Undamaged()
 
     @property
     def damage_radius(self) -> float | None:
-        """Over which damage follows a mean of the strain [m]; none where it follows that at the point, or never."""
+        """Radius over which the strain that drives damage is averaged [m]; None for the strain at the point, or without
+        damage."""
         return None
 
     def recoverable_energy(self, shape: np.ndarray) -> np.ndarray | None:
@@ -49,4 +51,4 @@ class MembraneMaterial(BodyMaterial):
 
 
 MEMBRANE_MATERIALS = Family("material of a membrane", MembraneMaterial)
-"""The kinds that a case can name: the list is in `pellucid.materials`."""
+"""Kinds that a case can name, registered in `pellucid.materials`."""

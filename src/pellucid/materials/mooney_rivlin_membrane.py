@@ -15,7 +15,7 @@ from pellucid.model import parameter
 
 @incompressible
 class MooneyRivlinSurface(NamedTuple):
-    """G [N/m] and c."""
+    """Parameters of the law: G [N/m] and c."""
 
     G: float
     ratio: float

@@ -1,4 +1,4 @@
-"""Compressible neo-Hookean membrane, W = μ/2 (I₁-3) - μ ln J + λ/2 (ln J)²; its thickness leaves no stress across it."""
+"""Compressible neo-Hookean membrane, W = μ/2 (I₁-3) - μ ln J + λ/2 (ln J)², with the thickness from zero transverse stress."""
 
 from math import exp, log, sqrt
 from typing import Literal, NamedTuple
@@ -17,7 +17,7 @@ MOST_ITERATIONS = 50
 
 @by_gradient
 class NeoHookeanMembrane(NamedTuple):
-    """Lamé's constants [Pa]."""
+    """Parameters of the law: Lamé's constants [Pa]."""
 
     lam: float
     mu: float
@@ -34,9 +34,10 @@ class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
 
 @pointwise
 def _free_stretch_squared(law, held, share):
-    """c = (stretch of the directions that bear no stress)² from μ (c - 1) + λ (ln held + share ln c) = 0.
+    """Return c, the squared stretch in the stress-free directions, from μ (c - 1) + λ (ln held + share ln c) = 0.
 
-    held: the part of the volume ratio that is given, J = held c^share. Newton's method in ln c, which is monotone.
+    held, share: the volume ratio is J = held c^share with `held` given. Newton's method in ln c, which converges
+    monotonically.
     """
     y = 0.0
     for _ in range(MOST_ITERATIONS):
@@ -50,7 +51,7 @@ def _free_stretch_squared(law, held, share):
 
 @pointwise
 def _thickness_squared(law, area):
-    """(thickness stretch)² of a membrane at a ratio of area."""
+    """Return the squared thickness stretch of a membrane at an area ratio."""
     return _free_stretch_squared(law, area, 0.5)
 
 

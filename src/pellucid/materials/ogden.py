@@ -1,8 +1,8 @@
 """Decoupled Ogden solid, W = Σ_p μ_p/α_p (λ̄₁^α_p + λ̄₂^α_p + λ̄₃^α_p - 3) + κ/2 (J-1)², with λ̄ = J^(-1/3) λ.
 
-Source: Ogden 1972, Proc. R. Soc. Lond. A 328, 567, in the decoupled form of Holzapfel 2000, Nonlinear Solid Mechanics, section
-6.5. At rest 2μ = Σ μ_p α_p. All is worked out from the principal logarithmic strains e = ln λ̄ with `expm1`, which is exact at
-small strains, and from the difference of the two strains that lie closest, which is exact where they are nearly equal.
+Source: Ogden 1972, Proc. R. Soc. Lond. A 328, 567, in the decoupled form of Holzapfel 2000, Nonlinear Solid Mechanics,
+section 6.5. At rest 2μ = Σ μ_p α_p. All functions use `expm1` of the principal logarithmic strains e = ln λ̄, which is
+accurate at small strains, and the difference of the two closest strains, which is accurate if they are nearly equal.
 """
 
 from typing import Literal, NamedTuple
@@ -27,7 +27,7 @@ from pellucid.tensors import Symmetric, determinant, left_cauchy_green, piola_tr
 
 @decoupled
 class Ogden(NamedTuple):
-    """Moduli μ_p [Pa] and exponents α_p of the terms, the bulk modulus [Pa], the initial density [kg/m³]."""
+    """Parameters of the law: moduli μ_p [Pa] and exponents α_p of the terms, bulk modulus [Pa], initial density [kg/m³]."""
 
     moduli: tuple[float, ...]
     exponents: tuple[float, ...]
@@ -36,7 +36,8 @@ class Ogden(NamedTuple):
 
 
 def check_terms(moduli: tuple[float, ...], exponents: tuple[float, ...]) -> None:
-    """Raises ValueError where terms lack a modulus or an exponent, or one does not resist."""
+    """Check the terms. Raises ValueError if the numbers of moduli and exponents differ, or if a term has no positive
+    stiffness."""
     if moduli and len(moduli) != len(exponents):
         raise ValueError(f"shear_moduli has {len(moduli)} numbers but exponents {len(exponents)}: give one of each per term")
     for number, (mu, alpha) in enumerate(zip(moduli, exponents, strict=False)):
@@ -69,7 +70,7 @@ class OgdenMaterial(BulkMaterial):
 
 @pointwise
 def _strains(of: Spectrum) -> tuple[Triple, float]:
-    """ln λ̄ of the eigenvalues x = λ² of b, and by how much the second is above the third."""
+    """Return ln λ̄ for the eigenvalues x = λ² of b, and the difference between the second and the third."""
     above = 0.5 * log1p(of.distance / of.values[2])
     a, c = 0.5 * log(of.values[0]), 0.5 * log(of.values[2])
     mean = THIRD * (a + c + c + above)
@@ -78,7 +79,7 @@ def _strains(of: Spectrum) -> tuple[Triple, float]:
 
 @pointwise
 def _energy_and_deviator(law: Ogden, of: Spectrum) -> tuple[float, Symmetric]:
-    """W_iso and the isochoric Kirchhoff stress dev Σ_p μ_p b̄^(α_p/2)."""
+    """Return W_iso and the isochoric Kirchhoff stress dev Σ_p μ_p b̄^(α_p/2)."""
     (first, _, third), above = _strains(of)
     stored = apart = slope = 0.0  # slope: of the stress over the strain from the third to the second
     for p in range(len(law.moduli)):
@@ -142,6 +143,6 @@ def _isochoric_stiffness(law, F):
 
 @pointwise
 def _shear(x: Triple, y: Triple, slope: Triple, i: int, j: int) -> float:
-    """k_ij of the comment above; k_ji is λ_i²/λ_j² times it."""
+    """Return k_ij of the comment in `_isochoric_stiffness`; k_ji = λ_i²/λ_j² k_ij."""
     d = x[i] / x[j] - 1.0
     return (y[i] - y[j]) / d if abs(d) > 1e-6 else 0.5 * slope[j]

@@ -1,7 +1,7 @@
-"""Ogden surface, W = Σ_p m_p/α_p (λ₁^α_p + λ₂^α_p + (λ₁λ₂)^(-α_p) - 3): an incompressible rubber sheet of several terms.
+"""Ogden surface, W = Σ_p m_p/α_p (λ₁^α_p + λ₂^α_p + (λ₁λ₂)^(-α_p) - 3): an incompressible rubber sheet with several terms.
 
-At rest G = ½ Σ m_p α_p and K = 3G. Source: Ogden 1972, Proc. R. Soc. Lond. A 326, 565. All is worked out from logarithmic
-strains with `expm1`, which is exact at small strains.
+At rest G = ½ Σ m_p α_p and K = 3G. Source: Ogden 1972, Proc. R. Soc. Lond. A 326, 565. All functions use `expm1` of
+logarithmic strains, which is accurate at small strains.
 """
 
 from typing import Literal, NamedTuple
@@ -19,7 +19,7 @@ from pellucid.model import parameter
 
 @incompressible
 class OgdenSurface(NamedTuple):
-    """Moduli m_p [N/m] and exponents α_p of the terms."""
+    """Parameters of the law: moduli m_p [N/m] and exponents α_p of the terms."""
 
     moduli: tuple[float, ...]
     exponents: tuple[float, ...]

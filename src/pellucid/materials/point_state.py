@@ -1,4 +1,4 @@
-"""State of points for their law: of one point, and of all points as arrays.
+"""State of points for their law: of a single point, and of all points as arrays.
 
 A state is a NamedTuple of numbers and of tuples of numbers, decorated with `point_state`. The same type holds the arrays of
 a body: `FluidState(stress, internal_energy)` of one point is (6-tuple, float), of n points (array (n, 6), array (n,)). The
@@ -16,11 +16,11 @@ from pellucid.tensors import Symmetric
 from pellucid.units import check_si
 
 SHARED = ("stress", "internal_energy", "strain_energy", "dissipated_energy", "deformation_gradient")
-"""Members of `FIELDS` that states may have."""
+"""Fields of `FIELDS` that states may use without declaring them."""
 
 
 class PointState(Protocol):
-    """The state of a point under any law: a NamedTuple, one of whose fields is the Cauchy stress [Pa]."""
+    """State of a point under any law: a NamedTuple whose fields include the Cauchy stress [Pa]."""
 
     @property
     def _fields(self) -> tuple[str, ...]: ...
@@ -36,31 +36,31 @@ StateType = TypeVar("StateType", bound=PointState)
 
 @generic
 def load(arrays: PointState, p: int) -> PointState:
-    """The state of point p."""
+    """Return the state of point p."""
 
 
 @generic
 def store(arrays: PointState, p: int, state: PointState) -> None:
-    """Keep the state of point p."""
+    """Store the state of point p in the arrays."""
 
 
 def initial_arrays(state: PointState, n: int) -> dict[str, np.ndarray]:
-    """The arrays of n points, by name, that are all in one state."""
+    """Return the arrays, by name, of n points that are all in one state."""
     values = {name: np.array(value, dtype=float) for name, value in zip(state._fields, state, strict=True)}
     return {name: np.full((n, *value.shape), value) for name, value in values.items()}
 
 
 def in_arrays(state: StateType, arrays: Mapping[str, np.ndarray]) -> StateType:
-    """The states of all points of a body, of the same type as `state`, from the body's arrays by name."""
+    """Return the states of all points of a body, of the same type as `state`, from the arrays of the body by name."""
     holder: Any = type(state)
     return holder(*(arrays[name] for name in state._fields))
 
 
 def point_state(**own: tuple[str, str]) -> Callable[[type[StateType]], type[StateType]]:
-    """Class decorator: let points have states of a type, in arrays of as many components as its annotations say.
+    """Class decorator: declare a type of states, stored in arrays with as many components as its annotations define.
 
-    own: unit and meaning of each field that `pellucid.state.FIELDS` does not have, as
-    `@point_state(overstress=("Pa", "stress of the Maxwell branch"))`. Raises TypeError for a state that cannot be stored.
+    own: unit and meaning of each field that `pellucid.state.FIELDS` does not contain, e.g. `@point_state(overstress=("Pa",
+    "stress of the Maxwell branch"))`. Raises TypeError for a state that cannot be stored.
     """
 
     def declare(state: type[StateType]) -> type[StateType]:
@@ -98,7 +98,7 @@ def _declare_field(state: type, name: str, size: int, unit_and_meaning: tuple[st
 
 
 def _register(state: type, sizes: dict[str, int]) -> None:
-    """Write `load` and `store`: numba needs every component spelled out."""
+    """Generate `load` and `store` for a state: numba needs every component written out."""
     values, lines = [], []
     for name, size in sizes.items():
         places = [f"arrays.{name}[p]"] if size == 1 else [f"arrays.{name}[p, {k}]" for k in range(size)]

@@ -1,15 +1,16 @@
 """Isotropic functions of a symmetric tensor at a point, from its eigenvalues and without its eigenvectors.
 
-With the mean eigenvalue m, p² = dev a:dev a / 6 and B = dev a / p the eigenvalues are m + p t, t³ - 3t = det B. One root lies
-apart from the other two, √3 ≤ |t₁| ≤ 2, and is well conditioned. The distance of the other two follows from the discriminant as
-a sum of squares, those of the minors of the rows I, B, B², so that it is exact to rounding where they are nearly equal; the
-difference of the cubic's terms would lose half of the digits there.
+With the mean eigenvalue m, p² = dev a:dev a / 6 and B = dev a / p, the eigenvalues are m + p t with t³ - 3t = det B. One
+root is separated from the other two, √3 ≤ |t₁| ≤ 2, and well conditioned. The distance of the other two follows from the
+discriminant as a sum of squares (the minors of the rows I, B, B²), so it is accurate to rounding even if they are nearly
+equal; the difference of the cubic's terms would lose half of the digits.
 
-An isotropic function f(a) is the polynomial that takes f at the eigenvalues, f₂₃ a + f₁₂₃ (a - x₂)(a - x₃) + ..., with divided
-differences f₂₃ = (f₂ - f₃)/(x₂ - x₃), f₁₂₃ = (f₁₂ - f₂₃)/(x₁ - x₃). Errors of these shrink with the factors beside them: it is
-as exact for equal eigenvalues as for others where f₂₃ is, which the caller gives.
+An isotropic function f(a) is the polynomial that interpolates f at the eigenvalues, f₂₃ a + f₁₂₃ (a - x₂)(a - x₃) + ...,
+with the divided differences f₂₃ = (f₂ - f₃)/(x₂ - x₃), f₁₂₃ = (f₁₂ - f₂₃)/(x₁ - x₃). Their errors are multiplied by factors
+that vanish with the distances of the eigenvalues. The result is as accurate for equal eigenvalues as for others, provided
+that f₂₃, supplied by the caller, is accurate.
 
-There is no branch and no call of the library, and few divisions: loops over points become vectors.
+There are no branches and no library calls, and few divisions, so that loops over points are vectorized.
 """
 
 from math import sqrt
@@ -21,9 +22,9 @@ from pellucid.tensors import Symmetric, double_dot, trace
 Triple = tuple[float, float, float]
 THIRD, SIXTH = 1.0 / 3.0, 1.0 / 6.0
 ROUNDING = 2.0**-49
-"""Of the mean eigenvalue: what the eigenvalues of a tensor that hardly differ from it are divided by."""
+"""Smallest divisor for the deviator, relative to the mean eigenvalue; used if the eigenvalues are nearly equal."""
 C0, C1, C2, C3, C4 = 1.73206086, 0.332823444, -0.0918438663, 0.0350243772, -0.00807079743
-"""Of the polynomial that is within 1e-5 of 2 cos(arccos(r)/3), 0 ≤ r ≤ 1, to as many digits as that needs."""
+"""Coefficients of a polynomial that approximates 2 cos(arccos(r)/3), 0 ≤ r ≤ 1, to 1e-5."""
 
 
 class Spectrum(NamedTuple):
@@ -39,7 +40,7 @@ class Spectrum(NamedTuple):
 
 @pointwise
 def _outermost_root(r: float) -> float:
-    """The root of t³ - 3t = 2r between √3 and 2, 0 ≤ r ≤ 1, by a step of Halley's method."""
+    """Return the root of t³ - 3t = 2r between √3 and 2, for 0 ≤ r ≤ 1, by one step of Halley's method."""
     t = C0 + r * (C1 + r * (C2 + r * (C3 + r * C4)))
     f, slope = t * (t * t - 3.0) - 2.0 * r, 3.0 * (t * t - 1.0)
     return t - f * slope / (slope * slope - 3.0 * t * f)
@@ -47,7 +48,7 @@ def _outermost_root(r: float) -> float:
 
 @pointwise
 def _discriminant(a: Symmetric, b: Symmetric) -> float:
-    """The product of the squares of all differences of the eigenvalues of a; b: its square."""
+    """Return the discriminant of a, i.e. the product of the squared differences of its eigenvalues; b: the square of a."""
     xy, yz, zx = (a[0] - a[1], b[0] - b[1]), (a[1] - a[2], b[1] - b[2]), (a[2] - a[0], b[2] - b[0])
     whole = xy[0] * yz[1] - yz[0] * xy[1]
     once = 0.0
@@ -60,7 +61,7 @@ def _discriminant(a: Symmetric, b: Symmetric) -> float:
 
 @pointwise
 def spectrum(a: Symmetric) -> Spectrum:
-    """The eigenvalues of a positive tensor, and what `isotropic` takes; those of one that is not finite are not finite."""
+    """Return the `Spectrum` of a positive tensor a. If a is not finite, the eigenvalues are not finite."""
     m = trace(a) / 3.0
     s = (a[0] - m, a[1] - m, a[2] - m, a[3], a[4], a[5])
     p, least = sqrt(SIXTH * double_dot(s, s)), ROUNDING * m
@@ -101,7 +102,8 @@ def spectrum(a: Symmetric) -> Spectrum:
 
 @pointwise
 def isotropic_deviator(of: Spectrum, apart: float, slope: float) -> Symmetric:
-    """dev f(a) of an isotropic function, from f(x₁) - f(x₂) and (f(x₂) - f(x₃))/(x₂ - x₃), or f'(x₂) where these are equal."""
+    """Return dev f(a) of an isotropic function; apart: f(x₁) - f(x₂); slope: (f(x₂) - f(x₃))/(x₂ - x₃), or f'(x₂) if both
+    are equal."""
     bend = (apart - slope * of.across[0]) / (of.across[0] * of.across[1])
     slope += bend * of.first  # of a, in (a - x₂)(a - x₃) too
     s, q = of.deviator, of.square

@@ -1,19 +1,20 @@
-"""Finite linear viscoelasticity with a Prony series: overstresses that follow changes of the isochoric stress and fade.
+"""Finite linear viscoelasticity with a Prony series: overstresses that follow changes of the isochoric stress and decay.
 
-Beside a hyperelastic solid with a decoupled energy, which bears the load at rest, stand branches k with a share β_k of its
-isochoric response and a relaxation time τ_k. In the reference configuration their overstress Q_k obeys
-Q̇_k + Q_k/τ_k = β_k Ṡ, where S is the isochoric second Piola-Kirchhoff stress by F̄; at a strain that stays it fades as
-exp(-t/τ_k). Source: Simo 1987, Comput. Methods Appl. Mech. Eng. 60, 153; Holzapfel 2000, Nonlinear Solid Mechanics, section
-6.10. A step is exact for a stress S that is linear in it: Q ← e^(-x) Q + β (1 - e^(-x))/x ΔS, x = Δt/τ (Taylor, Pister &
-Goudreau 1970, Int. J. Numer. Methods Eng. 2, 45).
+The material consists of a hyperelastic solid with a decoupled energy, which carries the load at rest, and of branches k in
+parallel, each with a share β_k of the isochoric response and a relaxation time τ_k. In the reference configuration the
+overstress Q_k of a branch obeys Q̇_k + Q_k/τ_k = β_k Ṡ, where S is the isochoric second Piola-Kirchhoff stress by F̄; at
+constant strain it decays as exp(-t/τ_k). Source: Simo 1987, Comput. Methods Appl. Mech. Eng. 60, 153; Holzapfel 2000,
+Nonlinear Solid Mechanics, section 6.10. A step is exact if S is linear in time: Q ← e^(-x) Q + β (1 - e^(-x))/x ΔS, x =
+Δt/τ (Taylor, Pister & Goudreau 1970, Int. J. Numer. Methods Eng. 2, 45).
 
-Points keep q = F̄ Q F̄ᵀ, which the step carries along; the stress is σ = σ(F) + 1/J Σ dev q_k.
+Points store q = F̄ Q F̄ᵀ, which is transformed with each step; the stress is σ = σ(F) + 1/J Σ dev q_k.
 
-Energy: Q = β (S - S̃) with S̃ the mean of S in the past by the weight e^(-t/τ)/τ. With the same mean of
-W(C̄) - W(C̄_s) - ½ S_s : (C̄ - C̄_s) over past states s, β times it is an energy Υ of which Q is the derivative, and
-Υ̇ = work rate of Q - Υ/τ: Υ is what a branch stores, Υ/τ what it dissipates, neither below 0 where W is convex in C̄. It is the
-energy of a network whose links break at the rate 1/τ and form again without stress (Green & Tobolsky 1946, J. Chem. Phys. 14,
-80). A spring and a dashpot in series would store q:q/(4βμ) at small strains, which is Υ in a fast load and less in a slow one.
+Energy: Q = β (S - S̃), where S̃ is the mean of S over the past with the weight e^(-t/τ)/τ. With the same mean of W(C̄) -
+W(C̄_s) - ½ S_s : (C̄ - C̄_s) over past states s, β times this mean is an energy Υ with the derivative Q, and Υ̇ = work rate
+of Q - Υ/τ. Υ is the energy stored in a branch and Υ/τ its dissipation; neither is negative if W is convex in C̄. It is the
+energy of a network whose links break at the rate 1/τ and form again without stress (Green & Tobolsky 1946, J. Chem. Phys.
+14, 80). A spring and a dashpot in series would store q:q/(4βμ) at small strains, which equals Υ for a fast load and is less
+for a slow one.
 """
 
 from math import sqrt
@@ -47,7 +48,8 @@ from pellucid.tensors import (
 
 @finite_strain
 class Prony(NamedTuple):
-    """The law of the hyperelastic solid, shares and relaxation times [s] of the branches, the initial density [kg/m³]."""
+    """Parameters of the law: law of the hyperelastic solid, shares and relaxation times [s] of the branches, initial
+    density [kg/m³]."""
 
     elastic: Law
     shares: tuple[float, ...]
@@ -65,8 +67,8 @@ class PronyBranch(Model):
 
 
 class PronyMaterial(ViscoelasticMaterial):
-    """Viscoelastic solid whose isochoric stress relaxes by a Prony series (finite linear viscoelasticity): in a sudden strain
-    it is 1 + Σβ times that of the hyperelastic solid to which it relaxes."""
+    """Viscoelastic solid whose isochoric stress relaxes by a Prony series (finite linear viscoelasticity). After a sudden
+    strain the isochoric stress is 1 + Σβ times its equilibrium value in the hyperelastic solid."""
 
     kind: Literal["prony"] = "prony"
     elastic: Annotated[DecoupledMaterial, OneOf(MATERIALS, DecoupledMaterial)] = parameter(

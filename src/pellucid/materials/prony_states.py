@@ -1,6 +1,6 @@
-"""States of points with a Prony series, of one branch and of more, and how their branches go on in a step.
+"""States of points with a Prony series of one or more branches, and their update in a step.
 
-Kernels need every component of a state and every branch spelled out, so these are written for each number of branches.
+Kernels need every component of a state and every branch written out, so the code is generated for each number of branches.
 """
 
 from math import exp, expm1
@@ -14,28 +14,29 @@ from pellucid.tensors import Symmetric, Tensor, add, determinant, deviator, doub
 MOST = 6  # branches
 
 Step = tuple[Tensor, Symmetric, Symmetric, Symmetric, float]
-"""F̄ of a step, the change of the isochoric Kirchhoff stress that it carries along, the strain rates [1/s] at its start and end,
-its duration [s]."""
+"""F̄ of a step, the change in the isochoric Kirchhoff stress [Pa], the strain rates [1/s] at its start and end, its
+duration [s]."""
 
 
 @generic
 def relaxed(state: PointState, law: Law, F: Tensor, isochoric: Symmetric, step: Step) -> PointState:
-    """The state after a step to the deformation gradient F, at which the isochoric Kirchhoff stress at rest [Pa] is this."""
+    """Return the state after a step to the deformation gradient F; isochoric: isochoric Kirchhoff stress of the
+    hyperelastic solid at F [Pa]."""
 
 
 @generic
 def overstress(state: PointState) -> Symmetric:
-    """Σ q of the branches [Pa]."""
+    """Return Σ q of the branches [Pa]."""
 
 
 @generic
 def branch_energy(state: PointState) -> float:
-    """Σ Υ of the branches in unit mass [J/kg]."""
+    """Return Σ Υ of the branches per unit mass [J/kg]."""
 
 
 @pointwise
 def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, step: Step) -> tuple[Symmetric, float, float]:
-    """q [Pa] and Υ of unit mass [J/kg] of a branch after a step, and the work done on it [J/kg]."""
+    """Return q [Pa] and Υ per unit mass [J/kg] of a branch after a step, and the work done on the branch [J/kg]."""
     carry, change, before, after, dt = step
     x = dt / time
     fade, mean = exp(-x), (-expm1(-x) / x if x > 0.0 else 1.0)
@@ -46,7 +47,8 @@ def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, 
 
 @pointwise
 def total_stress(law: Any, J: float, isochoric: Symmetric, q: Symmetric) -> Symmetric:
-    """σ [Pa] at a volume ratio J, with the isochoric Kirchhoff stress at rest and overstresses Σ q."""
+    """Return the Cauchy stress σ [Pa] at the volume ratio J, from the isochoric Kirchhoff stress of the hyperelastic solid
+    and the sum of the overstresses, q = Σ q_k [Pa]."""
     s = scale(1.0 / J, add(isochoric, deviator(q)))
     mean = volumetric_stress(law.elastic, J)
     return (s[0] + mean, s[1] + mean, s[2] + mean, s[3], s[4], s[5])
@@ -73,11 +75,11 @@ def overstress(state):
 def branch_energy(state):
     return {energy}
 """
-"""Of n branches: kernels need every component and every branch spelled out."""
+"""Source template of a state with n branches: kernels need every component and every branch written out."""
 
 
 def _state(n: int) -> Any:
-    """Declare the state of a point with n branches."""
+    """Declare and return the state of a point with n branches."""
     numbers = range(1, n + 1)
     name = f"PronyState{n}"
     own = {f"overstress_energy_{k}": ("J/kg", f"energy that branch {k} of the Prony series stores") for k in numbers}
@@ -111,9 +113,9 @@ def _state(n: int) -> Any:
 
 
 def _nested(terms: list[str]) -> str:
-    """The sum of tensors."""
+    """Return the source text for the sum of tensors."""
     return terms[0] if len(terms) == 1 else f"add({terms[0]}, {_nested(terms[1:])})"
 
 
 STATES: dict[int, Any] = {n: _state(n) for n in range(1, MOST + 1)}
-"""The state of a point, by the number of branches."""
+"""Types of states, by the number of branches."""

@@ -1,6 +1,8 @@
-"""Skalak's law, W = G/4 (I₁² + 2I₁ - 2I₂ + C I₂²), I₁ = λ₁² + λ₂² - 2, I₂ = (λ₁λ₂)² - 1: a red cell's, which keeps its area.
+"""Skalak's law, W = G/4 (I₁² + 2I₁ - 2I₂ + C I₂²), I₁ = λ₁² + λ₂² - 2, I₂ = (λ₁λ₂)² - 1, for red blood cells, which
+conserve their area.
 
-At rest K = (1 + 2C) G. Source: Skalak, Tözeren, Zarda & Chien 1973, Biophys. J. 13, 245, whose B is G and whose C is CG here.
+At rest K = (1 + 2C) G. Source: Skalak, Tözeren, Zarda & Chien 1973, Biophys. J. 13, 245, whose B is G and whose C is CG
+here.
 """
 
 from math import sqrt
@@ -15,15 +17,15 @@ from pellucid.model import check, parameter
 
 
 class SkalakSurface(NamedTuple):
-    """G [N/m] and C."""
+    """Parameters of the law: G [N/m] and C."""
 
     G: float
     C: float
 
 
 class SkalakMembraneMaterial(SurfaceMembraneMaterial):
-    """Skalak's law, W = G/4 (I₁² + 2I₁ - 2I₂ + C I₂²): hardens when stretched, and resists a change of area the more the larger
-    C; at rest K = (1 + 2C) G."""
+    """Skalak's law, W = G/4 (I₁² + 2I₁ - 2I₂ + C I₂²): stiffens when stretched; the larger C, the larger the resistance to
+    a change of area. At rest K = (1 + 2C) G."""
 
     kind: Literal["skalak-membrane"] = "skalak-membrane"
     shear_modulus: float = parameter("N/m", "surface shear modulus G", gt=0)

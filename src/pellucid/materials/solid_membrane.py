@@ -1,4 +1,4 @@
-"""Parameters of membranes that have a shape at rest, of any law: damage, wrinkling, viscosity in the surface."""
+"""Parameters of membranes with a shape at rest, for any law: damage, wrinkling, surface viscosity."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ class SolidMembraneMaterial(MembraneMaterial):
 
     @abstractmethod
     def plain_law(self, thickness: float) -> Law:
-        """The law of a membrane of this thickness at rest [m] that bears compression, without viscosity."""
+        """Return the law of a membrane of this thickness at rest [m] that carries compression, without viscosity."""
 
     def law(self, thickness: float) -> Law:
         plain = self.plain_law(thickness)

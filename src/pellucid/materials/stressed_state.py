@@ -1,4 +1,4 @@
-"""The stretch that bears a stress, under any hyperelastic law."""
+"""Deformation of a hyperelastic solid with a given stress."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ PROBE = 1e-6  # stretch by which the stiffness at rest is measured
 
 
 def stretch_under(law: Law, stress: Symmetric) -> Tensor:
-    """A deformation gradient without rotation under which the Cauchy stress [Pa] is this one. Raises ValueError for none."""
+    """Return a deformation gradient without rotation and with this Cauchy stress [Pa]. Raises ValueError if none is found."""
     from scipy.optimize import root
 
     at_rest, wanted = np.array(cauchy_stress(law, IDENTITY)), np.array(stress)
@@ -40,6 +40,6 @@ def _possible(strain: np.ndarray) -> bool:
 
 
 def _symmetric(strain: np.ndarray) -> Tensor:
-    """I + the symmetric tensor (xx, yy, zz, yz, xz, xy)."""
+    """Return I plus the symmetric tensor (xx, yy, zz, yz, xz, xy), as a 9-tuple."""
     xx, yy, zz, yz, xz, xy = (float(value) for value in strain)
     return (1.0 + xx, xy, xz, xy, 1.0 + yy, yz, xz, yz, 1.0 + zz)

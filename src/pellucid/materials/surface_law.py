@@ -1,9 +1,10 @@
-"""Elastic laws of surfaces: energy W of unit initial area [J/m²] of the stretches in it, moduli [N/m] without a thickness.
+"""Elastic laws of surfaces: energy W per unit initial area [J/m²] as a function of in-plane stretches, moduli [N/m] without
+a thickness.
 
-An isotropic law states W, its slopes and its curvatures as functions of the principal stretches λ₁, λ₂; what kernels ask for,
-functions of the deformation gradient in the plane, follows. A law with directions states these itself, in axes at rest of which
-the first is along the direction that its material names. The tension per present length is T₁ = (1/λ₂) ∂W/∂λ₁, and here stands
-J T: τ₁ = λ₁ ∂W/∂λ₁, force times length over initial area.
+An isotropic law defines W, its slopes and its curvatures as functions of the principal stretches λ₁, λ₂. The functions of
+the in-plane deformation gradient for kernels follow from them. An anisotropic law defines these functions itself, for
+initial axes whose first axis is the `direction` of its material. The tension per current length is T₁ = (1/λ₂) ∂W/∂λ₁. This
+module uses τ = J T instead, τ₁ = λ₁ ∂W/∂λ₁, i.e. force times length per initial area.
 """
 
 from math import exp, log, sqrt
@@ -20,27 +21,27 @@ NARROWEST, TOLERANCE, MOST_ITERATIONS = 1e-4, 1e-14, 80  # of a natural width: t
 
 @generic
 def stretch_energy(law: Law, a: float, b: float) -> float:
-    """W of the principal stretches a, b [J/m²]."""
+    """Return W for the principal stretches a, b [J/m²]."""
 
 
 @generic
 def stretch_slopes(law: Law, a: float, b: float) -> tuple[float, float]:
-    """∂W/∂a, ∂W/∂b [N/m]."""
+    """Return ∂W/∂a and ∂W/∂b [N/m]."""
 
 
 @generic
 def stretch_curvatures(law: Law, a: float, b: float) -> tuple[float, float, float]:
-    """∂²W/∂a², ∂²W/∂b², ∂²W/∂a∂b [N/m]."""
+    """Return ∂²W/∂a², ∂²W/∂b² and ∂²W/∂a∂b [N/m]."""
 
 
 @generic
 def surface_energy(law: Law, F: Shape) -> float:
-    """W of a deformation gradient (11, 12, 21, 22) [J/m²]."""
+    """Return W for an in-plane deformation gradient F = (11, 12, 21, 22) [J/m²]."""
 
 
 @generic
 def surface_tension(law: Law, F: Shape) -> InPlane:
-    """τ = J T in the frame, components 11, 22, 12 [N/m]."""
+    """Return τ = J T in the frame, components 11, 22, 12 [N/m]."""
 
 
 @generic
@@ -51,7 +52,7 @@ def surface_stiffness(law: Law, F: Shape) -> float:
 
 @pointwise
 def _principal(F: Shape) -> tuple[InPlane, float, float]:
-    """b, and the principal stretches, the larger first."""
+    """Return b = F Fᵀ and the principal stretches, the larger first."""
     b = left_stretch_squared(F)
     major = sqrt(larger_principal(b))
     return b, major, (F[0] * F[3] - F[1] * F[2]) / major
@@ -100,8 +101,8 @@ def _stiffness(law, F):
 
 @default_function(natural_width)
 def by_search(law, stretch):
-    """The width that leaves no tension across a strip, by Newton's method in its logarithm, between bounds: at the width
-    `stretch` a law in tension is taut."""
+    """Return the width with zero transverse tension of a strip at this stretch, relative to its width at rest. Newton's
+    method in its logarithm between bounds; at the width `stretch` a law in tension is taut."""
     low, high = log(NARROWEST), log(stretch)
     y = -0.5 * high
     for _ in range(MOST_ITERATIONS):

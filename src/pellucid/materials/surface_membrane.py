@@ -1,4 +1,4 @@
-"""Parameters of membranes by a surface law: moduli of the surface [N/m], and a thickness that serves mass alone."""
+"""Parameters of membranes with a surface law: surface moduli [N/m]; the thickness affects only the mass."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -16,11 +16,11 @@ class SurfaceMembraneMaterial(SolidMembraneMaterial):
 
     @abstractmethod
     def elastic_law(self) -> Law:
-        """The surface law as kernels take it."""
+        """Return the surface law for kernels."""
 
     @abstractmethod
     def surface_moduli(self) -> tuple[float, float]:
-        """Shear and area modulus at rest [N/m], along the stiffest direction where it has directions."""
+        """Return the surface shear and area moduli at rest [N/m]; for anisotropic laws along the stiffest direction."""
 
     def plain_law(self, thickness: float) -> SurfaceSheet:
         return SurfaceSheet(self.elastic_law(), thickness)

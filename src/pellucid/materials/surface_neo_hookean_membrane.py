@@ -13,7 +13,7 @@ from pellucid.model import parameter
 
 @invariant_based
 class SurfaceNeoHookean(NamedTuple):
-    """G [N/m]."""
+    """Parameter of the law: G [N/m]."""
 
     G: float
 

@@ -1,6 +1,8 @@
-"""A surface law as a membrane of a thickness: stress and wave follow from tensions, and the material keeps its volume.
+"""Membrane of a given thickness with a surface law: stress and wave speed follow from tensions; the material is
+incompressible.
 
-The thickness, 1/J of that at rest, serves mass alone: stress times thickness is the tension of the law, whatever it is.
+The thickness, 1/J times its value at rest, affects only the mass: stress times thickness is the tension of the law for any
+thickness.
 """
 
 from math import sqrt
@@ -16,7 +18,7 @@ from pellucid.materials.wrinkling import natural_width
 
 @by_gradient
 class SurfaceSheet(NamedTuple):
-    """The surface law and the thickness at rest [m]."""
+    """Parameters of the law: surface law and thickness at rest [m]."""
 
     law: Law
     thickness: float

@@ -1,4 +1,5 @@
-"""A law tried once, at rest and in plain Python: what a user's material lacks is told before any kernel is compiled."""
+"""Trial of a law, once, at rest and in plain Python: errors of a user's material are reported before any kernel is
+compiled."""
 
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
@@ -67,7 +68,7 @@ MEMBRANE: dict[Operation, int] = {
     largest_strain: 1,
     plane_wave_speed: 1,
 }
-"""What a law of membranes states, and how many numbers each gives."""
+"""Functions of a membrane law, with the number of values that each returns."""
 UNSTRETCHED, UNDEFORMED = (1.0, 1.0), ((1.0, 0.0, 0.0, 1.0),)
 SURFACE: dict[Operation, tuple[int, tuple[Any, ...]]] = {
     stretch_energy: (1, UNSTRETCHED),
@@ -77,25 +78,25 @@ SURFACE: dict[Operation, tuple[int, tuple[Any, ...]]] = {
     surface_tension: (3, UNDEFORMED),
     surface_stiffness: (1, UNDEFORMED),
 }
-"""What surface laws state, how many numbers each gives, and the arguments at rest."""
+"""Functions of a surface law, with the number of values that each returns and the arguments at rest."""
 AT_REST = 1e-9  # of the stiffness: stress that counts as none
 DECORATE = "decorate it with `@rate_type`, `@finite_strain` or `@hyperelastic`, which register what most laws share"
 
 
 class Call(NamedTuple):
-    """An operation and the arguments with which it is tried."""
+    """An operation and the arguments for its trial."""
 
     operation: Operation
     arguments: tuple[Any, ...]
 
     def result(self) -> Any:
-        """Return the result of the call. Raises ValueError."""
+        """Return the result of the call. Raises ValueError if the operation fails."""
         name = self.operation.__name__
         with failing_as(lambda why: ValueError(f"`{name}` of the law {_named(self.arguments[0])} fails at rest: {why}")):
             return self.operation(*self.arguments)
 
     def number(self, least: float = -np.inf) -> float:
-        """Return the result as a finite number. Raises ValueError."""
+        """Return the result as a finite number, at least `least`. Raises ValueError otherwise."""
         return _number(self.result(), least, f"`{self.operation.__name__}` of the law {_named(self.arguments[0])}")
 
 
@@ -116,7 +117,7 @@ def calls_of(material: "PointMaterial", law: Any, state: Any) -> dict[Operation,
 
 
 def try_material(material: "PointMaterial") -> None:
-    """Raises ValueError where the law of material points lacks a function, or one fails or returns what it must not."""
+    """Try the law of a material of points. Raises ValueError if a function is missing, fails or returns an invalid value."""
     name = type(material).__name__
     if material.energy_kind not in ("internal", "strain"):
         raise ValueError(f'{name}.energy_kind = "{material.energy_kind}" must be "internal" or "strain"')
@@ -149,7 +150,8 @@ def try_material(material: "PointMaterial") -> None:
 
 
 def try_membrane(material: "SolidMembraneMaterial") -> None:
-    """The same of the material of a membrane that has a shape at rest."""
+    """Try the law of a membrane material with a shape at rest. Raises ValueError if a function is missing, fails or returns
+    an invalid value."""
     name = type(material).__name__
     with failing_as(lambda why: ValueError(f"{name}.elastic_law fails: {why}")):
         operations, law = material.operations(), material.law(1.0)
@@ -193,7 +195,7 @@ def calls_of_membrane(material: "SolidMembraneMaterial", law: Any) -> dict[Opera
 
 
 def _check_parameters(law: Any, name: str) -> None:
-    """A law is a NamedTuple of numbers, of tuples of numbers and of other laws."""
+    """Raise ValueError unless the law is a NamedTuple of numbers, tuples of numbers and other laws."""
     if not hasattr(law, "_fields"):
         raise ValueError(f"{name} gives the law {law!r}; it must be a NamedTuple of its parameters")
     for field, value in zip(law._fields, law, strict=True):
@@ -208,7 +210,7 @@ def _check_parameters(law: Any, name: str) -> None:
 
 
 def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
-    """Every operation is registered for the law that needs it."""
+    """Raise ValueError unless every operation is registered for the law that needs it."""
     for law, wanted in operations.items():
         lacking = [operation for operation in wanted if type(law) not in implementations(operation)]
         if lacking:
@@ -221,7 +223,7 @@ def _check_registered(operations: Mapping[Any, Sequence[Operation]]) -> None:
 
 
 def _check_state(found: Any, wanted: Any, what: str) -> None:
-    """A state is of the type of that at the start, and of finite numbers."""
+    """Raise ValueError unless the state has the type of the initial state and finite numbers."""
     if type(found) is not type(wanted):
         raise ValueError(f"{what} returns {_named(found)}; it must return a {type(wanted).__name__}")
     for name, value in zip(wanted._fields, found, strict=True):
@@ -256,5 +258,5 @@ def _number(value: Any, least: float, what: str) -> float:
 
 
 def _named(law: Any) -> str:
-    """A law or state and its file."""
+    """Return the name of a law or state, and its file."""
     return f"{type(law).__name__} ({file_of(type(law))})" if hasattr(law, "_fields") else f"a {type(law).__name__}"

@@ -18,11 +18,11 @@ ELASTIC = (
 
 
 class ViscoelasticMaterial(PointMaterial):
-    """A hyperelastic solid, which its key `elastic` names, and what is viscous."""
+    """Base of viscoelastic solids: a hyperelastic solid, given by the key `elastic`, with viscous branches."""
 
     @abstractmethod
     def hyperelastic(self) -> HyperelasticMaterial:
-        """The solid that bears the load at rest."""
+        """Return the solid that carries the load at rest."""
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
         inside = self.hyperelastic()
@@ -44,5 +44,5 @@ class ViscoelasticMaterial(PointMaterial):
 
 
 def lost_so_far(law, state, density):
-    """`dissipated_energy` of a law whose points keep what they lost."""
+    """Return `dissipated_energy` for a law that stores it in the state of points."""
     return state.dissipated_energy

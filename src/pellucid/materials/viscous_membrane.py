@@ -1,7 +1,7 @@
-"""Viscosity in the surface of an elastic membrane, beside its elasticity: T + 2μ D + λ tr D I (Kelvin-Voigt).
+"""Surface viscosity of an elastic membrane, in parallel with its elasticity: T + 2μ D + λ tr D I (Kelvin-Voigt).
 
-D is the rate of deformation in the surface, μ and λ [N s/m] are those of the surface, whatever its thickness (Scriven 1960,
-Chem. Eng. Sci. 12, 98). Unit area loses (2μ D + λ tr D I) : D to heat.
+D is the in-plane rate of deformation; μ and λ [N s/m] are surface viscosities, independent of the thickness (Scriven 1960,
+Chem. Eng. Sci. 12, 98). The dissipation per unit area is (2μ D + λ tr D I) : D.
 """
 
 from math import sqrt
@@ -22,7 +22,7 @@ from pellucid.materials.membrane import (
 
 @around
 class ViscousMembrane(NamedTuple):
-    """A law of membranes, μ and λ of the surface [N s/m], the thickness at rest [m]."""
+    """Parameters of the law: elastic law of the membrane, surface viscosities μ and λ [N s/m], thickness at rest [m]."""
 
     law: Law
     mu: float

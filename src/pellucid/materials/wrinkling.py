@@ -1,13 +1,14 @@
-"""Tension fields: a membrane without bending stiffness wrinkles rather than bear compression.
+"""Tension fields: a membrane without bending stiffness wrinkles instead of carrying compression.
 
-A point is *taut* where both principal stresses are tensile, *slack* where no direction is stretched, else *wrinkled*: under
-uniaxial tension along its longest direction, across which it takes its natural width, the one that leaves no stress there.
-That the states follow from the larger strain and the smaller stress is the mixed criterion of Roddeman et al. 1987, J. Appl.
-Mech. 54, 884. The stress is the derivative of the relaxed energy, the least over all wrinklings of given in-plane lengths.
-Source: Reissner 1938, Proc. 5th Int. Congr. Appl. Mech., 88; Pipkin 1986, IMA J. Appl. Math. 36, 85.
+A point is *taut* if both principal stresses are tensile, *slack* if no direction is stretched, and otherwise *wrinkled*:
+under uniaxial tension along its longest direction. Across this direction it has its natural width, i.e. the width with zero
+transverse stress. The criterion for these states, by the larger strain and the smaller stress, is the mixed criterion of
+Roddeman et al. 1987, J. Appl. Mech. 54, 884. The stress is the derivative of the relaxed energy, i.e. the minimum over all
+wrinkled shapes with given in-plane lengths. Source: Reissner 1938, Proc. 5th Int. Congr. Appl. Mech., 88; Pipkin 1986, IMA
+J. Appl. Math. 36, 85.
 
-Any law may be wrapped. It gives only its state with the wrinkles smoothed out, `unwrinkled`: on the wavy surface the material
-then has the stress and thickness of its own law, and there is more of it than the smoothed lengths span.
+Any law may be wrapped. It only has to implement `unwrinkled`, its state without wrinkles: on the wavy surface the material
+then has the stress and thickness of its own law, and its area exceeds the area spanned by the smoothed lengths.
 """
 
 from typing import NamedTuple
@@ -19,19 +20,19 @@ from pellucid.materials.membrane import Shape, around, plane_response, plane_wav
 
 @around
 class TensionField(NamedTuple):
-    """A membrane of another law that bears no compression."""
+    """Law of a membrane that carries no compression; it wraps another law."""
 
     law: Law
 
 
 @generic
 def unwrinkled(law: Law, shape: Shape) -> tuple[Shape, float]:
-    """The in-plane shape with its wrinkles smoothed out, a 4-tuple, and the area of that over the area of the shape itself."""
+    """Return the in-plane shape without wrinkles, a 4-tuple, and the ratio of its area to the area of the given shape."""
 
 
 @generic
 def natural_width(law: Law, stretch: float) -> float:
-    """The width over that at rest of a strip that is pulled to a stretch, its sides free."""
+    """Return the width of a strip with free sides that is pulled to a stretch, relative to its width at rest."""
 
 
 @point_function(smoothed, TensionField)

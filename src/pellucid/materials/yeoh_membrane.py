@@ -1,7 +1,8 @@
-"""Yeoh surface, W = G/2 (I - 3) + C₃ (I - 3)³, I = λ₁² + λ₂² + (λ₁λ₂)⁻²: neo-Hookean at first, stiffer when stretched far.
+"""Yeoh surface, W = G/2 (I - 3) + C₃ (I - 3)³, I = λ₁² + λ₂² + (λ₁λ₂)⁻²: neo-Hookean at small stretch, stiffer at large
+stretch.
 
-At rest K = 3G. Source: Yeoh 1990, Rubber Chem. Technol. 63, 792, without its second term; for red cells Dao, Li & Suresh 2006,
-Mater. Sci. Eng. C 26, 1232.
+At rest K = 3G. Source: Yeoh 1990, Rubber Chem. Technol. 63, 792, without its second term; for red blood cells Dao, Li &
+Suresh 2006, Mater. Sci. Eng. C 26, 1232.
 """
 
 from typing import Literal, NamedTuple
@@ -14,7 +15,7 @@ from pellucid.model import parameter
 
 @invariant_based
 class YeohSurface(NamedTuple):
-    """G and C₃ [N/m]."""
+    """Parameters of the law: G and C₃ [N/m]."""
 
     G: float
     C3: float

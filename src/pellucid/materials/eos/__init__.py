@@ -1,4 +1,4 @@
-"""Equations of state: one file each. The kinds that a case can name are listed here: one line each."""
+"""Equations of state: one file each. The kinds that a case can name are registered here, one line each."""
 
 from typing import Annotated
 

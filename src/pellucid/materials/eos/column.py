@@ -1,6 +1,6 @@
-"""A fluid at rest under gravity: dp/ds = ρ g along the depth s, without exchange of heat.
+"""Isentropic fluid column at rest under gravity: dp/ds = ρ g along the depth s.
 
-With dp = c² dρ and de = p/ρ² dρ the density and the specific energy follow as d(ln ρ)/ds = g/c², de/ds = p g/(ρ c²)
+With dp = c² dρ and de = p/ρ² dρ, the density and the specific energy follow from d(ln ρ)/ds = g/c², de/ds = p g/(ρ c²)
 (Batchelor 1967, An Introduction to Fluid Dynamics, section 1.4, for a fluid of uniform entropy).
 """
 
@@ -17,7 +17,10 @@ SLOWEST = 1e-3  # of the sound speed at the level: there the column ends, as an 
 
 
 class ColumnEnds(ValueError):
-    """The fluid has no state at a depth that is asked for."""
+    """Raised if the fluid has no state at a requested depth.
+
+    depth: the last depth with a state [m].
+    """
 
     def __init__(self, depth: float, reason: str) -> None:
         super().__init__(reason)
@@ -25,10 +28,10 @@ class ColumnEnds(ValueError):
 
 
 def states_at_rest(eos: Law, density: float, energy: float, gravity: float, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Density [kg/m³] and specific energy [J/kg], each of shape (n,), at depths [m], shape (n,), in any order.
+    """Return densities [kg/m³] and specific energies [J/kg], each of shape (n,), at depths [m], shape (n,), in any order.
 
-    density, energy: at depth 0; gravity: its magnitude [m/s²]. Depths are negative above. Raises ColumnEnds where there is no
-    state.
+    density, energy: values at depth 0; gravity: magnitude [m/s²]. Depths are negative above this level. Raises ColumnEnds
+    if there is no state at a depth.
     """
     found = np.empty((2, len(depth)))
     for side in (depth >= 0.0, depth < 0.0):
@@ -38,7 +41,7 @@ def states_at_rest(eos: Law, density: float, energy: float, gravity: float, dept
 
 
 def _one_way(eos: Law, density: float, energy: float, gravity: float, depth: np.ndarray) -> np.ndarray:
-    """ln ρ/ρ₀ and energy, shape (2, n), at depths of one sign."""
+    """Return ln ρ/ρ₀ and the specific energy [J/kg], shape (2, n), at depths of one sign."""
     from scipy.integrate import solve_ivp  # models of cases stay light without it
 
     speed = sound_speed(eos, density, energy)

@@ -1,4 +1,5 @@
-"""Equations of state: their functions at a point, all linear in the energy, P = A(ρ) + B(ρ) e, and the base of their models."""
+"""Equations of state: functions at a point, with pressures linear in the energy, P = A(ρ) + B(ρ) e, and the base of the
+models."""
 
 from abc import abstractmethod
 from math import inf
@@ -11,34 +12,34 @@ from pellucid.model import Model
 
 @generic
 def pressure_line(eos: Any, density: float) -> tuple[float, float]:
-    """A(ρ) [Pa] and B(ρ) [kg/m³] of P = A + B e."""
+    """Return A(ρ) [Pa] and B(ρ) [kg/m³] of P = A + B e."""
 
 
 @generic
 def lowest_pressure(eos: Any) -> float:
-    """The pressure below which the fluid pulls apart [Pa]; -inf where it bears any tension."""
+    """Return the smallest possible pressure [Pa]: the fluid separates below it; -inf if the fluid carries any tension."""
 
 
 def any_tension(eos):
-    """`lowest_pressure` of a fluid that never pulls apart."""
+    """Return `lowest_pressure` for a fluid that carries any tension."""
     return -inf
 
 
 def limited_tension(eos):
-    """`lowest_pressure` of a law that holds it."""
+    """Return `lowest_pressure` for a law with the parameter `p_min`."""
     return eos.p_min
 
 
 @generic
 def sound_speed(eos: Any, density: float, energy: float) -> float:
-    """Adiabatic sound speed [m/s]."""
+    """Return the adiabatic sound speed [m/s]."""
 
 
 class EquationOfStateModel(Model):
-    """An equation of state: the user's parameters, and its law. A new one is a subclass with a `kind` of its own."""
+    """Base of equations of state: user's parameters and law. A new one is a subclass with its own `kind`."""
 
     kind: str
 
     @abstractmethod
     def law(self, density: float, pressure: float) -> Law:
-        """The law as kernels take it, of a fluid with this density [kg/m³] and pressure [Pa] at the start."""
+        """Return the law for kernels, for a fluid with this initial density [kg/m³] and pressure [Pa]."""

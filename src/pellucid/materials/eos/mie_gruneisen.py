@@ -37,7 +37,7 @@ class MieGruneisenCase(EquationOfStateModel):
 
 @pointwise
 def _cold_line(eos, density):
-    """A(ρ), and dA/dρ."""
+    """Return A(ρ) [Pa] and dA/dρ."""
     mu = density / eos.rho0 - 1.0
     stiffness = eos.rho0 * eos.c0 * eos.c0
     if mu <= 0.0:
