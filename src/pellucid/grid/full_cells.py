@@ -15,9 +15,9 @@ within the fluid, and the correct force at its edge, where cells are partly fill
 κ_c use the mean velocity of the step, along which forces do work. USF strains the points before this velocity is known, so
 volumes are not shifted with USF.
 
-A cell is full if it has points and each cell around it has points or is a hole. A hole is a cell without points whose face
-neighbours all have points; in 2-D and 3-D one face neighbour may be empty. A hole belongs to the face neighbour with the
-largest volume of points and has its pressure. A cell is identified by the storage index of its first node.
+A cell is full if it contains points and each cell around it contains points or is a hole. A hole is a cell without points
+whose face neighbours all have points; in 2-D and 3-D one face neighbour may be empty. A hole belongs to the face neighbour
+with the largest volume of points and has its pressure. A cell is identified by the storage index of its first node.
 """
 
 from collections.abc import Sequence

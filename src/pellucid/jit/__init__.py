@@ -3,7 +3,8 @@
 Laws, shape functions and tensor algebra are plain scalar Python, marked with `@pointwise` or registered with
 `@point_function`; nothing here imports numba until the first `@kernel` is used, so data models stay light.
 
-Numba's disk cache does not see edits in other files; `cache` keeps kernels for the sources that they depend on.
+Numba's disk cache does not detect edits in other files; `cache` stores kernels for the state of all sources that they
+depend on.
 """
 
 from pellucid.jit.folder import cache_folder

@@ -1,11 +1,12 @@
-"""A named tuple as one argument of kernels, whose compiled form is made once.
+"""A named tuple as one argument of kernels, whose compiled form is built once.
 
-Numba takes a tuple apart at every call, member by member, with code of its own in every kernel that Python calls. A `Bundle` is
-taken apart once, into memory that it keeps; kernels take the address, and read the members by name. A member that is a bundle
-itself lies within and is an address too: else all its members would be read wherever one is asked for, in much more code.
+Numba unpacks a tuple at every call, member by member, with separate code in every kernel that Python calls. A `Bundle` is
+unpacked once, into memory that it owns. Kernels receive its address and read the members by name. A member that is itself a
+bundle lies within this memory and is an address too; otherwise all its members would be read at each access, with much more
+code.
 
-How long the rows of arrays are is part of the compiled type. Where that is a number at run time, LLVM makes no vectors of loops
-over rows.
+The row length of arrays is part of the compiled type. With a row length known only at run time, LLVM does not vectorize
+loops over rows.
 """
 
 from functools import cache
@@ -28,11 +29,12 @@ from numba.np.numpy_support import as_dtype
 
 ADDRESS = ir.IntType(8).as_pointer()
 ROWS = 3, 6, 9, 10
-"""Lengths of rows of doubles that kernels are compiled for: vectors, symmetric and other tensors, affine fields."""
+"""Row lengths for which kernels are compiled: vectors, symmetric and other tensors, affine fields."""
 
 
 class Bundle:
-    """Holds `content`, a named tuple of arrays, numbers, bundles and tuples of these; its members are those of the bundle."""
+    """A kernel argument that holds `content`, a named tuple of arrays, numbers, bundles and tuples of the same. Its members
+    are accessed as attributes of the bundle."""
 
     __slots__ = ("address", "compiled_type", "content", "memory", "type_name")
     address: int
@@ -48,7 +50,7 @@ class Bundle:
 
 
 class BundleType(types.Type):
-    """The compiled type of a `Bundle`."""
+    """Compiled type of a `Bundle`."""
 
     def __init__(self, content: types.Type, rows: Any) -> None:
         self.content: Any = content
@@ -103,7 +105,8 @@ def _member(context: Any, builder: Any, bundle: BundleType, address: Any, name: 
 
 
 def _rows_of(value: Any) -> Any:
-    """Length and strides of the rows of an array, where kernels are compiled for them; of a tuple those of its parts."""
+    """Return the length and strides of the rows of an array, or None if kernels are not compiled for them; for a tuple, a
+    tuple of the results for its members."""
     if isinstance(value, tuple):
         return tuple(_rows_of(part) for part in value)
     if not (isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype == np.float64 and value.shape[1] in ROWS):
@@ -114,7 +117,7 @@ def _rows_of(value: Any) -> Any:
 
 
 def _with_rows(context: Any, builder: Any, kind: Any, value: Any, rows: Any) -> Any:
-    """A member with the lengths of rows as constants."""
+    """Return a member of a bundle, in compiled code, with the row lengths as constants."""
     if isinstance(kind, types.BaseTuple):  # type: ignore[attr-defined]
         for place, (part, inner) in enumerate(zip(kind, rows, strict=True)):
             if inner is not None:

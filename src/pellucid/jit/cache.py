@@ -1,7 +1,7 @@
-"""Compiled kernels on disk, one file for each kernel, types of arguments and state of the sources that these depend on.
+"""Compiled kernels on disk: one file for each kernel, types of its arguments, and state of the sources that it depends on.
 
-Numba's own cache looks at the file of the kernel alone, and refers to classes in ways that other processes cannot follow where
-they come from a script or from a module that is not there.
+Numba's own cache checks only the file of the kernel. It also refers to classes in a way that other processes cannot resolve
+if the classes are defined in a script or in a missing module.
 """
 
 import contextlib
@@ -28,18 +28,18 @@ from pellucid.jit.registry import kernels
 from pellucid.jit.sources import Sources, sources_of
 
 FORMAT = 2
-"""Of the files: those of another one are not looked at."""
+"""Format of the files; files of other formats are ignored."""
 DIGEST = 32
-"""Bytes."""
+"""Length of a digest [bytes]."""
 
 
 class NotKept(UserWarning):
-    """Compiled kernels live as long as the process."""
+    """Warning that compiled kernels are not stored on disk."""
 
 
 class KernelCache(NullCache):  # type: ignore[misc]
-    """Keeps what numba compiles of one kernel. Where the folder cannot be written, kernels live as long as the process; a file
-    whose bytes do not match its digest is replaced. Both are warned of, once in a process."""
+    """Cache of one kernel on disk. If the folder cannot be written, compiled code lasts until the process ends. A file
+    whose content does not match its digest is replaced. Either case causes a warning, once in a process."""
 
     def __init__(self, function: FunctionType) -> None:
         self.function = function
@@ -50,7 +50,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        """The kernel compiled for these types of arguments, or None."""
+        """Return the kernel compiled for these argument types, or None."""
         sources, file = self._entry(sig, target_context)
         if sources is None:
             return None
@@ -74,7 +74,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
         return result
 
     def save_overload(self, sig: Any, data: CompileResult) -> None:
-        """Keep a kernel compiled for these types of arguments."""
+        """Store a kernel compiled for these argument types."""
         sources, file = self._entry(sig, data.target_context)
         if sources is None or data.library.has_dynamic_globals or data.lifted:
             return
@@ -110,7 +110,8 @@ def read_checked(file: Path) -> bytes:
 
 
 def write_checked(file: Path, data: bytes) -> None:
-    """Write a file that begins with the digest of the rest: whole or not at all, whoever else writes it."""
+    """Write a file that starts with the digest of its data. The file is written completely or not at all, even if other
+    processes write it too."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as beside:
         try:
@@ -127,20 +128,20 @@ _said: set[str] = set()
 
 
 def _warn_once(text: str, category: type[UserWarning] = UserWarning) -> None:
-    """Many kernels fare alike: the first tells for all."""
+    """Issue the first warning of the process and ignore later ones: usually many kernels have the same problem."""
     if not _said:
         _said.add(text)
         warnings.warn(text, category, stacklevel=2)
 
 
 def _referred_to(library: Any) -> list[ChunkKernel]:
-    """The kernels that the code of a library refers to, that of other libraries within it included."""
+    """Return the chunk kernels that the code of a library refers to, including nested libraries."""
     inner = [chunk for linked in library._linking_libraries for chunk in _referred_to(linked)]
     return [*chunk_kernels(library), *inner]
 
 
 def _chunk_kernel(name: tuple[str, str], arguments: tuple[Any, ...], symbol: str) -> ChunkKernel | None:
-    """The kernel of this name for these types of arguments, from the cache or compiled."""
+    """Return the kernel with this name for these argument types, from the cache or newly compiled; None if there is none."""
     compiled = kernels.get(name)
     if compiled is None:
         return None
@@ -148,7 +149,7 @@ def _chunk_kernel(name: tuple[str, str], arguments: tuple[Any, ...], symbol: str
 
 
 class _Pickler(NumbaPickler):  # type: ignore[misc]
-    """Refers to the named tuple classes of a kernel by name, wherever they come from."""
+    """Pickler that stores the named tuple classes of a kernel by name, wherever they are defined."""
 
     def __init__(self, file: Any, sources: Sources) -> None:
         super().__init__(file, protocol=4)
@@ -159,7 +160,7 @@ class _Pickler(NumbaPickler):  # type: ignore[misc]
 
 
 class _Unpickler(pickle.Unpickler):
-    """Finds the named tuple classes of a kernel by name among those that it is called with."""
+    """Unpickler that looks up the named tuple classes of a kernel among the classes of its arguments."""
 
     def __init__(self, file: Any, sources: Sources) -> None:
         super().__init__(file)

@@ -1,8 +1,9 @@
-"""Calls of kernels from Python.
+"""Fast calls of kernels from Python.
 
-At each call numba finds the compiled types of the arguments. That takes it four microseconds for a bundle, as long as a small
-kernel runs, and beside one twenty for a named tuple of a few arrays. Where Python itself sees that a kernel was called with
-arguments of these types before, it calls the compiled code at once. Without bundles numba finds the types sooner.
+At each call numba determines the compiled types of the arguments. The lookup takes four microseconds for a bundle, as long
+as a small kernel runs, and twenty for a named tuple of a few arrays. If a Python-level lookup finds that a kernel was
+called with arguments of these types before, the compiled code is called directly. Without bundles numba determines the
+types faster.
 """
 
 from typing import Any
@@ -13,14 +14,14 @@ from numba.core.registry import CPUDispatcher
 from pellucid.jit.bundle import Bundle
 
 PLAIN = int, float, bool, np.float64
-"""Python types of one compiled type each."""
+"""Python types with exactly one compiled type each."""
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
-    """A kernel that Python calls."""
+    """Dispatcher of a kernel that is called from Python."""
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run the kernel, compiled for these types where it is not yet."""
+        """Call the kernel, after compiling it for these argument types if necessary; return its result."""
         kinds = tuple(map(_kind, arguments))
         entry = self.entries.get(kinds)
         if entry is None:
@@ -37,13 +38,13 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
 
 def call_at_once(compiled: Any) -> None:
-    """Make a numba kernel callable in this way."""
+    """Change a numba dispatcher to a `KernelDispatcher`."""
     compiled.__class__ = KernelDispatcher
     compiled.entries = {}
 
 
 def _kind(value: Any) -> Any:
-    """Return a fast key of the compiled type of an argument; None if there is none."""
+    """Return a key for the compiled type of an argument that is fast to compute; None if there is none."""
     kind = type(value)
     if kind is Bundle:
         return value.type_name

@@ -1,9 +1,10 @@
-"""Numbers of a block of points in columns, which kernels work on: what is one number a point is a vector for `LANES` points.
+"""Columns of a block of points for kernels: each number of a point becomes a vector for `LANES` points.
 
-A block has up to BLOCK points. The columns of a scratch array are WIDTH numbers long, so that a vector which begins at the last
-point stays within them; a whole number of vectors of eight, for LLVM makes none where they are not. A loop over the points of a
-block that writes nothing but one such array becomes vectors by itself.
-Tuples within tuples of numbers take a column for each of their numbers, in order.
+A block has up to BLOCK points. Each column of a scratch array has WIDTH numbers, so that a vector starting at the last
+point stays within it; WIDTH is a multiple of eight, since LLVM does not vectorize otherwise. LLVM vectorizes a loop over
+the points of a block automatically if the loop writes only to one such array.
+
+Nested tuples of numbers use one column for each of their numbers, in order.
 """
 
 from collections.abc import Iterator
@@ -22,7 +23,7 @@ WIDTH = BLOCK + 2 * LANES
 
 
 def is_tuple(kind: Any) -> bool:
-    """Return True if values of a compiled type have parts."""
+    """Return True if a compiled type is a tuple."""
     return isinstance(kind, types.BaseTuple)  # type: ignore[attr-defined]
 
 
@@ -32,7 +33,7 @@ def leaves(kind: Any) -> int:
 
 
 def lanes_of(kind: Any) -> Any:
-    """The type of a tuple with a vector in place of each number."""
+    """Return the tuple type with a vector instead of each number."""
     if not is_tuple(kind):
         return VECTOR
     parts = [lanes_of(part) for part in kind]
@@ -70,7 +71,7 @@ def _size(typing: Any, like: Any) -> Any:
 
 
 def _emit_put(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-    """The last three of the arguments: array, place, values."""
+    """Emit code that stores values in columns. The last three arguments are the array, the place and the values."""
     (array_kind, _, values_kind), (array, at, found) = signature.args[-3:], given[-3:]
     data = context.make_array(array_kind)(context, builder, array).data
     for column, (kind, value) in enumerate(flat(builder, values_kind, found)):
@@ -119,7 +120,7 @@ def _take_lanes(typing: Any, like: Any, array: Any, at: Any) -> Any:
 
 
 def numbers_in(value: Any) -> Iterator[Any]:
-    """The numbers, or vectors, of tuples within tuples, in order."""
+    """Yield the numbers, or vectors, of nested tuples, in order."""
     if isinstance(value, tuple):
         for part in value:
             yield from numbers_in(part)
@@ -138,7 +139,7 @@ def _plain_put(array: np.ndarray, at: int, values: Any) -> None:
 
 
 def rebuilt(like: Any, values: Iterator[Any]) -> Any:
-    """A tuple like another, of these numbers or vectors."""
+    """Build a tuple with the structure of `like` from these numbers or vectors."""
     if not isinstance(like, tuple):
         return next(values)
     parts = [rebuilt(part, values) for part in like]

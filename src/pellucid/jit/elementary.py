@@ -1,12 +1,11 @@
-"""Logarithm, exponential, powers by arithmetic alone: LLVM makes vectors of them, as it does not of calls of the library.
+"""Logarithm, exponential and powers by arithmetic only, since LLVM vectorizes arithmetic but not library calls.
 
-With x = m 2ᵏ, √½ ≤ m < √2, f = m - 1, s = f / (2 + f) and h = f²/2 it is ln m = f - (h - s (h + R(s²))); with x = k ln 2 + r,
-|r| ≤ ½ ln 2, and c = r - P(r²) it is exp(r) = 1 + r + r c / (2 - c). Source of both and of the polynomials R and P: fdlibm,
-e_log.c and e_exp.c (Sun Microsystems 1993), whose error is below one unit in the last place. With k = 3j + s, |s| ≤ 1, the cube
-root is 2ʲ (2ˢ m)^⅓, from a parabola in m by two steps of Halley's method, each of which leaves ⅔ of the cube of the error.
-
-The logarithm of y = 1 + x, rounded, is that of 1 + x times (y - 1)/x but for the square of the rounding (Kahan; Goldberg 1991,
-ACM Comput. Surv. 23, 5, theorem 4).
+With x = m 2ᵏ, √½ ≤ m < √2, f = m - 1, s = f / (2 + f) and h = f²/2, ln m = f - (h - s (h + R(s²))). With x = k ln 2 + r,
+|r| ≤ ½ ln 2, and c = r - P(r²), exp(r) = 1 + r + r c / (2 - c). Source of both formulas and of the polynomials: fdlibm,
+e_log.c and e_exp.c (Sun Microsystems 1993), with errors below one unit in the last place. With k = 3j + s, |s| ≤ 1, the
+cube root is 2ʲ (2ˢ m)^⅓, from a parabola in m by two steps of Halley's method, each of which reduces an error e to ⅔ e³.
+For y = 1 + x, rounded, ln(1 + x) = ln(y) x/(y - 1) up to the square of the rounding error (Kahan; Goldberg 1991, ACM
+Comput. Surv. 23, 5, theorem 4).
 """
 
 from math import frexp, inf, nan, sqrt
@@ -16,7 +15,7 @@ from numpy import floor
 from pellucid.jit.registry import compiled_by, pointwise
 
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
-"""The first ends with zeros, so that its product with k is exact."""
+"""ln 2 in two parts. The first ends with zeros, so that its product with k is exact."""
 INVERSE_LN2 = 1.44269504088896338700
 R1, R2, R3, R4, R5, R6, R7 = (
     6.666666666666735130e-01,
@@ -35,31 +34,32 @@ P1, P2, P3, P4, P5 = (
     4.13813679705723846039e-08,
 )
 C0, C1, C2, ROOT_OF_TWO, THIRD = 0.5537057, 0.5536620, -0.1074770, 1.2599210, 1.0 / 3.0
-"""Of the parabola that is within 7e-4 of m^⅓, and 2^⅓, to as many digits as that needs."""
+"""Coefficients of a parabola that approximates m^⅓ to 7e-4, and 2^⅓."""
 LEAST, WIDE, WIDE_BITS = 2.2250738585072014e-308, 2.0**54, 54.0
-"""The least number that has all its digits, and what makes such a number of a smaller one."""
+"""Smallest normal number, the factor that makes a subnormal number normal, and the exponent of this factor."""
 LOWEST, HIGHEST = -745.1332191019412, 709.782712893384
-"""Of what lies beyond, the exponential is no number above 0, or none at all."""
+"""Range of arguments: below LOWEST the exponential is 0, above HIGHEST it overflows."""
 NOTHING_BESIDE_ONE, ONE_BESIDE_NOTHING = -40.0, 60.0
-"""Below the first the exponential is nothing beside 1; where k is above the second, 1 is nothing beside it."""
+"""Limits of `expm1`: for x below the first, exp(x) is negligible compared with 1; for k above the second, 1 is negligible
+compared with exp(x)."""
 
 
 @compiled_by("pellucid.jit.exponent")
 def exponent_and_rest(x: float) -> tuple[float, float]:
-    """k and m of a positive number that has all its digits."""
+    """Return k and m of a positive normal number x = m 2ᵏ."""
     m, k = frexp(x)
     return (float(k - 1), 2.0 * m) if m < sqrt(0.5) else (float(k), m)
 
 
 @compiled_by("pellucid.jit.exponent")
 def two_to(k: float) -> float:
-    """2ᵏ for a whole number k between -1022 and 1023."""
+    """Return 2ᵏ for an integer k between -1022 and 1023."""
     return 2.0**k
 
 
 @pointwise
 def log(x: float) -> float:
-    """ln x: -inf of 0, and not a number of what is below."""
+    """Return ln x; -inf for x = 0, nan for x < 0."""
     is_small, is_number = x < LEAST, x < inf
     usable = x if x > 0.0 and is_number else 1.0
     k, m = exponent_and_rest(usable * WIDE if is_small else usable)
@@ -77,7 +77,7 @@ def log(x: float) -> float:
 
 @pointwise
 def log1p(x: float) -> float:
-    """ln(1 + x), exact also where x is small."""
+    """Return ln(1 + x), accurate also for small x."""
     y = 1.0 + x
     seen = y - 1.0
     found = log(y) * (x / (seen if seen != 0.0 and seen < inf else 1.0))
@@ -86,7 +86,7 @@ def log1p(x: float) -> float:
 
 @pointwise
 def _near_one(x: float) -> tuple[float, float]:
-    """k and exp(r) - 1."""
+    """Return k and exp(r) - 1 for x = k ln 2 + r."""
     k = floor(x * INVERSE_LN2 + 0.5)
     high, low = x - k * LN2_HIGH, k * LN2_LOW
     r = high - low
@@ -97,14 +97,14 @@ def _near_one(x: float) -> tuple[float, float]:
 
 @pointwise
 def _scaled(x: float, k: float) -> float:
-    """x 2ᵏ, where either may lie beyond all numbers and the product not."""
+    """Return x 2ᵏ; 2ᵏ may overflow or underflow if the product does not."""
     half = floor(0.5 * k)
     return (x * two_to(half)) * two_to(k - half)
 
 
 @pointwise
 def exp(x: float) -> float:
-    """The exponential of x."""
+    """Return exp(x)."""
     k, beside_one = _near_one(x if LOWEST <= x <= HIGHEST else 0.0)
     found = _scaled(1.0 + beside_one, k)
     found = found if x <= HIGHEST else (inf if x > HIGHEST else x)
@@ -113,7 +113,7 @@ def exp(x: float) -> float:
 
 @pointwise
 def expm1(x: float) -> float:
-    """The exponential of x less 1, exact also where x is small."""
+    """Return exp(x) - 1, accurate also for small x."""
     k, beside_one = _near_one(x if NOTHING_BESIDE_ONE <= x <= HIGHEST else 0.0)
     factor = two_to(k if k < ONE_BESIDE_NOTHING else 0.0)
     found = factor * beside_one + (factor - 1.0) if k < ONE_BESIDE_NOTHING else _scaled(1.0 + beside_one, k)
@@ -123,7 +123,7 @@ def expm1(x: float) -> float:
 
 @pointwise
 def power(x: float, y: float) -> float:
-    """x to the power y, for x above 0, to a relative error of 1 + 1.5 |y ln x| times that of a rounded number, 2.2e-16."""
+    """Return x^y for x > 0, with a relative error of at most (1 + 1.5 |y ln x|) 2.2e-16."""
     return exp(y * log(x))
 
 
@@ -135,7 +135,7 @@ def _nearer_root(y: float, a: float) -> float:
 
 @pointwise
 def cube_root(x: float) -> float:
-    """The cube root of a number above 0 that has all its digits, to one and a half units in the last place."""
+    """Return the cube root of a positive normal number, to 1.5 units in the last place."""
     k, m = exponent_and_rest(x)
     j = floor(k * THIRD + 0.5)
     s = k - 3.0 * j

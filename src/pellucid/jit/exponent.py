@@ -1,6 +1,6 @@
-"""Exponents of numbers by their bits, as `pellucid.jit.elementary` describes them.
+"""Exponents of numbers from their bits, for `pellucid.jit.elementary`.
 
-Conversions go by 32 bits and shifts are logical: processors without AVX-512 have no others for vectors.
+Conversions use 32 bits and shifts are logical: processors without AVX-512 have no other vector instructions for them.
 """
 
 from typing import Any
@@ -11,13 +11,13 @@ from numba.extending import intrinsic
 
 LONG, SHORT, DOUBLE = ir.IntType(64), ir.IntType(32), ir.DoubleType()
 SQRT_HALF, ONE = 0x3FE6A09E00000000, 0x3FF0000000000000
-"""The bits of √½, its last digits left out, and of 1."""
+"""Bits of √½, without its last digits, and of 1."""
 DIGITS = 52
 
 
 @intrinsic
 def exponent_and_rest(typing: Any, x: Any) -> Any:
-    """k and m of a number."""
+    """Return k and m of a number x = m 2ᵏ, in compiled code."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         bits = builder.bitcast(values[0], LONG)
@@ -32,7 +32,7 @@ def exponent_and_rest(typing: Any, x: Any) -> Any:
 
 @intrinsic
 def two_to(typing: Any, k: Any) -> Any:
-    """2ᵏ."""
+    """Return 2ᵏ, in compiled code."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         exponent = builder.add(builder.fptosi(values[0], SHORT), SHORT(ONE >> DIGITS))

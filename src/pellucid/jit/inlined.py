@@ -1,6 +1,7 @@
-"""The compiler of pointwise functions, which only become part of kernels: it makes no machine code of them.
+"""Compiler for pointwise functions that exist only as part of kernels: it produces no machine code.
 
-Numba makes a library of each function, optimised and as machine code. Kernels take the former; nothing calls the latter.
+Numba builds a library of each function, as optimized intermediate code and as machine code. Kernels use the intermediate
+code; nothing calls the machine code.
 """
 
 from typing import Any
@@ -10,7 +11,7 @@ from numba.core.compiler import Compiler
 
 
 class InlinedLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code for other libraries alone."""
+    """Library that is only linked into other libraries."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
@@ -34,9 +35,9 @@ class _NoEnvironments:
 
 
 class InlinedCompiler(Compiler):  # type: ignore[misc]
-    """Makes such libraries."""
+    """Compiler that produces an `InlinedLibrary`."""
 
     def compile_extra(self, function: Any) -> Any:
-        """Compile a function."""
+        """Compile a function without machine code."""
         self.state.library = InlinedLibrary(self.state.targetctx.codegen(), function.__qualname__)
         return super().compile_extra(function)

@@ -1,10 +1,10 @@
 """Joint parallel region for the loops of several bodies.
 
-Loops that begin with `joint_for` or `joint_by_colour` in a block `with joint_region:` wait for its end. Then a thread runs
-the first chunk of all loops, one loop after another; another thread runs the second, and so on; loops by colour run one
-colour after the other. Bodies that add to the same nodes do not conflict, since their chunks are the same layers of the
-grid, and all is added in one order on any number of threads. A loop may use the results of an earlier one of its kind in
-the same chunk.
+Loops that start with `joint_for` or `joint_by_colour` in a block `with joint_region:` are deferred to the end of the block.
+Then one thread runs the first chunk of all loops, one loop after another; another thread runs the second, and so on; loops
+by colour run one colour after the other. Bodies that add to the same nodes do not conflict, since their chunks are the same
+layers of the grid, and all contributions are added in the same order for any number of threads. A loop may use the results
+of an earlier loop of its kind in the same chunk.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,7 +16,7 @@ import numba
 from pellucid.jit.region import COUNT, LEFT_OUT, MOST, OPEN, ROOM, USED, make_known, waiting
 
 OF_A_BODY, BYTES_EACH = 8, 256
-"""So many loops a body begins at most in a region, and their arguments take so many bytes each."""
+"""Largest number of loops that a body starts in a region, and largest size of the arguments of a loop [bytes]."""
 
 
 @contextmanager
@@ -30,20 +30,26 @@ def leaving_out(rows: int) -> Iterator[None]:
 
 
 class JointRegion:
-    """Lets joint loops wait, and does them as one at the end of a block; not where an error ends it.
+    """Context manager that defers joint loops and runs them together at the end of its block, unless an error ends the
+    block.
 
-    What the loops take must live until then; what they give is there after it. Regions do not contain each other.
+    The arguments of the loops must exist until the end of the block; their results are available after it. Regions cannot
+    be nested.
     """
 
     by_parity: Callable[[Callable[[], None], Sequence[Any]], None] | None = None
-    """Where several processes share the rows: does loops that give to nodal arrays row parity by row parity."""
+    """Function that runs loops that add to nodal arrays, separately for even and odd rows of slabs; set if several
+    processes share the rows, else None."""
 
     def __init__(self) -> None:
         self._given: list[Any] = []
 
     def give(self, begin: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
-        """Begin joint loops by colour. given: the arrays of the nodes of the grid, or of lists of them, to which these loops
-        give: asked for where processes share the rows."""
+        """Start joint loops by colour.
+
+        begin: function that starts the loops; given: function that returns the arrays, of all nodes or of lists of nodes,
+        to which the loops add. It is called only if several processes share the rows.
+        """
         if self.by_parity is not None and waiting[OPEN]:
             self._given += [array for array in given() if not any(array is known for known in self._given)]
             begin()
@@ -51,7 +57,7 @@ class JointRegion:
             self.give_at_once(begin, given)
 
     def give_at_once(self, do: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
-        """The same of loops that never wait."""
+        """Run loops that are never deferred; see `give`."""
         if self.by_parity is None:
             do()
         else:
@@ -62,9 +68,9 @@ class JointRegion:
             waiting[OPEN] = 1
 
     def make_room(self) -> None:
-        """Run waiting loops before a body begins its own, if these might not find room.
+        """Run the deferred loops before a body starts its own, if there might be no room for the latter.
 
-        A loop without room runs at once, before the waiting loops whose results it may use.
+        A loop without room would run at once, before deferred loops whose results it may use.
         """
         if waiting[COUNT] > MOST - OF_A_BODY or waiting[USED] > ROOM - OF_A_BODY * BYTES_EACH:
             self._run()

@@ -1,4 +1,4 @@
-"""Kernels that are put down instead of run: which ones some work calls, with which types of arguments."""
+"""Record of kernel calls without execution: the kernels that a piece of code calls, with their argument types."""
 
 import ast
 import inspect

@@ -13,7 +13,7 @@ from pellucid.system.interrupts import signals_held
 
 MOST_PER_CORE = 16
 LINE = 64
-"""Bytes of a line of the cache, on which arrays of kernels begin."""
+"""Size of a cache line [bytes]; arrays of kernels start at a multiple of it."""
 
 # Waiting threads look for work some tenths of a millisecond, as long as what lies between two kernels takes, and then sleep:
 # woken each time, two would be slower than one below 50 000 points, and those that never sleep bring a busy machine to a crawl.
@@ -23,11 +23,12 @@ os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
 
 def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a loop over points or nodes; kept on disk for each state of the sources that it depends on.
+    """Decorator: compile a loop over points or nodes. Compiled code is stored on disk for each state of the sources that it
+    depends on.
 
-    inner: a kernel that only other kernels call, which spares the compiler what Python needs to call it.
-    inline: an inner kernel that becomes part of each loop that calls it.
-    allocates: a kernel that makes arrays otherwise than by `pellucid.jit.local`, and so counts references to all arrays.
+    inner: True for a kernel called only by other kernels; it is compiled without the interface to Python. inline: True for
+    an inner kernel that is inlined in each calling loop. allocates: True for a kernel that creates arrays other than by
+    `pellucid.jit.local`; it then counts references to all arrays.
     """
 
     def decorate(function: Any) -> Any:
@@ -60,7 +61,8 @@ def kernel(inner: bool = False, inline: bool = False, allocates: bool = False) -
 
 @contextmanager
 def _without_collection() -> Iterator[None]:
-    """No garbage is looked for in the block: compilation makes so many objects that a seventh of its time would go there."""
+    """Disable garbage collection in the block: compilation creates so many objects that collection would take a seventh of
+    its time."""
     collects = gc.isenabled()
     gc.disable()
     try:
@@ -84,7 +86,7 @@ def _keep_from_python(compiled: Any) -> None:
 
 
 def check_threads(threads: object) -> None:
-    """Raises UsageError for what is no number of threads that makes sense on this machine."""
+    """Raise UsageError unless `threads` is a sensible number of threads for this machine."""
     most_useful = MOST_PER_CORE * (os.cpu_count() or 1)
     if not (isinstance(threads, int) and 1 <= threads <= most_useful):
         text = f"threads = {threads!r} must be a whole number from 1 to {most_useful}"
@@ -92,9 +94,9 @@ def check_threads(threads: object) -> None:
 
 
 def set_threads(threads: int | None) -> int:
-    """Use this many threads, as many as there are cores where None; the number in use. Results do not depend on it.
+    """Set the number of threads, or the number of cores if None; return the number in use. Results do not depend on it.
 
-    Raises UsageError for a number that makes no sense on this machine.
+    Raises UsageError for a number that is not sensible on this machine.
     """
     if threads is not None:
         check_threads(threads)

@@ -1,7 +1,7 @@
-"""Arrays of a kernel's own, in its stack frame: scratch of a fixed size, for which nothing is asked of the system.
+"""Local arrays of a kernel, in its stack frame: scratch memory of a fixed size without memory allocation.
 
-`numbers` and `indices` make an array of doubles or of int64 whose content is not set, `zeros` one of doubles that are zero.
-They last as long as the call of the kernel that made them, so that no kernel may return one.
+`numbers` and `indices` create an array of doubles or of int64 with undefined content, `zeros` an array of zero doubles. The
+arrays exist until the kernel that created them returns, so a kernel must not return one.
 """
 
 from typing import Any

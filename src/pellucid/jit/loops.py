@@ -7,9 +7,10 @@
 
     scale(chunks, values, 2.0)  # all chunks, in any order on the threads
 
-As with a vectorised function, one definition stands for the work on one part and for the call on all. The kernel of a chunk is
-compiled as `scale_chunk`, and as `scale` a driver with the same arguments, which hands the chunks out to the threads
-(`pellucid.jit.parallel`). A driver of several loops, and several drivers of one kernel, are written out.
+As for a vectorized function, one definition serves for the work on one chunk and for the call on all chunks. The kernel of
+a chunk is compiled as `scale_chunk`. A driver with the same arguments is compiled as `scale`; it distributes the chunks to
+the threads (`pellucid.jit.parallel`). A driver of several loops, or several drivers of one kernel, must be written
+explicitly.
 """
 
 import functools
@@ -24,18 +25,22 @@ from pellucid.jit.parallel import parallel_by_colour, parallel_for
 
 
 def parallel_loop(allocates: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Make the decorated kernel of a chunk, whose first argument is its number, a loop over as many chunks as this says.
+    """Decorator: turn the kernel of a chunk into a loop over chunks. The first argument of the kernel is the index of the
+    chunk; the first argument of the loop is the number of chunks.
 
-    The kernel must return nothing; what it raises is lost. Python and kernels call the loop. allocates: as for `kernel`.
+    The kernel must not return a value, and exceptions that it raises are lost. Python and kernels can call the loop.
+    allocates: see `kernel`.
     """
     return lambda function: _driver(function, parallel_for, [], allocates)
 
 
 def parallel_loop_by_colour(gives: str) -> Callable[[Callable[..., Any]], Callable[..., None]]:
-    """The same for slabs of points, of which neighbours add to the same nodes and are never done at the same time.
+    """Decorator like `parallel_loop`, for slabs of points: adjacent slabs add to the same nodes and never run at the same
+    time.
 
-    The second argument has `slabs`, with the number of these in a row (`across`). gives: the argument that neighbours add to,
-    or a member of it, such as "walls.gap", as `JointRegion.give` takes it. Python alone calls the loop.
+    The second argument of the kernel has `slabs`, with the number of slabs in a row (`across`). gives: name of the argument
+    to which adjacent slabs add, or of a member of an argument, such as "walls.gap"; see `JointRegion.give`. Only Python can
+    call the loop.
     """
     name, _, member = gives.partition(".")
 
@@ -55,10 +60,10 @@ def parallel_loop_by_colour(gives: str) -> Callable[[Callable[..., Any]], Callab
 
 
 def _driver(function: Any, loop: Any, sizes: list[str], allocates: bool = False) -> Any:
-    """The kernel that hands out the chunks, by the name of the function.
+    """Return the driver kernel, which distributes the chunks and has the name of the function.
 
-    It is made from text, with the arguments of the function: numba is slow to find the types of any number of them (`*others`).
-    Messages place it where the function is.
+    Its source text is generated with the arguments of the function, since numba is slow to determine the types of a
+    variable number of arguments (`*others`). Messages give the location of the function.
     """
     number, *others = inspect.signature(function).parameters
     given = ", ".join(["chunk_kernel", number, *sizes, *others])

@@ -1,11 +1,12 @@
-"""Loops that threads share: the chunks of a kernel are handed out to numba's own threads.
+"""Parallel loops: the chunks of a kernel are distributed to numba's threads.
 
-A `prange` loop compiles all that its body calls several times over, seconds for every driver that only hands out slabs. Here
-the loop is a small function that numba's runtime calls on each thread, and it calls the kernel of a chunk where that lies: its
-code is not made a second time, which would cost as much as the first and may round otherwise.
+A `prange` loop compiles its body, with all functions that it calls, several times, which takes seconds for every driver.
+Here the loop is a small function that numba's runtime calls on each thread, and it calls the compiled kernel of a chunk.
+The code of the kernel is not compiled again; a second compilation would take as long as the first and could round
+differently.
 
-Threads that begin and end a loop together wait for each other, which costs small bodies more than a second thread gains. So
-the loops of several bodies can become one region, see `pellucid.jit.joint`.
+Threads that start and end a loop together wait for each other. For small bodies this costs more than a second thread gains.
+Therefore the loops of several bodies can be combined in one region, see `pellucid.jit.joint`.
 """
 
 from typing import Any, NamedTuple
@@ -66,7 +67,8 @@ def _plain_by_colour(kernel: Any, count: int, across: int, *arguments: Any) -> N
 
 
 def _loop(typing: Any, kernel: Any, sizes: list[Any], arguments: Any, joint: bool) -> Any:
-    """Type and code of a loop over chunks; sizes: how many, and for one by colour how many are in a row."""
+    """Return the type and the code of a loop over chunks; sizes: the number of chunks and, for a loop by colour, the number
+    in a row."""
     make_known()
     given = (types.intp, *arguments)
     kernel.get_call_type(typing, given, {})
@@ -88,7 +90,7 @@ def _loop(typing: Any, kernel: Any, sizes: list[Any], arguments: Any, joint: boo
 
 
 class ChunkKernel(NamedTuple):
-    """A kernel that the code of a driver refers to by name: it must be there before the driver is."""
+    """A kernel to which the code of a driver refers by name; it must be loaded before the driver."""
 
     function: Any
     arguments: tuple[Any, ...]
@@ -96,13 +98,13 @@ class ChunkKernel(NamedTuple):
 
     @property
     def symbol(self) -> str:
-        """The name."""
+        """Name of the kernel in compiled code."""
         return str(self.compiled.fndesc.llvm_func_name)
 
 
 def chunk_kernels(library: Any) -> list[ChunkKernel]:
-    """Return the chunk kernels that the code of a library refers to, without those of nested libraries; they live as long
-    as it does."""
+    """Return the chunk kernels that the code of a library refers to, without nested libraries. The list exists as long as
+    the library."""
     if not hasattr(library, "chunk_kernels"):
         library.chunk_kernels = []
     kept: list[ChunkKernel] = library.chunk_kernels
@@ -110,7 +112,7 @@ def chunk_kernels(library: Any) -> list[ChunkKernel]:
 
 
 def _do_chunk(context: Any, module: Any, packed: Any, compiled: Any, given: Any) -> Any:
-    """The function that does one chunk."""
+    """Return the compiled function that runs one chunk."""
     name = module.get_unique_name(f"chunk.{compiled.fndesc.mangled_name}")
     function = ir.Function(module, DO_CHUNK, name)
     function.linkage = "internal"

@@ -1,9 +1,10 @@
-"""Rows of an array, one for each point, as vectors: that of one point.
+"""Rows of an array, one for each point, as vectors for a single point.
 
-`vector_at_point(array, p)`: a row of three numbers, and a zero. `symmetric_at_point(array, p)`: of a row of six (xx, yy, zz,
-yz, xz, xy) the three columns of the tensor. `tensor_at_point(array, p)`: the same of a row of ten, nine of a tensor row by row
-and one more. What the last lanes of columns hold has no meaning. `cross(a, b)`: the vector product of two vectors whose last
-lanes are zero. `with_last(vector, number)`: a vector with another number in the last lane.
+`vector_at_point(array, p)`: a row of three numbers, followed by a zero. `symmetric_at_point(array, p)`: the three columns
+of a symmetric tensor, from a row of six numbers (xx, yy, zz, yz, xz, xy). `tensor_at_point(array, p)`: the three columns of
+a tensor, from a row of ten numbers, nine of the tensor row by row and one more. The last lane of a column has no meaning.
+`cross(a, b)`: the vector product of two vectors whose last lanes are zero. `with_last(vector, number)`: the vector with its
+last lane replaced by `number`.
 """
 
 from typing import Any

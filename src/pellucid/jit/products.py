@@ -1,8 +1,9 @@
-"""Sums over points that share their nodes, a vector for each node: tuples of weights, and tuples of vectors.
+"""Sums over points that share their nodes, with one vector for each node, from tuples of weights and of vectors.
 
-`outer` gives the products of all numbers of one tuple with all of another, those of the first number first; `no_sums` a zero
-vector for each number of a tuple; `plus` adds to each vector of a tuple a number of another times one vector, or times that of
-a third. `moved` gives for each number of `like` the vectors of a tuple, moved on by as many steps as numbers came before it.
+`outer(a, b)`: products of each number of a with each number of b, ordered by the numbers of a. `no_sums(like)`: a zero
+vector for each number of a tuple. `plus(sums, weights, vectors)`: to each vector of `sums`, add the weight at the same
+place times `vectors`, a single vector or a tuple of vectors. `moved(vectors, like, step)`: for the number k = 0, 1, ... of
+each entry of `like`, the vectors plus k times `step`.
 """
 
 from typing import Any

@@ -1,13 +1,14 @@
-"""A parallel region: threads that do the chunks of some loops, colour after colour, until none is left.
+"""A parallel region: threads run the chunks of some loops, colour after colour, until all are done.
 
-Of each colour a thread first does its own share of the numbers, then what others have not begun of theirs, and it begins a
-colour when all numbers of the one before are done. So the region is entered and left once, which costs as much as some hundred
-points. Who waits looks for some microseconds, no longer than most chunks take, and then lets others run.
+In each colour a thread first runs the items of its own share, and then items of other shares that have not been started. It
+starts a colour when all items of the previous colour are done. The region is therefore entered and left only once, which
+costs as much as some hundred points. A waiting thread polls for some microseconds, as long as most chunks take, and then
+yields to other threads.
 
-Shares are the same in every loop and step: with OpenMP, what a thread wrote is in the caches of the core that reads it next.
-Where each took the next number that was left, two cores at times took as long as one.
+Shares are the same in every loop and step: with OpenMP, data written by a thread are then in the cache of the core that
+reads them next. With dynamic scheduling of single items, two cores sometimes needed as long as one.
 
-The code is made once in a process, and known by name to the drivers of loops, which would else have a copy each.
+The code is generated once in a process, and drivers of loops refer to it by name; otherwise each would contain a copy.
 """
 
 import ctypes
@@ -23,41 +24,41 @@ from numba.core import cgutils
 INTP = cgutils.intp_t
 BYTES = ir.IntType(8).as_pointer()
 DO_CHUNK = ir.FunctionType(ir.VoidType(), [BYTES, INTP])
-"""Does the chunk of a number with the arguments at an address."""
+"""Type of a function that runs one chunk; arguments: address of the arguments, number of the chunk."""
 LOOP = ir.LiteralStructType([DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP, INTP, INTP])
-"""Chunks of a kernel in rows: how one is done, the arguments, and what `Chunks` has."""
+"""Type of a loop over the chunks of a kernel: function of one chunk, arguments, and the members of `Chunks`."""
 COLOURS = 4
 TASK = ir.LiteralStructType([INTP, LOOP.as_pointer(), INTP, INTP, INTP, INTP.as_pointer(), ir.ArrayType(INTP, COLOURS)])
-"""What threads share: how many numbers are done; the loops of the first colour, from these to those of the next, how many loops
-a colour has; how many threads there are, where it says how many numbers of each one's shares are taken; how many numbers each
-colour has. A number is a chunk of each loop that has so many."""
+"""Type of the data shared by the threads: number of items done; loops of the first colour, offset between the loops of two
+colours, number of loops per colour; number of threads, counters of the items taken from each thread's shares; number of
+items of each colour. Item n runs chunk n of each loop that has so many chunks."""
 DONE, LOOPS_AT, TO_NEXT_COLOUR, PER_COLOUR, THREADS, TAKEN_AT, NUMBERS = range(7)
 LINE = 8
-"""Numbers in a line of the cache, one of which each thread has for what is taken of its shares."""
+"""Size of a cache line [8-byte integers]. Each thread has one line for the counters of its shares."""
 SHARE = ir.FunctionType(ir.VoidType(), [BYTES.as_pointer(), INTP.as_pointer(), INTP.as_pointer(), BYTES])
-"""What numba's runtime calls on each thread."""
+"""Type of the function that numba's runtime calls on each thread."""
 LOOKS = 5000
-"""How often a thread looks whether others are done, before it lets others run each time."""
+"""Number of polls of a waiting thread before it yields to other threads after each poll."""
 BEGIN = "pellucid_begin_loop"
 BEGIN_LOOP = ir.FunctionType(ir.VoidType(), [DO_CHUNK.as_pointer(), BYTES, INTP, INTP, INTP, INTP])
-"""Begins a loop: how a chunk is done, the arguments and their bytes, how many chunks there are, how many in a row of those
-that go by colour or else 0, and whether the loop may wait."""
+"""Type of the function that starts a loop; arguments: function of one chunk, the loop's arguments and their size in bytes,
+number of chunks, number in a row for loops by colour (else 0), and whether the loop may be deferred."""
 
 MOST, ROOM = 256, 65536
-"""So many loops can wait, and their arguments take so many bytes; what is beyond is done at once."""
+"""Largest number of deferred loops, and largest total size of their arguments [bytes]; further loops run at once."""
 WAITING = ir.LiteralStructType([INTP, INTP, INTP, INTP, ir.ArrayType(ir.ArrayType(LOOP, MOST), COLOURS),
                                 ir.ArrayType(ir.IntType(8), ROOM)])  # fmt: skip
-"""Whether loops wait, the bytes in use, how many loops there are, which rows are left out (EVEN_ROWS, ODD_ROWS or 0), the loops
-for each colour, their arguments."""
+"""Type of the memory of deferred loops: whether loops are deferred, bytes used, number of loops, omitted rows (EVEN_ROWS,
+ODD_ROWS or 0), loops for each colour, their arguments."""
 OPEN, USED, COUNT, LEFT_OUT, LOOPS, ARGUMENTS = range(6)
 EVEN_ROWS, ODD_ROWS = 1, 2
-"""With the even rows go the chunks of loops that do not go by colour."""
+"""Values of LEFT_OUT. Chunks of loops that are not by colour count as even rows."""
 waiting = np.zeros(4 + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64)
-"""The memory of WAITING."""
+"""Memory of type WAITING."""
 
 
 class Chunks(NamedTuple):
-    """Chunks in rows: the first, so many in a row, the steps to the next in it and to the next row, how many in all."""
+    """Chunks of a loop in rows: first chunk, number in a row, step within a row, step to the next row, total number."""
 
     first: Any
     in_row: Any
@@ -68,7 +69,7 @@ class Chunks(NamedTuple):
 
 @cache
 def make_known() -> Callable[[], None]:
-    """Start numba's threads and make BEGIN known to compiled code; what runs the waiting loops."""
+    """Start numba's threads and register BEGIN for compiled code; return the function that runs the deferred loops."""
     from numba.np.ufunc.parallel import _launch_threads
 
     llvm.initialize_native_target()
@@ -129,7 +130,8 @@ def _define_begin(module: Any, run: Any) -> None:
 
 
 def _chunks_of(builder: Any, colour: int, count: Any, across: Any) -> Chunks:
-    """Every other chunk of every other row; of chunks without rows all those of the first colour."""
+    """Return the chunks of a colour: every second chunk of every second row, or, for loops without rows, all chunks in the
+    first colour."""
     by_colour = builder.icmp_signed(">", across, INTP(0))
     in_row = builder.select(by_colour, across, INTP(1))
     row, place = INTP(colour // 2), INTP(colour % 2)
@@ -142,7 +144,7 @@ def _chunks_of(builder: Any, colour: int, count: Any, across: Any) -> Chunks:
 
 
 def _waiting_loops() -> Any:
-    """WAITING, where it lies."""
+    """Return the address of the memory of WAITING, in compiled code."""
     return INTP(waiting.ctypes.data).inttoptr(WAITING.as_pointer())
 
 
@@ -155,7 +157,7 @@ def _define_run_waiting(module: Any, run: Any) -> None:
 
 
 def _define_run(module: Any, share: Any) -> Any:
-    """Does loops on numba's threads; on this one where there is nothing to divide."""
+    """Define the function that runs loops on numba's threads, or on the current thread if there is nothing to distribute."""
     function, builder = _define(module, ir.FunctionType(ir.VoidType(), [LOOP.as_pointer(), INTP, INTP]), "run")
     loops, to_next, count = function.args
     task, total = cgutils.alloca_once(builder, TASK), INTP(0)
@@ -194,7 +196,7 @@ def _define_run(module: Any, share: Any) -> Any:
 
 
 def _define_share(module: Any) -> Any:
-    """Define the function of each thread."""
+    """Define the function that runs on each thread."""
     function, builder = _define(module, SHARE, "share")
     task = builder.bitcast(function.args[-1], TASK.as_pointer())
     done = _member(builder, task, DONE)
@@ -219,7 +221,7 @@ def _define_share(module: Any) -> Any:
 
 
 def _do_share(builder: Any, taken: Any, begin: Any, end: Any, done: Any, count: Any, loops: Any) -> None:
-    """The numbers of a share that no thread has taken yet."""
+    """Emit code that runs the items of a share that no thread has taken yet."""
     head, take, body, on = (builder.append_basic_block(name) for name in ("head", "take", "body", "on"))
     builder.branch(head)
     builder.position_at_end(head)
@@ -236,7 +238,7 @@ def _do_share(builder: Any, taken: Any, begin: Any, end: Any, done: Any, count: 
 
 
 def _await(builder: Any, done: Any, wanted: Any) -> None:
-    """Wait until so many numbers are done."""
+    """Emit code that waits until `wanted` items are done."""
     looks = cgutils.alloca_once_value(builder, INTP(0))
     look, again, rest, on = (builder.append_basic_block(name) for name in ("look", "again", "rest", "on"))
     builder.store(INTP(0), looks)
@@ -256,7 +258,7 @@ def _await(builder: Any, done: Any, wanted: Any) -> None:
 
 
 def _do_number(builder: Any, number: Any, count: Any, loops: Any) -> None:
-    """The chunks of a number of a colour, of one loop after the other."""
+    """Emit code that runs one item of a colour: its chunk in one loop after the other."""
     with cgutils.for_range(builder, count, intp=INTP) as each:
         loop = builder.load(builder.gep(loops, [each.index]))
         do_chunk, arguments, *rest = (builder.extract_value(loop, i) for i in range(len(LOOP.elements)))

@@ -1,4 +1,5 @@
-"""Pointwise functions: what kernels call, and plain Python alike. Nothing here imports numba until the first kernel is used."""
+"""Registry of pointwise functions, which kernels and plain Python call. Numba is not imported here before the first kernel
+is used."""
 
 import inspect
 from collections.abc import Callable
@@ -10,7 +11,7 @@ _helpers: dict[Callable[..., Any], None] = {}
 _replaced: dict[Callable[..., Any], str] = {}
 _generics: "dict[Callable[..., Any], Generic]" = {}  # by the function that dispatches in plain Python
 kernels: dict[tuple[str, str], Any] = {}
-"""What is compiled, by module and name; of functions made anew under one name the last."""
+"""Compiled kernels by module and name; if functions share a name, the last one."""
 _active = False
 IN_KERNELS: dict[str, Any] = {
     "error_model": "numpy",
@@ -21,15 +22,15 @@ IN_KERNELS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
     "_nrt": False,
 }
-"""How numba compiles what only kernels call, and what becomes part of them.
+"""Numba options for functions that only kernels call and that are inlined in them.
 
-Python and C never call it, and arrays live as long as the kernel: it counts no references to them. Where callers were compiled
-in other ways, a function that they share would be compiled for each.
+Python and C never call these functions, and arrays exist as long as the kernel, so references to them are not counted. All
+callers need the same options: otherwise a shared function would be compiled for each.
 """
 
 
 class MissingFunction(TypeError):
-    """A pointwise operation that is not registered for a type."""
+    """Error: a pointwise operation is not registered for a type."""
 
     def __init__(self, operation: Callable[..., Any], kind: type) -> None:
         self.operation, self.kind = operation, kind
@@ -38,19 +39,20 @@ class MissingFunction(TypeError):
 
 
 class Generic(NamedTuple):
-    """A pointwise operation: its signature, and its implementation for each type of the first argument."""
+    """A pointwise operation: its signature, and its implementations by the type of the first argument."""
 
     signature: inspect.Signature
     implementations: dict[type, Callable[..., Any]]
     default: list[Callable[..., Any]]  # at most one, for the types that register none
 
     def of(self, kind: type) -> Callable[..., Any] | None:
-        """The function of a type."""
+        """Return the implementation for a type; None if there is none."""
         return self.implementations.get(kind, self.default[0] if self.default else None)
 
 
 def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
-    """Declare a pointwise operation; the body of `signature` is never run, its arguments and docstring count."""
+    """Decorator: declare a pointwise operation. The body of `signature` is never run; only its arguments and docstring are
+    used."""
     bare = [p.replace(annotation=p.empty) for p in inspect.signature(signature).parameters.values()]
     operation = Generic(inspect.Signature(bare), {}, [])  # implementations are not annotated, and numba compares
 
@@ -69,9 +71,10 @@ def generic(signature: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register the decorated function as `operation` for a parameter type, for compiled kernels and plain Python.
+    """Decorator: register a function as `operation` for a parameter type, for compiled kernels and plain Python.
 
-    Raises TypeError for what is no operation or no NamedTuple, and for a function with other arguments than the operation.
+    Raises TypeError if `operation` is no operation, if the type is no NamedTuple, and if the arguments of the function
+    differ from the arguments of the operation.
     """
     if not is_operation(operation):
         raise TypeError(f"{getattr(operation, '__name__', operation)} is no operation that a law can register a function for")
@@ -90,7 +93,7 @@ def point_function(operation: Callable[..., Any], kind: type) -> Callable[[Calla
 
 
 def default_function(operation: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Register the decorated function as `operation` for the parameter types that register none."""
+    """Decorator: register a function as `operation` for all parameter types without their own implementation."""
 
     def register(implementation: Callable[..., Any]) -> Callable[..., Any]:
         _generics[operation].default[:] = [implementation]
@@ -100,7 +103,7 @@ def default_function(operation: Callable[..., Any]) -> Callable[[Callable[..., A
 
 
 def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a small scalar function as callable from kernels."""
+    """Decorator: make a small scalar function callable from kernels."""
     _helpers[function] = None
     if _active:
         _compile_helper(function)
@@ -108,8 +111,8 @@ def pointwise(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def compiled_by(module: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Mark a function of one argument in place of which kernels call the intrinsic of its name in a module, which is imported
-    with the first kernel."""
+    """Decorator: in kernels, replace a function of one argument by the intrinsic of the same name in a module, which is
+    imported with the first kernel."""
 
     def mark(function: Callable[..., Any]) -> Callable[..., Any]:
         _replaced[function] = module
@@ -126,12 +129,12 @@ def is_operation(value: Any) -> bool:
 
 
 def implementations(operation: Callable[..., Any]) -> dict[type, Callable[..., Any]]:
-    """The functions registered for an operation, by the type of the first argument."""
+    """Return the functions registered for an operation, by the type of the first argument."""
     return _generics[operation].implementations
 
 
 def defaults(operation: Callable[..., Any]) -> list[Callable[..., Any]]:
-    """The function for the types that register none, if there is one."""
+    """Return a list with the default function of an operation; an empty list if there is none."""
     return _generics[operation].default
 
 
@@ -141,7 +144,7 @@ def is_pointwise(value: Any) -> bool:
 
 
 def activate() -> None:
-    """Teach numba what is registered so far, and from now on what is registered later."""
+    """Register all functions with numba, and from now on each new one."""
     global _active
     if _active:
         return

@@ -1,9 +1,9 @@
-"""Rows of arrays, one for each point, in vectors of `LANES` points and for each point.
+"""Rows of arrays, one for each point, as vectors of `LANES` points or for a single point.
 
-Rows lie in memory one after the other. Those of four points are read two components at a time, which few shuffles sort into one
-vector for each component, and kept four at a time. What is taken or kept is a tuple, within tuples, of numbers or vectors; the
-arrays are an array, or a tuple of arrays for its parts: shape (points,) or (points, components) in C order, and with as many
-components as the part has numbers.
+Rows are contiguous in memory. The rows of four points are read two components at a time, and a few shuffles sort these
+pairs into one vector for each component; rows are also written for four points at a time. Values are (nested) tuples of
+numbers or vectors. The matching arrays are a single array, or a tuple of arrays for the members of the values. Each array
+has the shape (points,) or (points, components) in C order, with as many components as the member has numbers.
 """
 
 from collections.abc import Callable, Iterator
@@ -22,7 +22,7 @@ from pellucid.jit.vector import LANES
 DOUBLE = ir.DoubleType()
 SIZE = 8  # bytes of one
 EVEN, ODD = [0, 4, 2, 6], [1, 5, 3, 7]
-"""Shuffles that sort pairs: of numbers of two rows those of one component, of columns those of two points."""
+"""Shuffles of pairs: they sort numbers of two rows by component, or columns by point."""
 
 
 def _lanes(builder: Any, one: Any, other: Any, lanes: list[int]) -> Any:
@@ -30,7 +30,8 @@ def _lanes(builder: Any, one: Any, other: Any, lanes: list[int]) -> Any:
 
 
 def address_of_row(context: Any, builder: Any, kind: Any, array: Any, p: Any, length: int, offset: int, count: int) -> Any:
-    """The address of `count` doubles, which begin `offset` doubles after the row of point p."""
+    """Return the address of `count` doubles, starting `offset` doubles after the start of the row of point p, in compiled
+    code."""
     if not isinstance(kind, types.Array) or kind.dtype is not types.float64 or kind.layout != "C":
         raise TypeError(f"rows are those of arrays of doubles in C order, not of {kind}")
     data = context.make_array(kind)(context, builder, array).data
@@ -48,7 +49,7 @@ def _walk(builder: Any, like: Any, kind: Any, arrays: Any, visit: Callable[[Any,
 
 
 def _columns(builder: Any, length: int, taken: Callable[[int, int], Any]) -> list[Any]:
-    """A vector for each component of four rows; taken: `count` numbers from the one with this offset on."""
+    """Return a vector for each component of four rows; taken: function that reads `count` numbers at an offset."""
     columns = []
     for component in range(0, length - 1, 2):
         pairs = [taken(component + length * lane, 2) for lane in range(LANES)]
@@ -63,7 +64,7 @@ def _columns(builder: Any, length: int, taken: Callable[[int, int], Any]) -> lis
 
 
 def _rows(builder: Any, columns: list[Any]) -> Iterator[tuple[int, Any]]:
-    """The numbers of four rows, in vectors of several components of one row, with the offset of each."""
+    """Yield the numbers of four rows as vectors of several components of one row, each with its offset."""
     length = len(columns)
     together = zip(columns[:-1:2], columns[1::2], strict=True)
     pairs = [[_lanes(builder, one, other, lanes) for lanes in (EVEN, ODD)] for one, other in together]

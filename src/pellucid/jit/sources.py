@@ -69,7 +69,7 @@ def sources_of(functions: Iterable[FunctionType], arguments: Iterable[types.Type
 
 
 def classes_in(kind: types.Type) -> Iterator[type]:
-    """The named tuple classes within a compiled type."""
+    """Yield the named tuple classes within a compiled type."""
     if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
         yield kind.instance_class
     for part in parts_of(kind):
@@ -77,7 +77,7 @@ def classes_in(kind: types.Type) -> Iterator[type]:
 
 
 def parts_of(kind: types.Type) -> tuple[types.Type, ...]:
-    """The types that a compiled type is made of."""
+    """Return the types that a compiled type contains."""
     content = getattr(kind, "content", None)
     if isinstance(content, types.Type):  # of a bundle
         return (content,)
@@ -89,7 +89,7 @@ def parts_of(kind: types.Type) -> tuple[types.Type, ...]:
 
 
 def described(kind: types.Type) -> str:
-    """The name of a type, the same in every process."""
+    """Return the name of a type, identical in every process."""
     inner = ", ".join(map(described, parts_of(kind)))
     if isinstance(kind, types.BaseNamedTuple):  # type: ignore[attr-defined]
         return f"{kind.instance_class.__module__}.{kind.instance_class.__qualname__}({inner})"
@@ -101,7 +101,7 @@ def described(kind: types.Type) -> str:
 
 @cache
 def compiler_state() -> str:
-    """The versions and sources that shape all compiled code: this folder is part of the compiler."""
+    """Return the versions and sources that affect all compiled code; this folder counts as part of the compiler."""
     texts = [file_digest(str(path)) for path in sorted(Path(__file__).parent.glob("*.py"))]
     return " ".join([numba.__version__, llvmlite_version, np.__version__, sys.version, *texts])
 
@@ -129,7 +129,7 @@ def code_text(code: CodeType, doc: str | None = None) -> str:
 
 
 def named_values(function: FunctionType) -> Iterator[tuple[str, Any]]:
-    """Names in the code of a function that stand for something outside it, with what they stand for."""
+    """Yield the name and value of each global, closure variable or module attribute that the code of a function uses."""
     closed = dict(zip(function.__code__.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True))
     names = sorted(names_in(function.__code__))
     around = {name: function.__globals__[name] for name in names if name in function.__globals__} | closed
@@ -146,7 +146,7 @@ def named_values(function: FunctionType) -> Iterator[tuple[str, Any]]:
 
 
 def names_in(code: CodeType) -> set[str]:
-    """Names of globals and attributes in a code object and those within it."""
+    """Return the names of globals and attributes in a code object and its nested code objects."""
     inner = (names_in(value) for value in code.co_consts if isinstance(value, CodeType))
     return set(code.co_names).union(*inner)
 
@@ -181,7 +181,7 @@ def follow(value: Any, lead: Lead) -> str:
 
 @cache
 def file_digest(path: str) -> str:
-    """The text of a file: what stands for a function that others may have taught the compiler to replace."""
+    """Return the digest of a file. It represents a function whose implementation an extension of the compiler may replace."""
     try:
         return hashlib.sha256(Path(path).read_bytes()).hexdigest()
     except OSError:

@@ -1,14 +1,14 @@
-"""A vector of four doubles for kernels: four points at a time.
+"""A vector of four doubles for kernels, i.e. four points at a time.
 
-LLVM makes vectors of loops itself only where no sum runs along them, and leaves rests of a few rounds to scalar code.
+LLVM vectorizes loops by itself only if they contain no sums, and it runs the last few iterations as scalar code. `load`
+reads four contiguous numbers of an array, in single or double precision; `store` writes four. `spread` repeats a number of
+an array, `splat` a number; `row` builds a vector of four numbers; `nothing` returns zero of the type of a number or vector.
+`total` adds the lanes in a fixed order, `totals` the lanes of three vectors at once. `larger` returns the larger number in
+each lane, and the second if the first is nan. `where_positive` selects lanes of the second argument where the first is
+positive, else of the third. The operators + - * / accept vectors and numbers. Without the compiler, numpy arrays of length
+four replace vectors.
 
-`load` takes four numbers of an array that lie side by side, of either precision, `store` puts four back. `spread` repeats one
-number of an array, `splat` a number, `row` makes a vector of four numbers, `nothing` a zero of the type of a number or vector.
-`total` adds the lanes in a fixed order, `totals` those of three vectors at a time. `larger` takes the larger of each lane,
-that of the second where the first is no number. `where_positive` takes the lanes of the second where the first is above zero,
-else those of the third. + - * / work on vectors and numbers. Without the compiler, numpy arrays of four stand for vectors.
-
-Four doubles fill a register of AVX2, of which there are sixteen: nine sums of eight doubles would not fit.
+Four doubles fill an AVX2 register, and there are sixteen registers: nine sums of eight doubles would not fit.
 """
 
 import operator
@@ -25,13 +25,13 @@ from pellucid.jit.registry import IN_KERNELS
 LANES = 4
 DOUBLES = ir.VectorType(ir.DoubleType(), LANES)
 SHUFFLE = ir.VectorType(ir.IntType(32), LANES)
-"""Which lanes a shuffle takes."""
+"""Type of the lane indices of a shuffle."""
 FUSED = ("contract",)
-"""Sums and products may be fused, as in all kernels."""
+"""Flags that allow fused sums and products, as in all kernels."""
 
 
 class VectorType(types.Type):
-    """The compiled type of a vector."""
+    """Compiled type of a vector."""
 
     def __init__(self) -> None:
         super().__init__(name=f"Vector{LANES}")
@@ -47,12 +47,12 @@ class _VectorModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 def vector_at(builder: Any, address: Any) -> Any:
-    """The address of a double as that of the vector which begins there."""
+    """Return the address of a double as the address of a vector that starts there, in compiled code."""
     return builder.bitcast(address, DOUBLES.as_pointer())
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
-    """The address of four numbers of an array from an index on, and their type."""
+    """Return the typed address of four numbers of an array, starting at an index, in compiled code."""
     numbers = ir.VectorType(context.get_data_type(kind.dtype), LANES)
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [index]), numbers.as_pointer())

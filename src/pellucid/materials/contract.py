@@ -118,8 +118,8 @@ class PointMaterial(BodyMaterial):
 
     @property
     def probed_fields(self) -> tuple[str, ...]:
-        """Names of the fields that probes read in addition to those of every body: the stored energy, and scalars, vectors
-        and symmetric tensors of the state."""
+        """Names of the fields that probes read in addition to the fields of every body: the stored energy, and scalars,
+        vectors and symmetric tensors of the state."""
         own = (name for name in self.state_fields if name not in ("stress", self.energy_field))
         return (self.energy_field, *(name for name in own if FIELDS[name].components in (1, 3, 6)))
 

@@ -1,4 +1,4 @@
-"""Assembly of a case: bodies and the velocity fields that they share."""
+"""Construction of the bodies of a case and of the velocity fields that they share."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 POINTS_PER_THREAD = 10_000  # with which a run begins, until it knows better
 Built = dict[str, tuple[Body, VelocityField | None]]
-"""Bodies by name, each with the velocity field that it is in; there is none without a grid."""
+"""Bodies by name, each with its velocity field, or None without a grid."""
 
 
 def models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
@@ -35,7 +35,7 @@ def models_by_field(case: "Case") -> dict[str, list[BodyModel]]:
 
 
 def build_bodies(case: "Case", transfer: VelocityTransfer, n_loads: int) -> tuple[list[VelocityField], Built]:
-    """The velocity fields of a case and its bodies, on which so many channels of external forces act."""
+    """Build and return the velocity fields and bodies of a case; n_loads: number of channels of external forces."""
     members = models_by_field(case)
     fields, built = list[VelocityField](), Built()
     if case.grid_or_none is None:
@@ -60,7 +60,7 @@ def has_several_fields(case: "Case") -> bool:
 
 
 def work_layout(case: "Case", touching: bool) -> WorkLayout:
-    """The columns of all works in a run; touching: whether surfaces may touch."""
+    """Return the layout of the works in a run; touching: True if surfaces may be in contact."""
     touches = has_several_fields(case) or any(contact.is_of_one_body for contact in case.contact)
     columns = [*([CONTACT_WORK] if touches else []), *([DAMPING_HEAT] if case.steady else [])]
     columns += [TRANSFER_HEAT] if case.grid_or_none is not None else []
@@ -84,5 +84,5 @@ def implicit_viscosities(fields: Mapping[VelocityField, Sequence[GridBody]]) -> 
 
 
 def worthwhile_threads(bodies: Sequence[Body]) -> int:
-    """Threads that bodies of this size keep busy on most machines."""
+    """Return a number of threads for which bodies of this size have enough work on most machines."""
     return max(1, sum(body.n_stress_points for body in bodies) // POINTS_PER_THREAD)

@@ -1,4 +1,4 @@
-"""Time and the choice of the step."""
+"""Simulated time and choice of the time step."""
 
 from collections.abc import Mapping, Sequence
 from math import inf
@@ -19,10 +19,11 @@ COLLAPSED = 1e-6  # of the largest step so far
 
 
 class Clock:
-    """Counts steps and time. The stable step of a body is h/(c + |v|), with artificial viscosity in c, or h²ρ/(2(2μ+λ)).
+    """Counter of steps and simulated time.
 
-    longest: a step that bounds it like that of a body, such as the time in which bodies fall through a cell [s]; most: that
-    of the output, where bodies take steps of their own [s].
+    The stable step of a body is h/(c + |v|), with artificial viscosity in c, or h²ρ/(2(2μ+λ)). longest: a further limit of
+    the stable step, such as the time in which bodies fall through a cell [s]; most: largest step allowed by the output, if
+    bodies take their own substeps [s].
     """
 
     def __init__(self, case: "TimeCase", longest: float = inf, most: float = inf) -> None:
@@ -33,11 +34,11 @@ class Clock:
         self.dt = 0.0
         self.largest = 0.0
         self._fixed_from = (0, 0.0)
-        """The steps done and the time [s] from which on fixed steps have had the present length."""
+        """Number of steps and time [s] at which fixed steps got their present length."""
         self.weight = 1.0
-        """What the impulses of the last step count in the reactions so far."""
+        """Weight of the impulses of the last step in the total reactions."""
         self.missed: str | None = None
-        """Why the run ends before its time with a state that is worth keeping."""
+        """Reason why the run ends early, with a state that is stored; None otherwise."""
 
     @property
     def is_last_try(self) -> bool:
@@ -45,10 +46,10 @@ class Clock:
         return False
 
     def next_step(self, bodies: Sequence[Body]) -> float:
-        """The length of the coming step [s]; the last one ends at the end of the case.
+        """Return the length of the coming step [s]; the last step ends at the end of the case.
 
-        Raises CaseError (before the first step) or RunStopped where a fixed step is not stable, or the step collapsed;
-        CaseError where the first step is so small that no run gets to the end.
+        Raises CaseError (before the first step) or RunStopped if a fixed step is not stable, or if the stable step has
+        collapsed. Raises CaseError if the first step is so small that the end of the case cannot be reached.
         """
         stable, name = self.stable_step(bodies)
         if self.case.step is not None:
@@ -71,7 +72,7 @@ class Clock:
         return min(dt, 0.5 * remaining)  # no sliver at the end
 
     def stable_step(self, bodies: Sequence[Body]) -> tuple[float, str]:
-        """The largest stable step [s], and the body that bounds it."""
+        """Return the largest stable step [s] and the name of the body that limits it."""
         body = max(bodies, key=lambda body: body.totals.rate)
         return min(1.0 / body.totals.rate if body.totals.rate > 0.0 else inf, self.longest), body.name
 
@@ -85,7 +86,7 @@ class Clock:
         return found, body.name
 
     def check_collapse(self, dt: float, name: str, bodies: Sequence[Body]) -> None:
-        """Raise RunStopped where the step that a body allows is nothing beside the largest so far."""
+        """Raise RunStopped if the stable step of a body is negligible compared with the largest step so far."""
         self.largest = max(self.largest, dt)
         if dt < COLLAPSED * self.largest:
             words, place = fastest_point(body for body in bodies if body.name == name)
@@ -103,7 +104,7 @@ class Clock:
         return self.time, dt
 
     def pace(self, dt: float) -> None:
-        """Set how the bodies move over the coming step: by their own inertia."""
+        """Prepare the bodies for the coming step. Here nothing is set: the bodies move by their own inertia."""
 
     def advance(self, dt: float) -> None:
         """Count a step."""
@@ -130,7 +131,7 @@ class Clock:
         raise RunStopped(f"step {self.n_steps}, time {self.time:.6g} s: {text}\n    {remedy}")
 
     against_energy_error: str | None = None
-    """What a user can do, where it is not finer steps."""
+    """Remedy for an energy error, if it is not a smaller step; None otherwise."""
 
     is_adjusting = False
     """True while the clock changes forces of contact at constant loads, so that the energy balance is not judged."""
@@ -144,7 +145,7 @@ class Clock:
         return {}
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Arrays that a checkpoint keeps."""
+        """Return the arrays for a checkpoint."""
         return {}
 
     def state_numbers(self) -> dict[str, Any]:

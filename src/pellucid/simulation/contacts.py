@@ -72,15 +72,16 @@ def _ends_of_slice(case: "Case") -> list[Plane]:
 
 
 def _fields_may(case: "Case") -> bool:
-    """Return True if bodies of two velocity fields may touch by surfaces: they have such, are rigid or follow a motion."""
+    """Return True if bodies of two velocity fields may be in contact by surfaces: at least one body of each has a contact
+    surface, is rigid or follows a prescribed motion."""
     led = {model.name for model in case.body if model.is_rigid} | {motion.body for motion in case.motion}
     members = models_by_field(case).values()
     return sum(any(model.deforms_in_contact or model.name in led for model in models) for models in members) > 1
 
 
 def _surfaces_of(case: "Case", built: Built, column: int) -> Surfaces:
-    """Make the surfaces of bodies that walls may touch, or bodies of other fields; column: of the work of forces between
-    surfaces."""
+    """Build the contact surfaces of bodies that may touch walls or bodies of other fields; column: column of the work of
+    forces between surfaces."""
     able = {name: body for name, (body, _) in built.items() if has_surface(body)}
     fields = [
         {model.name for model in members if model.name in able}
@@ -108,11 +109,12 @@ def _pairs_of(
     planes: Sequence[Plane],
     ends: Sequence[Seam],
 ) -> tuple[list[ContactPair], list[Touch]]:
-    """Every two velocity fields with the contact of the case; without friction where it names none.
+    """Return the contacts of each pair of velocity fields, on the nodes and by surfaces; without friction if the case does
+    not list the pair.
 
-    gravity: largest [m/s²]; planes: of symmetry; ends: seams of a periodic grid. Two fields touch by their surfaces where all
-    of their bodies have one that serves; else on the nodes of the grid, as fluids do. Membranes touch each other by their
-    triangles, which remember their sides.
+    gravity: largest gravity [m/s²]; planes: planes of symmetry; ends: seams of a periodic grid. Two fields are in contact
+    by surfaces if all their bodies have suitable surfaces, and otherwise on the nodes of the grid, as fluids are. Membranes
+    are in contact with each other by their triangles, which store the side of each contact.
     """
     members = {field: [body for body, own in built.values() if own is field] for field in fields}
     named = {tuple(built[name][1] for name in contact.between): contact for contact in case.contact}
@@ -179,7 +181,7 @@ def _self_contacts(case: "Case", surfaces: Surfaces, planes: Sequence[Plane], en
 
 
 def _refuse_without_side(pair: TrianglePair, name: str, path: str) -> None:
-    """Raise CaseError where layers of a body lie on each other at the start."""
+    """Raise CaseError if layers of a body coincide at the start."""
     place = pair.place_without_side()
     if place is not None:
         x, y, z = place.tolist()
@@ -214,7 +216,7 @@ def _surface_pairs(
 
 
 def _refuse_out_of_sight(pair: SurfacePair) -> None:
-    """Refuse contact offsets beyond the distance at which surfaces notice each other."""
+    """Raise CaseError for contact offsets beyond the distance up to which contact of the surfaces is detected."""
     if pair.distance <= pair.sight:
         return
     thick = max(pair.surfaces, key=lambda surface: float(np.max(surface.half_width)))

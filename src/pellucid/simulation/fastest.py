@@ -1,4 +1,4 @@
-"""The point that moves fastest: where something runs away, it is the one to look at."""
+"""The fastest point of a simulation, which shows where an unstable run diverges."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -1,4 +1,5 @@
-"""Nodes with little mass, whose internal forces must not strain points: an explicit step would throw them."""
+"""Nodes with small mass: their internal forces must not strain points, since an explicit step would give them excessive
+velocities."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -14,13 +15,15 @@ if TYPE_CHECKING:
 
 SIZES = "mass", "volume"
 SMALL_MASS = 1e-4
-"""Of the lightest point, where points keep their velocity and add to it the mean of what their nodes gain."""
+"""Limit of small nodal masses, relative to the lightest point, for transfers in which points keep their velocity and add
+the mean increment of their nodes."""
 
 
 def small_masses(
     case: "Case", bodies: Sequence[Body], fields: Mapping[VelocityField, Sequence[Body]]
 ) -> dict[VelocityField, float]:
-    """The mass below which the nodes of each velocity field strain no points [kg]; fields: each with its bodies on the grid."""
+    """Return the mass [kg], for each velocity field, below which the internal forces of a node do not strain points;
+    fields: velocity fields with their bodies on the grid."""
     arrays = {body: {name: body.stored_array(name) for name in SIZES if name in body.arrays} for body in bodies}
     small = small_mass(arrays.values())
     if case.time.transfer != "apic" or case.grid.functions != "trilinear":
@@ -40,11 +43,11 @@ def small_mass_of_affine(bodies: Iterable[Mapping[str, np.ndarray]], grid: Grid,
     """Return the limit of small nodal masses for a velocity field with APIC and linear functions [kg]; bodies: the arrays
     of its bodies.
 
-    Velocity that such a node gains returns to it through the affine fields of the points that reach it, so that it
-    oscillates like a free mass. Consider a face of a body with n points of mass m along the edge of a cell, of which the
-    outermost reach ξ of a cell beyond the last node. The node beyond has the mass n² ξ m and the stiffness (2n/3)² m c²/h².
-    Steps C h/c with the Courant number C are stable for ξ above C²/9; in the plane the values are n ξ m, (2n/3) m c²/h² and
-    C²/6. The limit used is twice as large.
+    The affine fields of the points that reach such a node return its velocity increments to it, so that it oscillates like
+    a free mass. Consider a face of a body with n points of mass m along the edge of a cell, where the outermost points
+    reach beyond the last node by the fraction ξ of a cell. The node beyond has the mass n² ξ m and the stiffness (2n/3)² m
+    c²/h². Steps C h/c with the Courant number C are stable for ξ above C²/9. In 2-D the mass is n ξ m, the stiffness (2n/3)
+    m c²/h², and the limit of ξ is C²/6. The limit used is twice as large.
     """
     dimension = 3 - sum(grid.thin)
     found = [0.0]

@@ -1,4 +1,4 @@
-"""Lines for the user about solids and membranes that touch on the nodes of the grid, with remedies."""
+"""Messages about solids and membranes that are in contact on the nodes of the grid, with remedies."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 
 def node_contacts(case: "Case", built: Built, pairs: ContactPairs) -> list[str]:
-    """Return a line for each two velocity fields with solids or membranes that touch on the nodes of the grid.
+    """Return a message for each pair of velocity fields with solids or membranes that are in contact on the nodes of the
+    grid.
 
-    Contact of fluids is not mentioned, since all fluids touch others on the nodes.
+    Contact of fluids is not reported, since fluids are always in contact on the nodes.
     """
     lines = []
     for fields in pairs.fields():

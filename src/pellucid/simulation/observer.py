@@ -1,4 +1,4 @@
-"""The interface of what reads a simulation during a run: the recorder, and tests."""
+"""Interface for objects that read a simulation during a run: the recorder, and tests."""
 
 from typing import Any, Protocol
 
@@ -6,7 +6,7 @@ from pellucid.errors import RunStopped
 
 
 class Observer(Protocol):
-    """Reads the simulation during a run, and never changes it."""
+    """Object that reads a simulation during a run and never changes it."""
 
     def begin(self, simulation: Any) -> None:
         """Called before the first step."""
@@ -18,13 +18,13 @@ class Observer(Protocol):
         """Called after each step of settling, before `begin`."""
 
     def checkpoint(self, simulation: Any) -> None:
-        """Keep all that is needed to go on."""
+        """Write a checkpoint, from which the run can continue."""
 
     def end(self, simulation: Any) -> None:
         """Called after the last step."""
 
     def keep_last(self, simulation: Any) -> None:
-        """Keep the state as it is, from which the run does not go on."""
+        """Store the present state after a run that does not continue from it."""
 
     def failed(self, simulation: Any, error: RunStopped) -> None:
-        """Called when the run stopped itself."""
+        """Called when the run was stopped by an error."""

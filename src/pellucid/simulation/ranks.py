@@ -1,4 +1,4 @@
-"""A simulation that several processes share: how they share out its points, and how they stay in balance."""
+"""Simulations on several processes: distribution of points among processes, and load balance."""
 
 import signal
 import time
@@ -20,13 +20,13 @@ from pellucid.parts.body_model import BodyModel
 from pellucid.ranks.domain import domain
 
 INTERVAL = 50
-"""Steps between two looks at the balance."""
+"""Number of steps between two checks of the load balance."""
 THINNEST = 1e-9
-"""Of a cell, that a body is taken to be along the axis of the slabs."""
+"""Smallest extent of a body along the axis of the slabs that is assumed, in cells."""
 
 
 def idle(processes: int, fields: Sequence[VelocityField]) -> str | None:
-    """A warning where some of the processes have nothing to share."""
+    """Return a warning if some of the processes have no work; None otherwise."""
     if processes == 1:
         return None
     if not fields:
@@ -46,8 +46,8 @@ def interrupted(signals: Sequence[int]) -> Interrupted:
 
 
 def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
-    """Distribute rows of slabs among processes, before bodies are built, by the points in them if these fill the bounding
-    boxes of their bodies evenly."""
+    """Distribute rows of slabs among processes before bodies are built, by estimated numbers of points. The estimate
+    assumes that the points of a body fill its bounding box evenly."""
     if domain.group.size == 1:
         return
     if case.is_periodic()[grid.lattice.slab_axis]:
@@ -66,7 +66,7 @@ def cut_rows(bodies: Sequence[BodyModel], case: GridCase, grid: Grid) -> None:
 
 
 class SharedSlabs:
-    """The points of a simulation, of which each process does those in its own rows of slabs."""
+    """Distribution of the points of a simulation: each process computes the points in its own rows of slabs."""
 
     def __init__(self, bodies: Sequence[Body]) -> None:
         coupled = (body.coupling for body in bodies if isinstance(body, ExplicitNodes))
@@ -75,13 +75,14 @@ class SharedSlabs:
         self._cut_again(domain.group.total(self._count()))
 
     def _count(self) -> np.ndarray:
-        """The points in each row of slabs of this process, shape (rows,)."""
+        """Return the number of points in each row of slabs of this process, shape (rows,)."""
         return domain.by_row(np.sum([np.diff(points.slabs.first) for points in self._points], axis=0))
 
     def balance(self) -> None:
-        """Redistribute the rows at intervals if some processes work longer than others. Called before a step.
+        """Redistribute the rows at intervals if some processes compute longer than others. Called before a step.
 
-        The time of a row is the time of its process, divided by points. The distribution changes no bit of the results.
+        The cost of a row is the computing time of its process, distributed by points. The distribution does not change
+        results, bit for bit.
         """
         self._left -= 1
         if self._left > 0:

@@ -1,10 +1,10 @@
-"""The order of the stages in a step. No physics here: that is in bodies, grid and contact.
+"""Order of the stages in a step. The physics is in bodies, grid and contact.
 
-USF, USL and MUSL strain the points first, last, and last with velocities mapped again from the points
-(Sulsky, Zhou & Schreyer 1995, Comput. Phys. Commun. 87, 236; Bardenhagen 2002, J. Comput. Phys. 180, 383). As there, a point
-uses the shape functions of its place at the start of the step throughout. Bodies with their own nodes solve their own equation
-of motion; the grid gives them contact alone. Surfaces that touch each other or walls push by forces, which act from the start
-of a step like those of conditions.
+USF, USL and MUSL strain the points first, last, and last with velocities mapped again from the points (Sulsky, Zhou &
+Schreyer 1995, Comput. Phys. Commun. 87, 236; Bardenhagen 2002, J. Comput. Phys. 180, 383). As in these sources, a point
+uses the shape functions of its position at the start of the step for the whole step. Bodies with their own nodes solve
+their own equation of motion; they use the grid only for contact. Surfaces in contact with each other or with walls exert
+forces, which act from the start of a step, like the forces of conditions.
 """
 
 from collections.abc import Callable
@@ -32,17 +32,17 @@ def _stress_last(stages: Stages, dt: float, remap: bool) -> None:
 
 
 def musl(stages: Stages, dt: float) -> None:
-    """Modified update stress last, Gan's order."""
+    """Advance one step by modified update stress last (MUSL), in Gan's order."""
     _stress_last(stages, dt, remap=True)
 
 
 def usl(stages: Stages, dt: float) -> None:
-    """Update stress last."""
+    """Advance one step by update stress last (USL)."""
     _stress_last(stages, dt, remap=False)
 
 
 def usf(stages: Stages, dt: float) -> None:
-    """Update stress first."""
+    """Advance one step by update stress first (USF)."""
     stages.clear_nodes()
     stages.particle_to_grid(inertia=True, force=False)
     stages.predict_own_nodes(dt)

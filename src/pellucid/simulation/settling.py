@@ -1,7 +1,8 @@
-"""Settling before the clock starts: dynamics that lose all velocity whenever the kinetic energy passes a peak.
+"""Settling before time 0: dynamics in which all velocities are set to zero whenever the kinetic energy passes a peak.
 
-At a peak of the kinetic energy a swinging body passes its equilibrium; where it is stopped there, what is left swings less.
-Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R. Barnes, Int. J. Space Struct. 14 (1999) 89.
+At a peak of the kinetic energy an oscillating body passes its equilibrium. If it is stopped there, the remaining
+oscillation is smaller. Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R. Barnes, Int. J.
+Space Struct. 14 (1999) 89.
 """
 
 import signal
@@ -31,7 +32,8 @@ SETTLING = "settling"  # where they are among the numbers of the clock
 
 
 class SettlingClock(Clock):
-    """Counts the steps of the settling, for which the time of the loads stands still; `run` is the clock of the run then."""
+    """Clock of the settling: it counts steps while the time of the loads is constant. `run` is the clock of the run
+    afterwards."""
 
     def __init__(self, settle: "SettleCase", run: Clock, models: Sequence[BodyModel]) -> None:
         super().__init__(run.case, run.longest)
@@ -50,7 +52,7 @@ class SettlingClock(Clock):
         return dt
 
     def span(self, dt: float) -> tuple[float, float]:
-        """Return a zero increment: the time of the loads stands still."""
+        """Return zeros: the time of the loads is constant."""
         return 0.0, 0.0
 
     def advance(self, dt: float) -> None:
@@ -62,8 +64,9 @@ class SettlingClock(Clock):
         """Return True if the kinetic energy [J] at the end of a step is below the previous value: the bodies are then
         stopped.
 
-        They are settled after it stayed below the share of the largest energy that `moved` [J], or below AT_REST of what is
-        `at_stake` [J], for as long as the longest oscillation so far and as waves need to cross the bodies.
+        The bodies are settled after the kinetic energy has stayed small for at least the longest oscillation so far and the
+        time that waves need to cross the bodies. Small means below the fraction `share` of `moved`, the largest energy so
+        far [J], or below AT_REST times `at_stake` [J].
         """
         small = kinetic <= max(self.settle.share * moved, AT_REST * at_stake)
         self._quiet = self._quiet + self.dt if small else 0.0
@@ -87,7 +90,8 @@ class SettlingClock(Clock):
         return self._quiet > self._wanted
 
     def no_rest(self, kinetic: float, moved: float) -> RunStopped | None:
-        """Return the error if settling has taken too many steps, with its present energies [J]."""
+        """Return the error if settling has taken too many steps, with the present kinetic and reference energies [J]; None
+        otherwise."""
         if self.n_steps < self.settle.most_steps:
             return None
         share = max(self.peak, kinetic) / moved if moved > 0.0 else 0.0
@@ -112,10 +116,11 @@ class SettlingClock(Clock):
 def settle(
     simulation: "Simulation", caught: Sequence[int], progress: Progress | None, keeper: Observer | None
 ) -> dict[str, Any]:
-    """Bring the bodies of a simulation to rest with what acts at time 0, or go on with it; what the summary tells of it.
+    """Bring the bodies of a simulation to rest under the actions at time 0, or continue to do so; return the entries for
+    the summary.
 
-    caught: signals that arrived so far; one ends the settling, which goes on from what the keeper has of it. Raises RunStopped,
-    Interrupted.
+    caught: signals received so far. A signal ends the settling after the keeper has written a checkpoint, from which it can
+    be continued. Raises RunStopped, Interrupted.
     """
     if simulation.case.settle is None:
         return {}
@@ -145,8 +150,11 @@ def _while_settling(text: str) -> str:
 
 
 def _stop_what_moves(simulation: "Simulation", share: float) -> None:
-    """Velocities in the case are errors, but bodies may bring some from an earlier run. They are to settle where they are, and
-    what that motion was says nothing of how small the kinetic energy is to become."""
+    """Warn and set velocities to zero if the bodies start with kinetic energy.
+
+    Velocities in a case with [settle] are errors, but bodies may have velocities from an earlier run. They settle at their
+    positions of that run, and the energy of that motion must not affect the criterion for rest.
+    """
     kinetic = simulation.kinetic_energy()
     if kinetic > share * simulation.budget.at_stake:
         text = f"{NAMED} sets all velocities to zero, but the bodies start with a kinetic energy of {kinetic:.3g} J"
@@ -179,6 +187,6 @@ def _come_to_rest(
 
 
 def _crossing(model: BodyModel) -> float:
-    """The time in which pressure waves cross a body [s]."""
+    """Return the time in which pressure waves cross a body [s]."""
     lower, upper = model.bounds()
     return float((upper - lower).max()) / model.waves_at_start()[0]

@@ -1,4 +1,4 @@
-"""A case that runs: bodies, velocity fields, conditions, and the only time loop."""
+"""Simulation of a case: bodies, velocity fields, conditions, and the time loop."""
 
 import time as wall_clock
 import warnings
@@ -71,7 +71,8 @@ PROGRESS_INTERVAL = 0.2  # s of wall time
 
 
 class Simulation:
-    """A case that is built. `step()` once, or `run(recorder)` to the end; bodies: in the order of the case."""
+    """Simulation of a case. Call `step()` for one step, or `run(recorder)` for the whole case. bodies: in the order of the
+    case."""
 
     def __init__(
         self,
@@ -80,7 +81,8 @@ class Simulation:
         timed: bool = False,
         start: Mapping[str, Mapping[str, np.ndarray]] | None = None,
     ) -> None:
-        """start: arrays of the bodies that go on from an earlier run, by name and in the order of the numbers of the points."""
+        """case: the case; threads: number of threads, None to choose it during the run; timed: True to measure the times of
+        the stages; start: arrays of bodies that start in the state of an earlier run, by name and sorted by point number."""
         domain.leave()  # that of another simulation
         self.case = case = with_room_behind_walls(required(case))
         transfer = TRANSFERS[case.time.transfer](case.time.flip_fraction)
@@ -144,7 +146,7 @@ class Simulation:
             time_stages(self, self.timers)
 
     def _set_actions(self, transfer: VelocityTransfer) -> None:
-        """Set all actions on the nodes, which are known now."""
+        """Set all actions on the nodes of the velocity fields, after all conditions are built."""
         case = self.case
         small = small_masses(case, self.bodies, {field: self._on_grid.get(field, []) for field in self.velocity_fields})
         for actions in self.conditions.actions:
@@ -187,7 +189,7 @@ class Simulation:
         self._balanced_step = self.n_steps
 
     def begin_balance(self) -> None:
-        """Count mass, momentum and energy from the state as it is."""
+        """Start the balances of mass, momentum and energy from the present state."""
         speeds = [0.0 if model.is_rigid else model.waves_at_start()[0] for model in self.case.body]
         at_stake = energy_at_stake(self.bodies, self.case.gravity, speeds) + self.conditions.at_stake()
         self.budget = EnergyBudget(self.bodies, self.case.gravity, self._layout.channels, at_stake)
@@ -197,7 +199,7 @@ class Simulation:
         self._balanced_step = self.n_steps
 
     def step(self) -> None:
-        """Advance one step. Raises RunStopped, naming the point, if the state becomes impossible."""
+        """Advance one step. Raises RunStopped, naming the point, if the state becomes invalid."""
         self.advance_bodies()
         self._begun = True
         self._watch.energy(self.budget, self.clock, self.bodies)
@@ -215,10 +217,10 @@ class Simulation:
                 self._watch.contact_energy(self.surface_pairs.energy, self.budget, self.clock)
 
     def __iter__(self) -> Iterator["Simulation"]:
-        """Step to the end of the case; gives the simulation itself after each step, for loops of one's own.
+        """Advance to the end of the case, and yield the simulation itself after each step, for user-defined loops.
 
-        Before the first step bodies settle, where the case has [settle]. Raises RunStopped as `step` does. See
-        `pellucid.recorded` for loops that leave a run.
+        Before the first step bodies settle if the case has [settle]. Raises RunStopped like `step`. See `pellucid.recorded`
+        for loops that store results.
         """
         if not self._begun:
             self.settle()
@@ -227,7 +229,7 @@ class Simulation:
             yield self
 
     def advance_bodies(self) -> None:
-        """Advance one step without judging the energy balance."""
+        """Advance one step without checking the energy balance."""
         dt = self.clock.next_step(self.bodies)
         if domain.group.size > 1 and self.velocity_fields:
             self._shared = self._shared or SharedSlabs(self.bodies)  # from the first step on, in balance
@@ -287,7 +289,8 @@ class Simulation:
     def recorded(
         self, recorder: Observer, until: float | None = None, progress: Progress | None = None
     ) -> Iterator["Simulation"]:
-        """The steps of `run`; gives the simulation itself after each of them. A loop that is left ends the record there."""
+        """Advance like `run`, and yield the simulation itself after each step. If the loop is left early, the record ends
+        there."""
         with signals_caught() as caught:
             try:
                 if not self._begun:
@@ -337,13 +340,14 @@ class Simulation:
         recorder.begin(self)
 
     def step_limit(self) -> tuple[StepLimit, str]:
-        """Return the limit of the stable step of the present state, and the name of its body, empty if it is no body."""
+        """Return the limit of the stable step in the present state, and the name of the limiting body; an empty name if no
+        body limits it."""
         limit, name = self.clock.limit(self.bodies)
         of_condition = self.conditions.step_limit()
         return (of_condition, "") if of_condition.step <= limit.step < inf else (limit, name)
 
     def show(self, progress: Progress | None) -> None:
-        """Show the progress now and then."""
+        """Show the progress at intervals."""
         now = wall_clock.monotonic()
         if progress is None or now - self._shown < PROGRESS_INTERVAL:
             return
@@ -356,7 +360,7 @@ class Simulation:
 
     @property
     def grid(self) -> Grid:
-        """The grid of the first velocity field, which in most cases is the only one."""
+        """Grid of the first velocity field; most cases have only this one. Raises ValueError if the case has no grid."""
         if not self.velocity_fields:
             raise ValueError("this case has no grid")
         return self.velocity_fields[0].grid
@@ -368,12 +372,12 @@ class Simulation:
 
     @property
     def threads(self) -> int:
-        """Threads in use."""
+        """Number of threads in use."""
         return self._threads.chosen
 
     @property
     def n_steps(self) -> int:
-        """Steps done."""
+        """Number of steps done."""
         return self.clock.n_steps
 
     @property
@@ -382,31 +386,33 @@ class Simulation:
         return self.clock.dt
 
     def energies(self) -> dict[str, float]:
-        """The energy balance [J], by entry."""
+        """Return the energy balance [J], by entry."""
         return Named("the energy balance has no entry", self.budget.energies())
 
     @property
     def is_balanced(self) -> bool:
-        """True if the balance has all works of the steps done; not of a step in which a body stopped the run."""
+        """True if the balance includes all works of the last step. It does not if a body stopped the run in this step."""
         return self._balanced_step == self.n_steps
 
     def momentum(self) -> np.ndarray:
-        """Total momentum [kg m/s], shape (3,)."""
+        """Return the total momentum [kg m/s], shape (3,)."""
         return np.asarray(sum(body.totals.momentum for body in self.bodies))
 
     def reactions(self) -> dict[str, np.ndarray]:
-        """Impulses so far of the supports and motions that have a name, on what they constrain [N s], shape (3,)."""
+        """Return the total impulses so far of named supports and motions on the bodies that they constrain [N s], shape
+        (3,), by name."""
         reactions = self.budget.reactions(self._support_names)
         return Named("this simulation has no reaction of", reactions)
 
     def angular_reactions(self) -> dict[str, np.ndarray]:
-        """Angular impulses so far of the motions of rigid bodies about their centres of mass [N m s], shape (3,), by name."""
+        """Return the total angular impulses so far of the motions of rigid bodies about their centres of mass [N m s],
+        shape (3,), by name."""
         turning = {name: np.array(impulse) for name, impulse in self.budget.turning_impulses.items()}
         return Named("this simulation has no torque of", turning)
 
     def conservation(self) -> dict[str, float]:
-        """Relative errors of mass, momentum and energy; of momentum only where the impulses of the last step are known too, and
-        of angular momentum where nothing from outside has acted on the bodies."""
+        """Return the relative errors of mass, momentum and energy, by name. Momentum is included only if the impulses of
+        the last step are known, and angular momentum only if no external action has affected the bodies."""
         errors = self.budget.conservation(self.bodies)
         known = {name: error for name, error in errors.items() if self.is_balanced or name != "momentum"}
         if self._turning is not None and self.budget.is_isolated and self.is_balanced:
@@ -415,21 +421,21 @@ class Simulation:
 
     @property
     def outflow(self) -> dict[str, float]:
-        """Number and mass [kg] of the points that left; empty where none may."""
+        """Number and mass [kg] of the points that left through outflows; empty if the case has none."""
         if OUTFLOW_ENERGY not in self._layout.channels:
             return {}
         return {"points": self.budget.left_points, "mass": self.budget.left_mass}
 
     @property
     def inflow(self) -> dict[str, float]:
-        """Number and mass [kg] of the points that came in; empty where none may."""
+        """Number and mass [kg] of the points that entered through inflows; empty if the case has none."""
         if INFLOW_ENERGY not in self._layout.channels:
             return {}
         return {"points": self.budget.entered_points, "mass": self.budget.entered_mass}
 
     @property
     def condition_states(self) -> Mapping[str, float]:
-        """Return the states of conditions for the history, by the names of its columns."""
+        """States of conditions for the history, by the names of its columns."""
         return self.conditions.columns()
 
     def facts(self) -> dict[str, Any]:
@@ -450,7 +456,7 @@ class Simulation:
         return sum(body.totals.kinetic for body in self.bodies)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Every array that the next step depends on."""
+        """Return every array that affects the next step, by name."""
         owners = {body.name: body.state_arrays() for body in self.bodies} | {CLOCK: self.clock.state_arrays()}
         owners[CONTACT_SURFACES] = self.surface_pairs.state_arrays()
         owners |= {NODES + field.name: field.state_arrays() for field in self.velocity_fields}
@@ -462,7 +468,7 @@ class Simulation:
         return [name for body in spread for name in with_owner(body.name, body.arrays)]
 
     def state_numbers(self) -> dict[str, Any]:
-        """Every number that the next step depends on, for JSON."""
+        """Return every number that affects the next step, for JSON."""
         return {
             "clock": self.clock.state_numbers(),
             "balance": self.budget.state_numbers(),

@@ -1,4 +1,4 @@
-"""The stages of a step, which a scheme orders: what bodies, nodes and contact do in it."""
+"""Stages of a step, i.e. the operations of bodies, nodes and contact that a scheme calls in its order."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -13,9 +13,9 @@ from pellucid.simulation.assembly import cell_pressures, implicit_viscosities
 
 
 class Stages:
-    """The stages of a step of bodies and velocity fields, under conditions, with contact on the nodes.
+    """Stages of a step of bodies and velocity fields, with conditions and contact on the nodes.
 
-    on_grid: those of the bodies that are on the grid, by velocity field; remaps: whether momentum is mapped again, with FLIP.
+    on_grid: bodies on the grid, by velocity field; remaps: True if momentum is mapped a second time, with FLIP.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class Stages:
         self._strained_again = [field for field, keep in heat.items() if remaps and not any(keep)]
         self._without_heat = {field for field, keep in heat.items() if not all(keep)}
         self.works: list[StepWork] = []
-        """Of the step, on the nodes, those of contact left out."""
+        """Works of the step on the nodes, without contact."""
 
     def sort(self) -> None:
         """Sort the points of bodies that need it."""
@@ -44,32 +44,33 @@ class Stages:
             body.sort_if_needed()
 
     def clear_nodes(self) -> None:
-        """Set mass, momentum and forces of the nodes to zero, and sums over cells."""
+        """Reset mass, momentum and forces of the nodes, and sums over cells, to zero."""
         for field in self._fields:
             field.clear()
         for pressure in self.cell_pressures:
             pressure.clear()
 
     def find_cell_pressures(self) -> None:
-        """Find the mean pressures of full cells, and their forces on the nodes."""
+        """Compute the mean pressures of full cells, and add their forces to the nodes."""
         for pressure in self.cell_pressures:
             pressure.find_pressures()
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Mass and momentum (where `inertia`) and internal forces (where `force`) of the bodies on the grid to the nodes."""
+        """Map mass and momentum (if `inertia`) and internal forces (if `force`) of the bodies on the grid to the nodes."""
         self._jointly(lambda body: body.particle_to_grid(inertia, force))
 
     def predict_own_nodes(self, dt: float) -> None:
-        """Solve the equations of motion of the bodies with their own nodes, without contact; mass and momentum to the nodes."""
+        """Solve the equations of motion of the bodies with their own nodes, without contact, and map their mass and
+        momentum to the nodes."""
         for body in self.nodal_bodies:
             body.predict(dt)
 
     def detect_contact(self) -> None:
-        """Find where velocity fields touch in this step."""
+        """Find the nodes at which velocity fields are in contact in this step."""
         self.contact_pairs.detect()
 
     def solve_viscosity(self, dt: float) -> None:
-        """Find the stresses of implicit viscosity, and their forces on the nodes."""
+        """Compute the stresses of implicit viscosity, and add their forces to the nodes."""
         for viscosity in self.viscosities:
             viscosity.solve(dt)
 
@@ -80,11 +81,11 @@ class Stages:
         self._conditions.act_on_nodes(dt)
 
     def apply_contact_impulses(self) -> None:
-        """Apply the impulses of contact to the nodes, after all others."""
+        """Apply contact impulses to the nodes, after all other impulses."""
         self.contact_pairs.apply_impulses()
 
     def sum_works(self, dt: float) -> None:
-        """Sum the works of the step on the nodes, whose momentum is advanced, and find how much full cells grow."""
+        """Sum the works of the step on the nodes after the momentum update, and compute the growth of full cells."""
         works = [field.works(dt) for field in self._fields]
         self.works = [work for work in works if work is not None]
         for pressure in self.cell_pressures:
@@ -92,21 +93,23 @@ class Stages:
         self.contact_pairs.sum_work()
 
     def grid_to_particle(self, dt: float, remap: bool) -> None:
-        """New velocities of the bodies on the grid; where `remap`, their momentum back on the nodes."""
+        """Compute the new velocities of the bodies on the grid; if `remap`, map their momentum to the nodes again."""
         self._jointly(lambda body: body.begin_grid_to_particle(dt, remap))
         for body in self.grid_bodies:
             body.end_grid_to_particle(remap)
 
     def correct_own_nodes(self) -> None:
-        """New velocities of the bodies with their own nodes, with what contact gave them; their momentum back on the nodes."""
+        """Apply contact impulses to the velocities of the bodies with their own nodes, and map their momentum to the nodes
+        again."""
         for body in self.nodal_bodies:
             body.correct(remap=len(self.contact_pairs) > 0)
 
     def find_strain_velocities(self, dt: float | None = None) -> None:
-        """Nodal velocities of the momentum mapped last, which do not approach where bodies touch.
+        """Compute the nodal velocities that strain the points, from the momentum mapped last. Contact corrects them so that
+        bodies in contact do not approach each other.
 
-        dt: of the step at whose end it was mapped again, whose bodies take the impulses that this needs [s]; None of that at
-        the start of a step.
+        dt: the step [s] if momentum was mapped again at its end; the bodies then receive the impulses of this correction.
+        None at the start of a step.
         """
         for field in self._fields:
             field.project(dt, counted=dt is not None and field in self._without_heat)
@@ -115,28 +118,28 @@ class Stages:
             self.contact_pairs.apply_second_impulses(dt)
 
     def find_volume_corrections(self, dt: float) -> None:
-        """Find what the volumes of points lack of the growth of full cells, and its work."""
+        """Compute the missing volume growth of points in full cells, and its work."""
         for pressure in self.cell_pressures:
             pressure.find_shifts(dt)
 
     def update_stress(self, dt: float, move: bool) -> None:
-        """Velocity gradients, volumes, stresses of the bodies on the grid; where `move`, new positions."""
+        """Compute velocity gradients, volumes and stresses of the bodies on the grid, and new positions if `move`."""
         self._jointly(lambda body: body.begin_stress(dt, move))
         for body in self.grid_bodies:
             body.end_stress(dt, move)
 
     def update_positions(self, dt: float) -> None:
-        """New positions of the bodies on the grid."""
+        """Compute the new positions of the bodies on the grid."""
         for body in self.grid_bodies:
             body.update_positions(dt)
 
     def update_own_nodes(self, dt: float) -> None:
-        """New positions and stresses of the bodies with their own nodes."""
+        """Compute the new positions and stresses of the bodies with their own nodes."""
         for body in self.nodal_bodies:
             body.update(dt)
 
     def _jointly(self, begin: Callable[[GridBody], None]) -> None:
-        """Run the first parts of the loops of all bodies on the grid in one parallel region."""
+        """Run a loop of all bodies on the grid in one parallel region; begin: function that starts the loop of a body."""
         with joint_region:
             for body in self.grid_bodies:
                 joint_region.make_room()

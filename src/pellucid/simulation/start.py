@@ -1,4 +1,4 @@
-"""Bodies that begin in the state of an earlier run."""
+"""Bodies that start in the state of an earlier run."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
@@ -15,7 +15,7 @@ class Standings(Mapping[str, Standing]):
     """Initial positions of bodies by name, computed on request."""
 
     def __init__(self, bodies: Sequence[Body], going_on: Collection[str]) -> None:
-        """going_on: names of those that begin in the state of an earlier run."""
+        """bodies: all bodies; going_on: names of the bodies that start in the state of an earlier run."""
         self._bodies, self._going_on = {body.name: body for body in bodies}, going_on
 
     def __getitem__(self, name: str) -> Standing:

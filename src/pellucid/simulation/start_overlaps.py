@@ -1,4 +1,4 @@
-"""Bodies that start nearer to each other than contact allows: what the user is told about them."""
+"""Bodies that start closer to each other than the contact distance: detection, and messages for the user."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,14 +14,14 @@ REPORTED = 1e-3  # cells: depth from which an overlap is reported
 
 
 class OverlappingStart(NamedTuple):
-    """Two bodies, or a body and a wall, that overlap as a run begins."""
+    """Two bodies, a body and a wall, or parts of one body that overlap at the start of a run."""
 
     between: tuple[str, ...]
-    """Their names, with what they are."""
+    """Names of both, each with its kind ("body", "wall"); a single name for parts of one body."""
     depth: float
-    """Largest depth [m]."""
+    """Largest depth of the overlap [m]."""
     distance: float
-    """Distance between their surfaces as given at which contact acts: the sum of both contact offsets [m]."""
+    """Distance between the given surfaces at which contact acts: the sum of both contact offsets [m]."""
 
     @property
     def text(self) -> str:
@@ -49,16 +49,16 @@ class OverlappingStart(NamedTuple):
         )
 
     def facts(self) -> dict[str, Any]:
-        """Return what the summary stores."""
+        """Return the data for the summary."""
         return {"between": list(self.between), "depth": self.depth, "distance": self.distance}
 
 
 def find_start_overlaps(
     pairs: SurfacePairs, case: "Case", going_on: Mapping[str, Mapping[str, np.ndarray]]
 ) -> list[OverlappingStart]:
-    """Find bodies that overlap as a run begins, by more than rounding.
+    """Return the overlaps at the start of a run that exceed rounding.
 
-    going_on: arrays of the bodies that begin in the state of an earlier run, see `SurfacePairs.go_on`.
+    going_on: arrays of the bodies that start in the state of an earlier run, see `SurfacePairs.go_on`.
     """
     pairs.go_on(going_on)
     if not len(pairs):

@@ -1,8 +1,8 @@
 """Steady states by adaptive dynamic relaxation.
 
-The loads grow on a smooth curve; then velocities are damped, u⁺ = u + κ² (u - u⁻) + ((1 + κ) h/2)² M⁻¹ f, until nothing moves.
-The best κ = (K - 1)/(K + 1), K = 2/(ω h), needs the lowest frequency ω that is still in motion: ω² = |Δu·Δf| / Δu·M Δu of the
-changes since a state that was kept.
+The loads increase smoothly. Then velocities are damped, u⁺ = u + κ² (u - u⁻) + ((1 + κ) h/2)² M⁻¹ f, until nothing moves.
+The optimal κ = (K - 1)/(K + 1), K = 2/(ω h), depends on the lowest frequency ω that is still excited, estimated by ω² =
+|Δu·Δf| / Δu·M Δu from the changes since a stored state.
 
 Sources: Joldes, Wittek & Miller 2009, Comput. Methods Appl. Mech. Eng. 198, 2645, and 2011, 200, 1779.
 """
@@ -28,8 +28,8 @@ LOADING = 0.999  # κ while the loads grow
 ESTIMATED, KEPT_ANEW = 20, 200  # steps between estimates, and between states that these refer to
 AGREE = 0.1  # relative difference of two successive estimates of 1 - κ that are believed
 WITH_SHEETS = 0.5
-"""Largest fraction of the stable step where membranes touch others: beside their waves it has room for the dampers of contact,
-which stop a node within a step."""
+"""Largest fraction of the stable step if membranes touch other bodies: it leaves room for the contact dampers, which stop a
+node within a step."""
 CROSSINGS = 16.0  # of a body by shear waves while all loads grow
 ALL_LOADS, FEWEST = 800, 100  # steps for that, and for a load step, at least
 PER_CELL = 8.0  # steps for each cell that a rigid body passes: with the smooth growth of loads a quarter of a cell in a step
@@ -41,9 +41,10 @@ QUIET = 100  # steps in which the estimated error stays below the tolerance
 
 
 class SteadyClock(Clock):
-    """Counts steps of the relaxation; its time is that of the loads at the last equilibrium.
+    """Clock of the relaxation: it counts steps; its time is the time of the loads at the last equilibrium.
 
-    bodies: all of the case, and their models. Bodies that do not relax are rigid, and motions prescribe where they are.
+    bodies, models: all bodies of the case and their models. Bodies that do not relax are rigid, with positions prescribed
+    by motions.
     """
 
     def __init__(
@@ -72,7 +73,7 @@ class SteadyClock(Clock):
         self._start = [_places(body).copy() for body in bodies]
         self._step = 0  # of this load step
         self.loading = 1
-        """Steps in which the loads of this load step grow."""
+        """Number of steps over which the loads of this load step increase."""
         self._equilibria = 0
         self._kappa, self._estimate, self._believed = LOADING, 0.0, False
         self._quiet, self._scale, self.error = 0, 0.0, 1.0
@@ -83,7 +84,7 @@ class SteadyClock(Clock):
         self._corrections, self._renewed = 0, False  # of overlaps in this load step; whether the last step made one
         self._exact = self._contact is None  # whether what is left of overlaps does not count
         self.steps_taken: list[int] = []
-        """Steps of each load step so far."""
+        """Number of steps of each load step so far."""
 
     # a step
 
@@ -104,7 +105,7 @@ class SteadyClock(Clock):
         return start, end - start
 
     def pace(self, dt: float) -> None:
-        """Set the damping of the coming step and the rate of change of the loads."""
+        """Set the damping for the coming step, and the rate of change of the loads."""
         kappa, (start, grown) = self._kappa, self.span(dt)
         for body in self._relaxed:
             body.relax(kappa * kappa, 0.25 * (1.0 + kappa) ** 2, grown / dt, smooth_step((start + grown) / self.case.end))
@@ -146,7 +147,7 @@ class SteadyClock(Clock):
         return self._step == max(self.steady.most_steps - 1, self.loading) and not self._quiet
 
     def _loads_at(self, step: int) -> float:
-        """The time of the loads after so many steps of this load step [s]."""
+        """Return the time of the loads [s] after a number of steps of this load step."""
         each = self.case.end / self.steady.load_steps
         before, level = self._levels[self._equilibria : self._equilibria + 2]
         if step >= self.loading:
@@ -154,8 +155,9 @@ class SteadyClock(Clock):
         return (before + smooth_step(step / self.loading) * (level - before)) * each
 
     def _estimate_error(self, dt: float) -> None:
-        """Estimate the error of the displacements: the remaining change if the largest change per step decays by κ, or more
-        slowly if observed. A mode far below the one for which κ is best is hidden by the changes of the others."""
+        """Estimate the relative error of the displacements: the remaining change if the largest change per step decays by
+        κ, or more slowly if a slower decay is observed. A mode with a frequency far below the one for which κ is optimal is
+        hidden by the changes of the other modes."""
         change = dt * max(float(abs(body.arrays["velocity"]).max()) for body in self._bodies)
         if (self._step - self.loading) % ESTIMATED == 1:
             moved = zip(self._bodies, self._start, strict=True)
@@ -170,7 +172,8 @@ class SteadyClock(Clock):
         self._quiet = self._quiet + 1 if steady and done else 0
 
     def _correct_overlaps(self) -> None:
-        """Near an equilibrium, remove the overlaps that the springs of contact need; see `pellucid.contact.steady_contact`."""
+        """Near an equilibrium, remove the overlaps caused by the compliance of the contact springs; see
+        `pellucid.contact.steady_contact`."""
         if self._contact is None:
             return
         if self._renewed:
@@ -210,7 +213,7 @@ class SteadyClock(Clock):
         self._estimate = estimate
 
     def _reach(self) -> None:
-        """Equilibrium: the loads go on from here."""
+        """End the load step at an equilibrium, and start the next one."""
         self.steps_taken.append(self._step)
         self._equilibria += 1
         before, self.time = self.time, self._levels[self._equilibria] / self.steady.load_steps * self.case.end
@@ -232,7 +235,7 @@ class SteadyClock(Clock):
         return {"steady": {"steps": self.steps_taken, "estimated_error": self.error, "unbalanced_force": self._unbalanced()}}
 
     def _unbalanced(self) -> float:
-        """The norm of the forces that are out of balance over that of all forces."""
+        """Return the norm of the residual forces relative to the norm of all forces."""
         left, every = np.sqrt(np.square([body.unbalanced() for body in self._relaxed]).sum(axis=0))
         return float(left / every) if every > 0.0 else 0.0
 
@@ -256,18 +259,19 @@ class SteadyClock(Clock):
 
 
 def _places(body: Body) -> np.ndarray:
-    """Positions of the points of a body [m], shape (n, 3), in an order that does not change."""
+    """Return the positions of the points of a body [m], shape (n, 3), in an order that does not change."""
     return body.arrays["position"] if isinstance(body, Relaxable) else body.arrays["position"][body.order()]
 
 
 def _cells_passed(body: Body, end: float) -> float:
-    """Return how many cells the motions of a body pass at most until the end of the loads [s]."""
+    """Return the largest number of cells that the motions of a body pass until the end of the loads [s]."""
     grid, speed = getattr(body, "grid", None), getattr(body.constraint, "top_speed", 0.0)
     return 0.0 if grid is None else speed * end * float(grid.lattice.inverse_cell)
 
 
 def _crossing(model: BodyModel) -> float:
-    """The time in which slow waves cross a body [s]; a membrane has no speed of shear waves."""
+    """Return the time in which shear waves cross a body [s]; if there are none, as in some membranes, waves of 0.2 times
+    the pressure wave speed."""
     lower, upper = model.bounds()
     pressure, shear = model.waves_at_start()
     return float((upper - lower).max()) / (shear or 0.2 * pressure)

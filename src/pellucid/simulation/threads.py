@@ -1,6 +1,6 @@
 """Choice of the number of threads, by trials during the run.
 
-Small bodies, and machines with other work, run faster with fewer threads. The bits of a run do not depend on the number.
+Small bodies, and machines with other load, run faster with fewer threads. Results do not depend on the number, bit for bit.
 """
 
 import time
@@ -17,12 +17,16 @@ GAIN = 0.95  # of the time with fewer threads: more must do better
 
 
 def numbers_up_to(most: int) -> list[int]:
-    """1, 2, 4 ... and the most."""
+    """Return the numbers of threads to try: powers of two below `most`, and `most`."""
     return [n for n in (2**k for k in range(most.bit_length())) if n < most] + [most]
 
 
 class ThreadChoice:
-    """Chooses among some numbers of threads, the lowest first, beginning with one about `first`; `use` sets them."""
+    """Chooses the number of threads by trials.
+
+    numbers: numbers to choose from, ascending; first: upper limit of the initial number; use: function that sets the
+    number.
+    """
 
     def __init__(
         self,
@@ -33,14 +37,14 @@ class ThreadChoice:
     ) -> None:
         self._numbers, self._use, self._clock = list(numbers), use, clock
         self.chosen = max((n for n in numbers if n <= first), default=numbers[0])
-        """The number in use outside of trials."""
+        """Number of threads in use outside of trials."""
         use(self.chosen)
         self._left, self._next_trial = FIRST, 0.0
         self._trial: Trial | None = None
         self._began = 0.0
 
     def before_step(self) -> None:
-        """A step begins."""
+        """Record the start time of a step. Called before each step."""
         self._began = self._clock()
 
     def after_step(self) -> None:
@@ -68,7 +72,7 @@ class ThreadChoice:
 
 
 class Trial:
-    """Blocks of `steps` steps with each of some numbers of threads in turns."""
+    """Trial of several numbers of threads, in turns, with blocks of `steps` steps."""
 
     def __init__(self, numbers: list[int], steps: int, began: float) -> None:
         self._numbers, self._steps, self.began = numbers, steps, began
@@ -77,7 +81,7 @@ class Trial:
 
     @property
     def number(self) -> int:
-        """Return the number of threads for the coming step."""
+        """Number of threads for the coming step."""
         return self._numbers[self._done // self._steps % len(self._numbers)]
 
     @property
@@ -86,7 +90,7 @@ class Trial:
         return self._done == ROUNDS * self._steps * len(self._numbers)
 
     def count(self, taken: float) -> None:
-        """A step was done in this time [s]."""
+        """Add the time of a step [s]."""
         number, self._sum = self.number, self._sum + taken
         self._done += 1
         if self._done % self._steps == 0:
@@ -95,7 +99,7 @@ class Trial:
 
     @property
     def best(self) -> int:
-        """The number of threads with which steps were done soonest; fewer, unless more do clearly better."""
+        """Fastest number of threads. A larger number is chosen only if it is clearly faster than the smaller one."""
         cost = {number: median(times) for number, times in self._times.items()}
         found = self._numbers[0]
         for fewer, more in pairwise(self._numbers):

@@ -1,4 +1,4 @@
-"""Times of the stages of a step, for `pellucid bench`."""
+"""Computing times of the stages of a step, for `pellucid bench`."""
 
 import time
 from collections.abc import Callable
@@ -26,7 +26,7 @@ OF_A_STEP = {
 
 
 def time_stages(simulation: Any, timers: dict[str, float]) -> None:
-    """Measure the stages of the steps of a simulation: each adds its time [s] to its part in `timers`."""
+    """Measure the stages of the steps of a simulation: the time of each stage [s] is added to its part in `timers`."""
     parts = [(simulation, {"record": "reductions"}), (simulation.stages, OF_A_STEP)]
     for owner, stages in parts:
         for stage, part in stages.items():

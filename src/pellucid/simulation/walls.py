@@ -1,4 +1,4 @@
-"""Walls that are planes without a body, and the bodies that touch them."""
+"""Walls, i.e. planes without a body, and the bodies in contact with them."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 Surfaces = Mapping[str, ContactSurface | None]
-"""Those of bodies by name, None of one that has none."""
+"""Contact surfaces of bodies by name, or None for a body without a surface."""
 MOST_PRESSED = 0.1  # of a cell, by which the pressure of a fluid at the start may press it into a wall
 
 
@@ -28,9 +28,11 @@ def wall_contacts(
     column: int,
     gravity: float,
 ) -> list[WallContact]:
-    """Each wall of a case with the bodies that touch it, but for those that follow a motion as a whole: nothing pushes them.
+    """Return the contacts of each wall of a case with bodies, except bodies whose motion is fully prescribed: contact does
+    not affect them.
 
-    column: of the work of contact between surfaces; gravity: largest [m/s²]. Raises CaseError where a gas touches a wall.
+    column: column of the work of contact between surfaces; gravity: largest gravity [m/s²]. Raises CaseError if a gas is in
+    contact with a wall.
     """
     contacts, cell = [], case.grid.cell
     # sums over walls must not depend on the order of the tables
@@ -54,12 +56,12 @@ def wall_contacts(
 
 
 def courant_of(case: "Case") -> float:
-    """Return the fraction of the largest stable step that the steps of a case take."""
+    """Return the Courant number of a case, i.e. the length of its steps relative to the largest stable step."""
     return case.steady.courant if case.steady else case.time.courant
 
 
 def _refuse_pressed(contact: WallContact, body: Body, cell: float, path: str) -> None:
-    """Refuse a fluid whose pressure at the start alone would press it deep into the wall: a gas."""
+    """Raise CaseError for a fluid whose initial pressure alone would press it deep into the wall, i.e. a gas."""
     surface = contact.surfaces[0]
     if surface.drag is None:
         return

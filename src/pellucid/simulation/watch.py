@@ -1,4 +1,4 @@
-"""Warnings in a run, each once: balances of energy and angular momentum, the volume of fluids, elements that others touch."""
+"""Warnings during a run, each issued once: balances of energy and angular momentum, volume of fluids, elements in contact."""
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -34,9 +34,10 @@ if TYPE_CHECKING:
 LOOKS = 20  # steps between searches for parts of one body that approach each other
 INTERVAL = 100  # steps between checks of volumes, of states, and of the elements that touch other bodies
 UNEXPLAINED = 0.05
-"""Of the energy that moved: what surfaces that touch take or give and neither springs nor friction explain. A rigid body that
-strikes comes in by a part of a step: where steps take ω Δt = 0.3 of its swing, the account is off by (ω Δt)²/4 = 0.0225 of the
-energy of the impact then. Twice that is allowed."""
+"""Limit of the unexplained contact energy, relative to the exchanged energy: energy added or removed by surfaces in contact
+beyond the energy of springs and friction. In the impact of a rigid body, contact starts within a step. With ω Δt = 0.3 for
+its oscillation on the springs, the account then has an error of (ω Δt)²/4 = 0.0225 of the impact energy; the limit is about
+twice this value."""
 OVERFULL = 1.01  # volume of a fluid over that of the grid; rounding of shapes and compression stay far below
 AGAINST_LOSS = "Check loads, velocities and moduli for values that are too large, or set a smaller time.courant"
 
@@ -48,16 +49,18 @@ TURNING = {
     "pic": f'The transfer "pic" damps rotation within a cell. {APIC}',
     "apic": f'The transfer "apic" conserves it only with grid.functions = "quadratic-bspline": set these, or {CELLS}',
 }
-"""Remedies against a drift of the angular momentum, by transfer."""
+"""Remedies for a drift of the angular momentum, by transfer."""
 BETWEEN_BODIES = (Contact, Enclosed, Rigid, Support, SurfaceTension)
-"""Conditions between bodies, and supports, whose impulses show whether they push: other conditions may turn bodies."""
+"""Conditions that act between bodies, and supports, whose impulses show if they act. All other conditions may exert
+external torques on bodies."""
 
 
 class Watch:
-    """Warns of what may be wrong, and stops a run whose energy balance is broken."""
+    """Issues warnings about possible errors, and stops a run with a large error of the energy balance."""
 
     def __init__(self, limits: "EnergyCase", own_steps: bool, has_grid: bool, transfer: str) -> None:
-        """own_steps: whether all bodies take steps of their own; transfer: of the case's `time`."""
+        """limits: limits of the energy error; own_steps: True if all bodies take their own substeps; has_grid: True if the
+        case has a grid; transfer: transfer of the case."""
         self._limits, self._own_steps, self._transfer = limits, own_steps, transfer
         finer = (
             "a lower `accuracy` or more nodes"
@@ -69,13 +72,14 @@ class Watch:
         self._advice = f"Use {finer}, or increase energy.stop if the loss is expected"
         self._turning_advice = TURNING[transfer]
         self.warned: set[str] = set()
-        """Warnings given so far."""
+        """Keys of the warnings issued so far."""
 
     def energy(self, budget: EnergyBudget, clock: Clock, bodies: Sequence[Body]) -> None:
-        """Judge the error of the balance at the end of a step.
+        """Check the energy balance at the end of a step, and warn if its error is large.
 
-        It is not judged in the first steps of a run (unless bodies take substeps) nor while a steady analysis corrects
-        overlaps, but always in the last step. Raises RunStopped above the limit, and in any step if it is not finite.
+        The balance is not checked in the first steps of a run (unless bodies take substeps) or while a steady analysis
+        corrects overlaps, but always in the last step. Raises RunStopped above the limit, and in any step if the balance is
+        not finite.
         """
         error = abs(budget.energy_error())
         if not isfinite(error):
@@ -97,7 +101,8 @@ class Watch:
         self._warn("energy", f"{text}, above energy.warn = {100 * self._limits.warn:g} %")
 
     def angular_momentum(self, turning: AngularBalance, bodies: Sequence[Body], clock: Clock) -> None:
-        """Look now and then, and in the end, at the angular momentum of bodies on which nothing acts from outside."""
+        """Check the angular momentum of bodies without external actions, at intervals and at the end, and warn if it
+        drifts."""
         last = clock.finished(None)
         if (clock.n_steps % INTERVAL and not last) or (error := turning.observe(bodies)) < self._limits.warn:
             return
@@ -108,7 +113,7 @@ class Watch:
             self._warn("angular momentum", text)
 
     def contact(self, pairs: ContactPairs, clock: Clock) -> None:
-        """Look now and then at what touches."""
+        """Check nodes in contact at intervals, and issue the contact warnings of their bodies."""
         if clock.n_steps % INTERVAL or "contact" in self.warned:
             return
         for body, nodes in pairs.touching():
@@ -117,7 +122,7 @@ class Watch:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def surfaces(self, pairs: SurfacePairs, clock: Clock) -> None:
-        """Look now and then at surfaces that touch others, or come near sheets."""
+        """Check surfaces in contact with other surfaces or close to sheets, at intervals, and issue their warnings."""
         if clock.n_steps % INTERVAL:
             return
         for sheet, other, step in pairs.against_sheets():
@@ -137,7 +142,7 @@ class Watch:
                 return self._warn("contact", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def approaches(self, bodies: Sequence[Body], clock: Clock) -> None:
-        """Look now and then, and in the end, at parts of one body that approach each other; each body warns once."""
+        """Check for parts of one body that approach each other, at intervals and at the end; each body warns once."""
         if clock.n_steps % LOOKS and not clock.finished(None):
             return
         for body in bodies:
@@ -149,7 +154,7 @@ class Watch:
                 self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def states(self, bodies: Sequence[Body], clock: Clock) -> None:
-        """Look now and then, and in the end, at what bodies have come to; each body warns once."""
+        """Issue the warnings of bodies about their state, at intervals and at the end; each body warns once."""
         if clock.n_steps % INTERVAL and not clock.finished(None):
             return
         for body in bodies:
@@ -157,7 +162,7 @@ class Watch:
                 self._warn(what, f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def conditions(self, active: ActiveConditions, clock: Clock) -> None:
-        """Look now and then, and in the end, at how conditions act; each warns once."""
+        """Issue the warnings of conditions, at intervals and at the end; each condition warns once."""
         if clock.n_steps % INTERVAL and not clock.finished(None):
             return
         for number, text in enumerate(active.warnings()):
@@ -165,7 +170,8 @@ class Watch:
                 self._warn(f"condition {number}", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def contact_energy(self, contact: ContactEnergy, budget: EnergyBudget, clock: Clock) -> None:
-        """Judge what surfaces that touch took and gave, not in the first steps of a run, but always in the last."""
+        """Check the energy added or removed by surfaces in contact, and warn if its unexplained part is too large. It is
+        not checked in the first steps of a run, but always in the last."""
         scale, amount = budget.energy_scale, contact.unexplained
         early = clock.n_steps < FIRST_JUDGED and not clock.finished(None)
         if early or "contact_energy" in self.warned or abs(amount) <= UNEXPLAINED * scale:
@@ -179,7 +185,7 @@ class Watch:
         self._warn("contact_energy", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 
     def volumes(self, fields: Mapping[VelocityField, Sequence[GridBody]], clock: Clock) -> None:
-        """Look now and then at whether the fluids of a velocity field have more volume than the grid."""
+        """Check at intervals if the volume of the fluids of a velocity field exceeds the volume of the grid, and warn."""
         if clock.n_steps % INTERVAL or "volume" in self.warned:
             return
         for field, bodies in fields.items():
@@ -204,7 +210,7 @@ class Watch:
 
 
 def _lie_near(bodies: Iterable[Body], places: np.ndarray, distance: float) -> np.ndarray:
-    """Return which places [m], shape (k, 3), lie within a distance [m] of any of the points of bodies."""
+    """Return a mask of the positions [m], shape (k, 3), that lie within a distance [m] of any point of the bodies."""
     near = np.zeros(len(places), bool)
     for body in bodies:
         if len(places):
@@ -213,7 +219,7 @@ def _lie_near(bodies: Iterable[Body], places: np.ndarray, distance: float) -> np
 
 
 def free_axes(case: "Case") -> Sequence[int]:
-    """Return the axes about which the angular momentum of a case is constant unless supports or gravity push a body."""
+    """Return the axes about which the angular momentum of a case is constant unless supports or gravity act on a body."""
     acting = [base for base, several in case.conditions().items() if several and not issubclass(base, BETWEEN_BODIES)]
     if acting or case.steady is not None or any(body.has_own_step or not body.moves for body in case.body):
         return []
