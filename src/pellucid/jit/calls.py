@@ -1,9 +1,8 @@
 """Fast calls of kernels from Python.
 
 At each call numba determines the compiled types of the arguments. The lookup takes four microseconds for a bundle, as long
-as a small kernel runs, and twenty for a named tuple of a few arrays. If a Python-level lookup finds that a kernel was
-called with arguments of these types before, the compiled code is called directly. Without bundles numba determines the
-types faster.
+as a small kernel runs, and twenty for a named tuple of a few arrays. For types that the kernel has been called with before,
+a lookup in Python finds the compiled code, which is called directly. Without bundles numba determines the types faster.
 """
 
 from typing import Any

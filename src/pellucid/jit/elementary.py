@@ -3,9 +3,9 @@
 With x = m 2ᵏ, √½ ≤ m < √2, f = m - 1, s = f / (2 + f) and h = f²/2, ln m = f - (h - s (h + R(s²))). With x = k ln 2 + r,
 |r| ≤ ½ ln 2, and c = r - P(r²), exp(r) = 1 + r + r c / (2 - c). Source of both formulas and of the polynomials: fdlibm,
 e_log.c and e_exp.c (Sun Microsystems 1993), with errors below one unit in the last place. With k = 3j + s, |s| ≤ 1, the
-cube root is 2ʲ (2ˢ m)^⅓, from a parabola in m by two steps of Halley's method, each of which reduces an error e to ⅔ e³.
-For y = 1 + x, rounded, ln(1 + x) = ln(y) x/(y - 1) up to the square of the rounding error (Kahan; Goldberg 1991, ACM
-Comput. Surv. 23, 5, theorem 4).
+cube root is 2ʲ (2ˢ m)^⅓, from a parabola in m by two steps of Halley's method. Each step reduces an error e to ⅔ e³. For y
+= 1 + x, rounded, ln(1 + x) = ln(y) x/(y - 1) up to the square of the rounding error (Kahan; Goldberg 1991, ACM Comput.
+Surv. 23, 5, theorem 4).
 """
 
 from math import frexp, inf, nan, sqrt

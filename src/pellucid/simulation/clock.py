@@ -22,8 +22,8 @@ class Clock:
     """Counter of steps and simulated time.
 
     The stable step of a body is h/(c + |v|), with artificial viscosity in c, or h²ρ/(2(2μ+λ)). longest: a further limit of
-    the stable step, such as the time in which bodies fall through a cell [s]; most: largest step allowed by the output, if
-    bodies take their own substeps [s].
+    the stable step, such as the time of fall through a cell [s]; most: largest step allowed by the output, if bodies take
+    their own substeps [s].
     """
 
     def __init__(self, case: "TimeCase", longest: float = inf, most: float = inf) -> None:

@@ -1,4 +1,4 @@
-"""Settling before time 0: dynamics in which all velocities are set to zero whenever the kinetic energy passes a peak.
+"""Settling before time 0: dynamics with all velocities set to zero whenever the kinetic energy passes a peak.
 
 At a peak of the kinetic energy an oscillating body passes its equilibrium. If it is stopped there, the remaining
 oscillation is smaller. Source: P. A. Cundall, Proc. 1st Int. Conf. Numer. Methods Geomech. (1976); M. R. Barnes, Int. J.
@@ -187,6 +187,6 @@ def _come_to_rest(
 
 
 def _crossing(model: BodyModel) -> float:
-    """Return the time in which pressure waves cross a body [s]."""
+    """Return the time of pressure waves from end to end of a body [s]."""
     lower, upper = model.bounds()
     return float((upper - lower).max()) / model.waves_at_start()[0]

@@ -270,8 +270,8 @@ def _cells_passed(body: Body, end: float) -> float:
 
 
 def _crossing(model: BodyModel) -> float:
-    """Return the time in which shear waves cross a body [s]; if there are none, as in some membranes, waves of 0.2 times
-    the pressure wave speed."""
+    """Return the time of shear waves from end to end of a body [s]. A body without shear waves, as some membranes, uses 0.2
+    times the speed of pressure waves."""
     lower, upper = model.bounds()
     pressure, shear = model.waves_at_start()
     return float((upper - lower).max()) / (shear or 0.2 * pressure)
