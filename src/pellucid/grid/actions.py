@@ -13,9 +13,9 @@ from pellucid.grid.velocity_field import VelocityField
 class DrivenNodes(NamedTuple):
     """Nodal sums of driven points; see `ExternalAction`."""
 
-    mass: np.ndarray  # (n, 3) of driven points [kg]
-    momentum: np.ndarray  # (n, 3) of these, with the prescribed velocity [kg m/s]
-    impulse: np.ndarray  # (n, 3) of prescribed motions on unit driven mass over the step [m/s]
+    mass: np.ndarray  # (n, 3) mass of driven points [kg]
+    momentum: np.ndarray  # (n, 3) momentum of driven points with the prescribed velocity [kg m/s]
+    impulse: np.ndarray  # (n, 3) impulse of prescribed motions per driven mass over the step [m/s]
 
 
 class NodalActions:

@@ -16,7 +16,7 @@ NEAR = 5  # cells from a wall beyond which all are alike
 class AxisIntegrals(NamedTuple):
     """Shape functions along an axis, integrated over each of its n cells in the coordinate u [cells]; w nodes reach a cell."""
 
-    first: np.ndarray  # (n,) the first of these nodes
+    first: np.ndarray  # (n,) first node that reaches each cell
     value: np.ndarray  # (n, w) ∫ N du
     slope: np.ndarray  # (n, w) ∫ N' du
 

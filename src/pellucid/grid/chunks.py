@@ -15,7 +15,7 @@ class ChunkedNodes(NamedTuple):
     """Nodes in chunks. Each chunk is processed by one thread; the sums of the chunks are added in order."""
 
     node: np.ndarray  # (m,) a list, or `ALL`
-    edges: np.ndarray  # (chunks + 1,) the number of the first of each chunk, and behind the last
+    edges: np.ndarray  # (chunks + 1,) number of the first node of each chunk, and the end of the last
 
     @property
     def n(self) -> int:
@@ -27,7 +27,7 @@ class NodesByRow(NamedTuple):
     """Nodes in chunks, each within one row of slabs, so that a process that has rows also has their chunks."""
 
     chunks: ChunkedNodes
-    of_row: np.ndarray  # (rows + 1,) the first chunk of each row of slabs, and behind the last
+    of_row: np.ndarray  # (rows + 1,) first chunk of each row of slabs, and the end of the last
 
 
 def chunked(node: np.ndarray) -> ChunkedNodes:

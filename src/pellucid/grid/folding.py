@@ -23,10 +23,10 @@ class Walled(NamedTuple):
 class Folded(NamedTuple):
     """Grid with at least one periodic axis."""
 
-    real: np.ndarray  # (nodes,) the node that each is, itself or one within the period
-    periods: tuple[float, float, float]  # in cells, infinite along other axes
-    cells: tuple[int, int, int]  # of the periods, 0 along other axes
-    steps: tuple[int, int, int]  # how far apart in memory nodes are that are the same, 0 along other axes
+    real: np.ndarray  # (nodes,) identical node within the period
+    periods: tuple[float, float, float]  # period along each axis [cells], infinite along other axes
+    cells: tuple[int, int, int]  # number of cells in a period, 0 along other axes
+    steps: tuple[int, int, int]  # offset in memory between identical nodes, 0 along other axes
 
 
 @generic

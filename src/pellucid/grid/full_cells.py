@@ -50,8 +50,8 @@ class CellGrid(NamedTuple):
     along: tuple[AxisIntegrals, AxisIntegrals, AxisIntegrals]
     forces: np.ndarray  # (4 n,) rows of internal forces
     mean_velocity: np.ndarray  # (n, 3)
-    volume: float  # of a cell [m³], that of the slice where axes are thin
-    edges: np.ndarray  # (chunks + 1,) the layer at which each chunk begins, and behind the last
+    volume: float  # volume of a cell [m³]; for thin axes with the slice thickness
+    edges: np.ndarray  # (chunks + 1,) first layer of each chunk, and the end of the last
 
 
 @pointwise

@@ -156,8 +156,8 @@ class ImplicitViscosity:
         raise RunStopped(f"{text}; use a smaller time.step or time.courant", step=n_steps, time=time)
 
     def work(self, columns: Sequence[int]) -> StepWork:
-        """Return the works of the last step along its mean velocities: dissipation and the loss of implicit Euler, in these
-        columns."""
+        """Return the works of the last step along its mean velocities: dissipation and the loss by implicit Euler, in two
+        given columns."""
         sum_lag(self._n, self._nodes)
         dissipated, lag = self._dt * self._power, self._dt * float(self._summed()[DESCENT])
         done = no_work(max(columns) + 1, 0)

@@ -26,7 +26,7 @@ def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> n
 
 
 def layers_of(count: int, thin: bool, periodic: bool) -> int:
-    """Return the number of layers of nodes that are stored along an axis of so many cells."""
+    """Return the number of layers of nodes that are stored along an axis with `count` cells."""
     return 1 if thin else count + BEYOND_PERIOD if periodic else max(count + PAD, LARGEST_STENCIL)
 
 
@@ -55,9 +55,9 @@ class Lattice(NamedTuple):
     inverse_cell: float
     counts: tuple[int, int, int]
     strides: tuple[int, int, int]
-    slab_axis: int  # the slowest axis in memory; kernels share the work by slabs along it,
-    cut_axis: int  # and cut these along the longest of the others
-    folding: Any = Walled()  # which nodes are the same where axes are periodic, see `pellucid.grid.folding`
+    slab_axis: int  # slowest axis in memory, along which the grid is divided into slabs
+    cut_axis: int  # longest other axis, along which slabs are cut
+    folding: Any = Walled()  # mapping of identical nodes on periodic axes, see `pellucid.grid.folding`
 
 
 class Nodes(NamedTuple):

@@ -44,12 +44,12 @@ class AdvancedNodes(NamedTuple):
 
     nodes: Nodes
     supports: Supports
-    gravity: np.ndarray  # (3,) what acts of it [m/s²]
+    gravity: np.ndarray  # (3,) present gravity [m/s²]
     external: ExternalAction
     load: Annotated[np.ndarray, NodalField(3, FOUND, RUN, "N", "the sum of the external forces, where there are any")]
     separate_forces: np.ndarray  # see `FieldNodes`
-    work: np.ndarray  # (rows, ...) works as `pellucid.energy` lays them out, a row for each chunk
-    edges: np.ndarray  # of the chunks of all nodes, see `pellucid.grid.chunks`
+    work: np.ndarray  # (rows, ...) works in the layout of `pellucid.energy`, a row for each chunk
+    edges: np.ndarray  # edges of the chunks of all nodes, see `pellucid.grid.chunks`
 
 
 @pointwise

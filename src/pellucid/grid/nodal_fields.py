@@ -43,13 +43,13 @@ class NodalField(NamedTuple):
     """Declaration of a nodal array, shape (n, components), or (n,) for one component."""
 
     components: int
-    combine: Any  # a `Combine`, or one for each component
+    combine: Any  # a `Combine`, or a tuple with one for each component
     cleared: Cleared
     unit: str
     meaning: str
     dtype: Any = np.float64
-    in_rows: bool = False  # flat, shape (ROW n,), and aligned in memory
-    several: bool = False  # of several such arrays, shape (m, n, components)
+    in_rows: bool = False  # True: flat array, shape (ROW n,), aligned in memory
+    several: bool = False  # True: several such arrays, shape (m, n, components)
 
     @property
     def start(self) -> Any:
@@ -80,7 +80,7 @@ class View(NamedTuple):
     part: int | slice
     unit: str
     meaning: str
-    cleared: Cleared | None = None  # where that is not with all of the field
+    cleared: Cleared | None = None  # time of clearing, if not together with the whole field
 
 
 def aligned_rows(n: int) -> np.ndarray:

@@ -1,6 +1,7 @@
-"""Passes over the nodes of a velocity field by all threads: their momentum equation, and the works of a step.
+"""Parallel passes over the nodes of a velocity field: momentum update, and works of a step.
 
-chunks: the nodes (`ChunkedNodes`), n of them; awaiting: flags of the nodes that await impulses of contact, or `NOWHERE`.
+Common arguments: n, number of chunks; chunks, the nodes (`ChunkedNodes`); awaiting, flags of the nodes that await contact
+impulses, or `NOWHERE`; small, see `NodalMomentum`.
 """
 
 from pellucid.grid.momentum import add_separate_forces_chunk, advance_chunk, sum_loads_chunk
@@ -20,7 +21,7 @@ def _advance_chunk(chunk, field, dt, small, flip, counted, chunks, awaiting):
 
 @kernel()
 def advance(n, field, dt, small, flip, counted, chunks, awaiting):
-    """The momentum equation of all nodes; where `counted`, their works too, while the nodes are at hand."""
+    """Advance the momentum of all nodes; if `counted`, also compute their works while their data is in the cache."""
     if len(field.separate_forces) > 0:
         parallel_for(add_separate_forces_chunk, n, field)
     if len(field.load) > 0:  # by themselves: loops over the channels within the momentum equation would slow down all nodes
@@ -30,15 +31,16 @@ def advance(n, field, dt, small, flip, counted, chunks, awaiting):
 
 @kernel()
 def count_works(n, first, chunks, awaiting, field, dt, small):
-    """Works of the step and impulses on nodes, in rows from the first on; see `NodalMomentum.works`."""
+    """Compute the works of the step and the impulses on nodes, in rows starting at `first`; see `NodalMomentum.works`."""
     parallel_for(count_works_chunk, n, first, chunks, awaiting, field, dt, small)
 
 
 @parallel_loop()
 def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
-    """Velocities p/m of the mapped momentum, with supports, into `strain_velocity`; where `counted`, the lag of work too.
+    """Compute the constrained velocities p/m of the mapped momentum in `strain_velocity`; if `counted`, also sum the lag
+    work.
 
-    advanced: whether the momentum was, of the mass that the nodes have.
+    advanced: True if the momentum has been advanced with the present nodal masses.
     """
     project_chunk(chunk, field, advanced)
     if counted:

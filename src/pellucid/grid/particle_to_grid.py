@@ -45,7 +45,7 @@ class InertiaRead(NamedTuple):
 
     velocity: np.ndarray  # (n, 3)
     mass: np.ndarray  # (n,)
-    affine: Any  # (n, 10), or () of points without such fields
+    affine: Any  # (n, 10), or () for points without affine fields
 
 
 class InternalForce(NamedTuple):
@@ -56,7 +56,7 @@ class InternalForceInCells(NamedTuple):
     """Contribution -V (σ + p I) ∇N of a point in a full cell, without the mean pressure p of the cell, which acts
     separately."""
 
-    found: np.ndarray  # as `FullCells` has it
+    found: np.ndarray  # see `FullCells`
 
 
 class InternalForceRead(NamedTuple):
@@ -64,7 +64,7 @@ class InternalForceRead(NamedTuple):
 
     volume: np.ndarray  # (n,)
     stress: np.ndarray  # (n, 6)
-    position: Any  # (n, 3), or () where cells do not matter
+    position: Any  # (n, 3), or () without full cells
 
 
 @point_function(given, Inertia)

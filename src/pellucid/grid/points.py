@@ -57,8 +57,8 @@ class PointArrays(NamedTuple):
     position: np.ndarray  # (n, 3) [m]
     velocity: np.ndarray  # (n, 3) [m/s]
     mass: np.ndarray  # (n,) [kg]
-    volume: np.ndarray = np.zeros(0)  # (n,) [m³]; no rows of the nodes of elements, where it is these that have it,
-    stress: np.ndarray = np.zeros((0, 6))  # (n, 6) Cauchy stress xx, yy, zz, yz, xz, xy [Pa]; the same
+    volume: np.ndarray = np.zeros(0)  # (n,) [m³]; without rows for nodes of elements, where elements store it
+    stress: np.ndarray = np.zeros((0, 6))  # (n, 6) Cauchy stress xx, yy, zz, yz, xz, xy [Pa]; without rows like `volume`
 
 
 class Slabs(NamedTuple):
@@ -69,17 +69,17 @@ class Slabs(NamedTuple):
     both axes, are far enough apart that their points then still reach no common node (`pellucid.grid.sorting`).
     """
 
-    first: np.ndarray  # (s+1,)
-    layers: np.ndarray  # (s, 4) from which layer to which along the slowest axis, and the same along that of the cuts
+    first: np.ndarray  # (s + 1,) first point of each slab, and the end of the last
+    layers: np.ndarray  # (s, 4) first layer and end along the slowest axis, and along the axis of the cuts
     across: int
-    bounds: np.ndarray  # (s, 4) between which places the points may move along these axes, in cells from the wall
-    fault: np.ndarray  # (s, 2) a code above, and the first point that has it
-    left_slab: np.ndarray  # (s,) 1 where a point left its slab by more than a layer
+    bounds: np.ndarray  # (s, 4) lower and upper bound of the points along both axes [cells from the wall]
+    fault: np.ndarray  # (s, 2) fault code, and the first point with this fault
+    left_slab: np.ndarray  # (s,) 1 if a point left its slab by more than a layer
     sums: np.ndarray  # (s, columns) partial sums of the reductions
-    of_lost: np.ndarray  # (s, columns) of those of a pass that moved points, the part of points that left the grid
+    of_lost: np.ndarray  # (s, columns) part of the sums from points that left the grid in the last pass that moved points
 
     def reached(self, layers: tuple[int, int], stencil: int) -> np.ndarray:
-        """Return a mask of the slabs with points that may reach nodes in these layers, shape (s,)."""
+        """Return a mask of the slabs whose points may reach nodes in the layers from layers[0] to layers[1], shape (s,)."""
         return (self.layers[:, 0] - 1 - stencil <= layers[1]) & (self.layers[:, 1] + 1 + stencil >= layers[0])
 
 
@@ -90,7 +90,7 @@ class InOrder(NamedTuple):
 class ByIndex(NamedTuple):
     """Index of points that keep their own storage order; a table lists them in the order of the slabs."""
 
-    order: np.ndarray  # (n,) where the points are stored, in the order in which slabs count them
+    order: np.ndarray  # (n,) storage row of each point in the order of the slabs
 
 
 @generic

@@ -16,12 +16,12 @@ from pellucid.jit.vector import LANES, load, nothing, store
 class Stencil(NamedTuple):
     """Nodes whose shape functions reach a point; indices along the axes count from the first node."""
 
-    start: int  # where the first node is stored
-    offset: Any  # from the point to the first node along the axes, in cells
-    wx: Any  # shape functions along x, a tuple
+    start: int  # storage index of the first node
+    offset: Any  # vector from the point to the first node [cells]
+    wx: Any  # values of the shape functions along x, a tuple
     wy: Any
     wz: Any
-    gx: Any  # their derivatives by the place in cells
+    gx: Any  # their derivatives along x, per cell
     gy: Any
     gz: Any
 

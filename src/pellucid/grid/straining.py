@@ -40,7 +40,7 @@ class Read(NamedTuple):
     velocity: Any  # [m/s]
     mass: Any  # [kg]
     volume: Any  # [m³]
-    state: Any  # that of the law
+    state: Any  # state of the law
 
 
 class Kept(NamedTuple):
@@ -56,7 +56,7 @@ class Strain(NamedTuple):
 
     law: Any
     cells: Any  # `NoCells` or `FullCells`
-    moving: float  # 1 if they move, else 0
+    moving: float  # 1 if points move, else 0
 
 
 @generic

@@ -22,8 +22,8 @@ class YieldingWalls(NamedTuple):
     """Walls that have friction or open; without such walls the arrays have no rows. The states of nodes keep their values
     until the next step."""
 
-    friction: np.ndarray  # (supports,) coefficient, 0 where a support does not rub, infinite where nothing slides
-    opens: np.ndarray  # (supports,) 1 where it lets go what moves away
+    friction: np.ndarray  # (supports,) coefficient; 0 without friction, infinite if nodes cannot slide
+    opens: np.ndarray  # (supports,) 1 if the wall releases nodes that move away
     inward: np.ndarray  # (supports,) 1 or -1, the direction from the wall into the grid along its axis
     held: Annotated[
         np.ndarray, NodalField(3, FOUND, RUN, "", "as `constrained`, by such walls alone, those included that let go", np.int16)
@@ -46,7 +46,7 @@ class Supports(NamedTuple):
     """Constraints of nodes; `Nodes.constrained` counts its rows from 1."""
 
     velocity: np.ndarray  # (supports, 3) [m/s]
-    mirror: np.ndarray  # (supports,) 1 for a wall, beside which a body goes on as its mirror image, 0 for a clamp within it
+    mirror: np.ndarray  # (supports,) 1 for a wall, at which a body is mirrored; 0 for a clamp within a body
     walls: YieldingWalls = no_walls()
 
 

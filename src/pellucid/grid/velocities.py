@@ -43,7 +43,7 @@ class Read(NamedTuple):
     position: Any  # [m]
     velocity: Any  # [m/s]
     mass: Any  # [kg]
-    affine: Any  # field [1/s] and its energy, ten numbers; () of points without
+    affine: Any  # affine field [1/s] and its energy, ten numbers; () for points without
     worked: Any  # `Worked`, a volume, or ()
 
 
@@ -66,11 +66,11 @@ class Kept(NamedTuple):
 class Gathered(NamedTuple):
     """Values gathered from the nodes."""
 
-    velocity: Any  # of the point after the step [m/s]
-    lumping: Any  # heat of lumping, of unit mass [J/kg]
-    heat: Any  # that of the whole transfer [J/kg]
+    velocity: Any  # velocity of the point after the step [m/s]
+    lumping: Any  # heat of lumping per unit mass [J/kg]
+    heat: Any  # heat of the whole transfer per unit mass [J/kg]
     affine: Any
-    gradient: Any  # of the mean velocity [1/s], or ()
+    gradient: Any  # gradient of the mean velocity [1/s], or ()
 
 
 class TakeVelocity(NamedTuple):
@@ -99,7 +99,8 @@ def mean_gradient(work: Any, about: Any, lattice: Any, nodes: Any) -> Any:
 
 @generic
 def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: float) -> Any:
-    """Return the work and heat stored by a point, and the heat gained and kept [J]."""
+    """Return the new internal energy and the heat of a point per unit mass [J/kg], and the energy gained and the heat in it
+    [J]; () for points that keep no heat."""
 
 
 @generic
@@ -179,7 +180,7 @@ class HeatArrays(NamedTuple):
     """Arrays of a body that keeps heat."""
 
     energy: np.ndarray  # (points,) specific internal energy [J/kg]
-    heat: np.ndarray  # (points,) what the transfer of a step lost about a point [J/kg]
+    heat: np.ndarray  # (points,) energy lost by the transfer at each point in a step [J/kg]
 
 
 def taking_velocities(

@@ -26,7 +26,7 @@ class Read(NamedTuple):
 class Kept(NamedTuple):
     """Output of a point, or the arrays of all points."""
 
-    stress: Any  # viscous [Pa]
+    stress: Any  # viscous stress [Pa]
 
 
 class StressByViscosity(NamedTuple):

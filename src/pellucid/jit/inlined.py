@@ -24,7 +24,7 @@ class InlinedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
     @property
     def codegen(self) -> Any:
-        """Code generator of the processor, without environments for values from Python."""
+        """Code generator of the processor, without environments for Python values."""
         return _NoEnvironments
 
 

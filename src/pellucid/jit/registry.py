@@ -43,7 +43,7 @@ class Generic(NamedTuple):
 
     signature: inspect.Signature
     implementations: dict[type, Callable[..., Any]]
-    default: list[Callable[..., Any]]  # at most one, for the types that register none
+    default: list[Callable[..., Any]]  # at most one, for types without their own implementation
 
     def of(self, kind: type) -> Callable[..., Any] | None:
         """Return the implementation for a type; None if there is none."""

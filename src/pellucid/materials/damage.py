@@ -35,8 +35,8 @@ class DamageRecord(NamedTuple):
     """Damage state of points; arrays of length 0 without damage."""
 
     damage: np.ndarray  # (n,) ω
-    failed: np.ndarray  # (n,) 1 where a point has failed, else 0
-    dissipated_energy: np.ndarray  # (n,) the part of the work of the stress that damage took [J/kg]
+    failed: np.ndarray  # (n,) 1 for a failed point, else 0
+    dissipated_energy: np.ndarray  # (n,) work of the stress dissipated by damage [J/kg]
 
 
 class DamageCase(Model):
@@ -78,10 +78,10 @@ def has_failed(law: Law, record: DamageRecord, p: int) -> bool:
 
 @generic
 def upright(law: Law, along: float) -> bool:
-    """Return True if a triangle defines the orientation of the surface, from the component of its normal along the previous
-    normal of its corner.
+    """Return True if a triangle counts for the orientation of the surface; along: component of its normal along the
+    previous normal at its corner.
 
-    Near a tear, triangles turn over or vanish while other triangles of the corner still carry stress.
+    Near a tear, triangles turn over or vanish while other triangles at the corner still carry stress.
     """
 
 

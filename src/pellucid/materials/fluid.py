@@ -133,7 +133,8 @@ class FluidMaterial(PointMaterial):
         )
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
-        """Raise the pressure of a liquid whose pressure depends on the density alone by `more` [Pa], without heat."""
+        """Return the arrays of points of a liquid, i.e. with a pressure that depends only on the density, after isentropic
+        compression that raises the pressure by `more` [Pa]. For other fluids, the arrays unchanged."""
         from scipy.optimize import brentq  # models of cases stay light without it
 
         if not self.is_liquid:

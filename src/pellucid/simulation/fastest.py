@@ -9,8 +9,8 @@ from pellucid.parts.body import Body, in_metres
 
 
 def fastest_point(bodies: Iterable[Body]) -> tuple[str, dict[str, Any]]:
-    """Describe the fastest point of the bodies in words, and its place for a `RunStopped`; a point whose velocity is not
-    finite comes first. Empty if nothing moves."""
+    """Return a description of the fastest point of the bodies, and its data for `RunStopped`; both empty if nothing moves.
+    A point whose velocity is not finite counts as fastest."""
     found: tuple[float, Body, int] | None = None
     for body in bodies:
         speed = np.linalg.norm(body.stored_field("velocity"), axis=1)

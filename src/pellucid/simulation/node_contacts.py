@@ -34,7 +34,7 @@ def node_contacts(case: "Case", built: Built, pairs: ContactPairs) -> list[str]:
 
 
 def _explain(members: Sequence[Sequence[BodyModel]], built: Built) -> tuple[str, str]:
-    """Return why two velocity fields, with these bodies, do not touch by surfaces, and a remedy."""
+    """Return the reason why the bodies of two velocity fields are not in contact by surfaces, and a remedy."""
     for models in members:
         for model in models:
             if not model.is_fluid and not has_surface(built[model.name][0]):

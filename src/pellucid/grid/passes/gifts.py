@@ -41,8 +41,8 @@ class ByValue(NamedTuple):
     """Contribution of a row times N."""
 
     rule: Any
-    read: Any  # arrays of the points that `given` reads
-    read_like: Any  # an example of one point of them
+    read: Any  # point arrays that `given` reads
+    read_like: Any  # example of the values of one point in `read`
     into: np.ndarray  # (4 nodes,) rows
 
 
@@ -105,8 +105,11 @@ def giving(mapped: MappedPoints, gives: Any) -> Bundle:
 
 @generic
 def given(rule: Any, lattice: Any, points: Any, p: Any) -> Any:
-    """Return the contribution of point p; points: the input arrays. By value: one row of four numbers, or four rows, at its
-    position and by distance [m] along x, y, z; by gradient: three rows."""
+    """Return the contribution of point p; points: the input arrays.
+
+    By value: one row of four numbers, or four rows: the value at the point and its derivatives along x, y, z [per m]. By
+    gradient: three rows.
+    """
 
 
 @generic
@@ -116,7 +119,7 @@ def rows_at_nodes(rule: Any, rows: Any, about: Any, cell: float) -> Any:
 
 @generic
 def rows_of_line(rule: Any, rows: Any, w: float, dx: float, dy: float) -> Any:
-    """Return the share w for a line of nodes along z at these distances [m]."""
+    """Return values of `given` for a line of nodes along z at the distances dx, dy [m], multiplied by the weight w."""
 
 
 @generic

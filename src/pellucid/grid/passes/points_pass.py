@@ -16,10 +16,10 @@ NO_MAXIMUM = -1
 class Found(NamedTuple):
     """Result of a pass at a point."""
 
-    kept: Any  # what its points keep, a value for each array of `kept`
-    sums: Any  # what it adds to the sums, numbers in the order of `Declaration.sums`
-    largest: float  # of these the largest counts, from 0 on
-    fault: float  # a code of `pellucid.grid.points`, OK if none; a point that is INVERTED keeps what it had
+    kept: Any  # output of the point, a value for each array of `kept`
+    sums: Any  # contributions to the sums, in the order of `Declaration.sums`
+    largest: float  # value for the maximum over the points, which is at least 0
+    fault: float  # code of `pellucid.grid.points`, OK if none; an INVERTED point keeps its old values
 
 
 @generic
@@ -66,11 +66,11 @@ class Declaration(NamedTuple):
     Values of points are numbers and tuples of numbers; examples define their types.
     """
 
-    gathers: Any = ()  # example of what it gathers
-    looks_up: Any = ()  # example of what it looks up before
-    sums: tuple[int, ...] = ()  # columns of `Slabs.sums` that it fills
+    gathers: Any = ()  # example of the gathered values
+    looks_up: Any = ()  # example of the looked-up values
+    sums: tuple[int, ...] = ()  # columns of `Slabs.sums` that the pass fills
     largest: int = NO_MAXIMUM  # column for a maximum over the points
-    places: bool = False  # whether it keeps new places, first in what it keeps: then they are checked
+    places: bool = False  # True if the first output is the new position, which is then checked
 
 
 class PassPoints(NamedTuple):
@@ -78,18 +78,18 @@ class PassPoints(NamedTuple):
 
     task: Any
     mapped: Bundle  # of `MappedPoints`
-    read: Any  # arrays of what it reads
-    read_like: Any  # an example of one point of it
+    read: Any  # input arrays
+    read_like: Any  # example of the input of one point
     known_like: Any
     gathered_like: Any
-    kept: Any  # arrays of what it keeps
+    kept: Any  # output arrays
     found_like: Any
-    sums: np.ndarray  # columns
+    sums: np.ndarray  # columns of `Slabs.sums`
     largest: int
     places: int
-    gives: Any  # what points give to the nodes when they are done, see `gifts`
+    gives: Any  # contribution to the nodes after the pass, see `gifts`
     to_cells: Any  # `NotToCells` or `ToCells`
-    by_colour: bool  # whether it can give something: then its loop goes by colour, whatever is given
+    by_colour: bool  # True if the pass may contribute to nodes or cells; its loop then always runs by colour
 
 
 def pass_points(
@@ -136,7 +136,7 @@ class PassAlone(NamedTuple):
     """A pass whose speed is measured."""
 
     run: Callable[[], None]
-    traffic: list[np.ndarray]  # the arrays of points that it reads and keeps
+    traffic: list[np.ndarray]  # point arrays that the pass reads and writes
 
 
 def traffic_of(points: Bundle) -> list[np.ndarray]:
