@@ -1,4 +1,4 @@
-"""The metrics that a case asks for with its checks."""
+"""Evaluation of the checks of a case as metrics."""
 
 from collections.abc import Callable, Mapping
 from math import inf, nan

@@ -1,4 +1,4 @@
-"""Metrics: what a run found beside what it should have found, and how far apart the two may be."""
+"""Metrics: computed values of a run, their reference values, errors and tolerances."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Metric:
-    """A number of a run beside its reference."""
+    """A computed value of a run with its reference value, the error and the tolerance."""
 
     value: float
     reference: float
@@ -24,7 +24,7 @@ class Metric:
         return bool(self.error <= self.tolerance)
 
     def to_data(self) -> dict[str, Any]:
-        """The metric as `summary.json` holds it; a number that JSON does not know becomes null."""
+        """Return the metric as stored in `summary.json`; numbers that are not finite become null."""
         return {
             "value": finite(self.value),
             "reference": finite(self.reference),
@@ -35,5 +35,5 @@ class Metric:
 
 
 def finite(number: float) -> float | None:
-    """The number, or None for one that is not finite."""
+    """Return the number, or None if it is not finite."""
     return float(number) if math.isfinite(number) else None

@@ -1,8 +1,8 @@
-"""Columns of a history as curves: at which instants their values hold, and how they are read between rows.
+"""Columns of a history as curves: times at which their values hold, and interpolation between rows.
 
 Most columns hold the value at the time of the row. The reactions and torques of motions in time are means over the interval
-since the row before, so that their sum is the impulse; to second order such a mean is the value in the middle of the interval:
-f̄ = f(t - Δt/2) + f''Δt²/24. All that compares a column with something else reads it here: checks, plots, fits.
+since the previous row, so that their sum is the impulse. To second order such a mean f̄ is the value at the middle of the
+interval Δt: f̄ = f(t - Δt/2) + f''Δt²/24. Checks, plots and fits read columns through this module.
 
 In a steady analysis a reaction is the force at the equilibrium of its row.
 """
@@ -15,10 +15,11 @@ MEAN_QUANTITIES = ("reaction", "torque")
 
 
 class Readings:
-    """A history whose columns are read as curves.
+    """Columns of a history, read as curves.
 
-    history: columns by name, each of shape (rows,), with `time`. means: names of the columns that are means since the row
-    before. is_steady: whether the rows are equilibria, few and on smooth curves, between which a cubic spline is read.
+    history: columns by name, each of shape (rows,), with `time`. means: names of the columns that are means since the
+    previous row. is_steady: True if the rows are equilibria; these are few and lie on smooth curves, so a cubic spline
+    interpolates between them.
     """
 
     def __init__(self, history: Mapping[str, np.ndarray], means: Collection[str] = (), is_steady: bool = False) -> None:
@@ -26,7 +27,7 @@ class Readings:
 
     @property
     def span(self) -> tuple[float, float]:
-        """The times of the first and the last row [s]."""
+        """Times of the first and the last row [s]."""
         times = self._history["time"]
         return float(times[0]), float(times[-1])
 

@@ -1,4 +1,7 @@
-"""Types that pictures and the gallery annotate. Matplotlib is heavy, and imported where something is drawn."""
+"""Types for annotations in pictures and the gallery.
+
+Matplotlib is slow to import and is therefore imported only in functions that draw.
+"""
 
 from typing import TYPE_CHECKING
 

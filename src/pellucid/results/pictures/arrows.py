@@ -13,7 +13,7 @@ FACING = 0.25  # share of the normal towards the eye: nearer to the rim arrows w
 
 
 def spread(position: np.ndarray) -> np.ndarray:
-    """Numbers of nodes about as far apart as arrows are to be."""
+    """Return the indices of nodes that are about one arrow spacing apart, in ascending order."""
     low = position.min(axis=0)
     side = APART * float((position.max(axis=0) - low).max())
     return np.asarray(np.sort(np.unique(((position - low) / side).astype(np.int64), axis=0, return_index=True)[1]))
@@ -28,7 +28,8 @@ def draw_arrows(
     some: np.ndarray,
     fastest: float,
 ) -> None:
-    """Arrows of the part of the velocity that lies in a surface, at some nodes; the longest is that of `fastest` [m/s]."""
+    """Draw arrows of the tangential velocity at selected nodes of a surface. The longest arrow represents the speed
+    `fastest` [m/s]."""
     normal = vertex_normals(position, triangles)
     along = velocity - np.einsum("ni,ni->n", velocity, normal)[:, None] * normal
     some = some[normal[some] @ camera.axes[2] > FACING]

@@ -33,7 +33,7 @@ PROFILES = ("density", "velocity", "pressure", "internal_energy")
 
 
 def profiles(run: Run, axis: int) -> Figure:
-    """Fields of every point at the end along an axis, 0 to 2."""
+    """Plot the fields of all points at the end of the run against the position along an axis (0, 1 or 2)."""
     names = [body.name for body in run.stored.bodies]
     bodies = {name: _thinned(run.fields(name)) for name in names}
     wanted = [field for field in PROFILES if all(field in fields for fields in bodies.values())]
@@ -52,8 +52,10 @@ def profiles(run: Run, axis: int) -> Figure:
 
 
 class PlaneStage:
-    """Bodies of a plane case, or a slice of bodies in space, as dots, the same size and place in all pictures; films among them
-    are dark lines on top."""
+    """Stage that draws the bodies of a plane case, or a slice of bodies in space, as dots.
+
+    Dot size and scales are the same in all pictures. Films among the bodies are drawn as dark lines on top.
+    """
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
         bodies = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
@@ -78,12 +80,12 @@ class PlaneStage:
 
     @property
     def ratio(self) -> float:
-        """Height over width."""
+        """Ratio of height to width of the picture."""
         width, height = self._high - self._low
         return float(height / width)
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
-        """The bodies at an instant [s]."""
+        """Draw the bodies at an instant [s]."""
         state = self._state(time)
         paper, values = (np.concatenate(part) for part in zip(*state, strict=True))
         spacing = np.sqrt(np.prod(np.ptp(paper, axis=0) + 1e-300) / len(paper)) if len(paper) else 0.0  # all may have left
@@ -114,7 +116,7 @@ class PlaneStage:
         axes.scatter(x[known], y[known], size, values[known], linewidths=0, cmap=palette, vmin=limited.low, vmax=limited.high)
 
     def bar(self, figure: Figure) -> None:
-        """Draw the scale of colours."""
+        """Draw the colour bar or the legend of the bodies."""
         explain(figure, self._bodies, self._look, self._colours, shrink=0.9)
 
     def _state(self, time: float) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -141,7 +143,7 @@ class PlaneStage:
         return with_images(fields, self._look.mirrors)["position"][:, self._flat]
 
     def _draw_skin(self, axes: Axes, position: np.ndarray, lines: np.ndarray) -> None:
-        """A film as a dark line, light at its sides, so that it stands out from every colour."""
+        """Draw a film as a dark line with a white margin, which contrasts with every colour."""
         from matplotlib.collections import LineCollection
 
         for width, colour in ((3.2, "white"), (1.6, INK)):

@@ -51,8 +51,11 @@ MOST_BALLS = 60_000
 
 
 class SpaceStage:
-    """Bodies in space, all but those that are lines, from one side; what surrounds a body is cut open through the middle of
-    that, unless the look says where."""
+    """Stage that draws bodies in space, except lines, from one direction.
+
+    Bodies that surround another body are cut open through the middle of the surrounded body, unless the look sets the cut
+    plane.
+    """
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
         shown = [body for body in run.stored.bodies if body.name in (look.names or {body.name})]
@@ -87,12 +90,12 @@ class SpaceStage:
 
     @property
     def ratio(self) -> float:
-        """Height over width."""
+        """Ratio of height to width of the picture."""
         rows, columns = self._camera.shape
         return rows / columns
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
-        """The bodies at an instant [s]."""
+        """Draw the bodies at an instant [s]."""
         drawn: list[Drawable] = []
         skins: list[Mesh] = []
         state = {name: self._fields(name, time) for name in self._bodies}
@@ -132,7 +135,7 @@ class SpaceStage:
             draw_arrows(axes, self._camera, fields["position"], *flow)
 
     def bar(self, figure: Figure) -> None:
-        """Draw the scale of colours."""
+        """Draw the colour bar or the legend of the bodies."""
         explain(figure, list(self._bodies.values()), self._look, self._colours)
 
     def _fields(self, name: str, time: float) -> Fields:
@@ -180,7 +183,7 @@ def opening(positions: list[np.ndarray]) -> Plane | None:
 
 
 def through_the_middle(boxes: list[Box], front: Direction = FRONT) -> Plane:
-    """The plane through the middle of the largest of some boxes; its front goes."""
+    """Return the cut plane through the middle of the largest of the boxes; material in front of it is cut away."""
     largest = max(boxes, key=lambda box: float(np.prod(box[1] - box[0])))
     middle = float(0.5 * (largest[0] + largest[1]) @ np.array(front))
     # layers of points often lie in the very middle: a little before it, so that they stay in every picture
@@ -188,7 +191,10 @@ def through_the_middle(boxes: list[Box], front: Direction = FRONT) -> Plane:
 
 
 def faceted(cells: Cells, position: np.ndarray) -> Faceted:
-    """The surface that shows a body; solids have sharp edges where they do at the start, membranes are smooth all over."""
+    """Return the surface triangles that show a body.
+
+    The surface of a solid is split at edges that are sharp in the initial configuration; membranes are shaded smoothly.
+    """
     triangles = cells.surface()
     if len(cells.tetrahedra):
         return split_at_creases(position, triangles)

@@ -1,4 +1,4 @@
-"""Figures and films that the Python module of a gallery case draws of a run."""
+"""Figures and films of a run that are drawn by the Python module of its gallery case."""
 
 import warnings
 from collections.abc import Callable, Iterator
@@ -12,7 +12,10 @@ from pellucid.results.storage.files import OutputError
 
 
 def drawn_by_module(run: Run, kind: str) -> dict[str, Any]:
-    """The "figures" or "films" of the module of the gallery case; none, with a warning, where it cannot draw this run."""
+    """Return the figures or films of the gallery case's module by name; kind: "figures" or "films".
+
+    The result is empty if the case has no module. It is also empty, with a warning, if the module cannot draw this run.
+    """
     make = getattr(catalogue.module(run.stored.id), kind, None)
     try:
         return dict(make(run)) if make else {}
@@ -22,7 +25,8 @@ def drawn_by_module(run: Run, kind: str) -> dict[str, Any]:
 
 
 def drawn(run: Run, figure: "Figure | Callable[[], Figure]") -> "Figure | None":
-    """A figure that the module gave, drawn now if it gave a function; None with a warning where it cannot draw this run."""
+    """Return a figure of the module; if it is a function, call it. Return None, with a warning, if the module cannot draw
+    this run."""
     try:
         return figure() if callable(figure) else figure
     except OutputError:
@@ -49,5 +53,5 @@ def noticed(notices: list[str], name: str = "") -> Iterator[None]:
 
 
 def captions(run: Run) -> dict[str, str]:
-    """Captions of the figures and films of the module, by name."""
+    """Return the captions of the module's figures and films, by name."""
     return dict(getattr(catalogue.module(run.stored.id), "CAPTIONS", {}))

@@ -23,7 +23,7 @@ def _is_curve(run: Run, name: str) -> bool:
 
 
 class CurveStage:
-    """Films that are curves, with arrows of their velocity."""
+    """Stage that draws films that are curves, with arrows of their velocity."""
 
     def __init__(self, run: Run, look: Look, times: np.ndarray) -> None:
         self._run, self._look = run, look
@@ -41,11 +41,11 @@ class CurveStage:
 
     @property
     def ratio(self) -> float:
-        """Height over width."""
+        """Ratio of height to width of the picture."""
         return float((self._high - self._low)[1] / (self._high - self._low)[0])
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
-        """The films at an instant [s]."""
+        """Draw the films at an instant [s]."""
         from matplotlib.collections import LineCollection
 
         low, high, margin = self._low, self._high, self._margin

@@ -1,4 +1,4 @@
-"""The figures of a run: those of its gallery case, its bodies, the energy balance, the momentum, the probes."""
+"""Figures of a run: figures of its gallery case, bodies, energy balance, momentum and probes."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -38,17 +38,17 @@ SAME = 1e-4  # of the extent of curves: those that differ by less cannot be told
 
 
 class Picture(NamedTuple):
-    """A figure as PNG, and its title."""
+    """A figure as PNG data, with its title."""
 
     data: bytes
     title: str
 
 
 def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, Draw]:
-    """Return functions that draw the figures of a run, by name in the order of the report.
+    """Return the functions that draw the figures of a run, by name in the order of the report.
 
-    The probes are drawn together with those of the same name of the run `beside`. To `notices` comes what cannot be drawn
-    because files of the run are damaged.
+    The figure of the probes also shows the probes of the same names of the run `beside`. A text is appended to `notices`
+    for each figure that cannot be drawn because files of the run are damaged.
     """
     stopped = where_it_stopped(run)
     figures: dict[str, Draw] = {} if stopped is None else {"where_it_stopped": lambda: stopped}
@@ -69,7 +69,7 @@ def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, 
 
 
 def picture_of(figure: Figure) -> Picture:
-    """A figure as it is in the report."""
+    """Return a figure as PNG data with its title, as included in the report."""
     figure.set_dpi(DPI)
     settle(figure)
     file = BytesIO()
@@ -102,13 +102,16 @@ def bodies(run: Run) -> dict[str, Draw]:
 
 
 def energy_columns(run: Run) -> list[str]:
-    """The columns of the history that hold energies."""
+    """Return the names of the history columns that contain energies, except probes."""
     return [name for name, unit in run.units.items() if unit == "J" and name not in run.stored.probes]
 
 
 def condition_columns(run: Run) -> list[str]:
-    """The columns in which conditions tell of enclosed gas, given volumes, and points at open faces, where these change, and no
-    plot of the case and none before shows the same curve in the same unit, as absolute and gauge pressure do."""
+    """Return the names of the history columns that conditions write and that no other figure shows.
+
+    Examples are columns of enclosed gas, prescribed volumes and points at open faces. A column is omitted if it is
+    constant, or if a plotted column in the same unit has the same shape (as absolute and gauge pressure have).
+    """
     plotted = {name for asked in run.stored.plot for panel in (asked, *asked.beside) for name in (panel.x, *panel.y)}
     known = {*run.stored.probes, *energy_columns(run), *MOMENTUM.y, *NUMERICAL, *plotted}
     drawn, found = sorted(plotted), []
@@ -124,15 +127,18 @@ def condition_columns(run: Run) -> list[str]:
 
 
 def _between_ends(values: np.ndarray) -> np.ndarray:
-    """A curve from 0 at its least value to 1 at its largest."""
+    """Scale values linearly so that the minimum is 0 and the maximum is 1."""
     extent = np.ptp(values)
     return (values - np.min(values)) / extent if extent > 0.0 else np.zeros_like(values)
 
 
 def energies(run: Run) -> Figure:
-    """The energy balance: every energy against time, and its relative error beside the limits of the case. Of steady states the
-    time is that of the loads; works, which are often the strain energy over again, are hollow. Elsewhere a curve is thinner
-    than those before it, so that one which it covers is seen at its sides."""
+    """Plot the energy balance: all energies against time, and the relative energy error with the limits of the case.
+
+    In a steady analysis the abscissa is the load time, and works have hollow markers because they often coincide with the
+    strain energy. Otherwise each curve is thinner than the curves before it, so that a curve that it covers stays visible
+    at its sides.
+    """
     figure, (left, right) = new_panels(1, 2, width_ratios=(3, 2), height=4.0)
     times = run.history["time"]
     shown, small = _shown_energies(run)
@@ -171,10 +177,11 @@ def _widths(curves: list[np.ndarray], equal: bool) -> list[float]:
 
 
 def _shown_energies(run: Run) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-    """The curves of the balance by their names, and the largest amounts of entries too small to be told from zero beside them.
+    """Return the curves of the energy balance [J] by label, and the maximum magnitudes [J] of entries too small to be
+    visible.
 
-    Of stored energies the change is shown: that of a stiff liquid, or of what was strained before the start, can be a million
-    times what moves.
+    The internal energy, and a strain energy that is not zero at the start, are shown as the change since the start: the
+    stored energy of a stiff liquid or of a prestrained body can be a million times the kinetic energy.
     """
     curves = {}
     for name in energy_columns(run):
@@ -190,7 +197,7 @@ def _shown_energies(run: Run) -> tuple[dict[str, np.ndarray], dict[str, float]]:
 
 
 def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None" = None) -> Figure:
-    """Columns of the history against time or another one, each with the one of the same name of another run beside."""
+    """Plot columns of the history against time or another column, each together with the same column of the run `beside`."""
     number = len(names)
     across = 2 if number == 4 else min(3, number)
     figure, drawn = panels(number, across, height=2.8 * -(-number // across))

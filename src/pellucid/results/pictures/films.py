@@ -23,14 +23,15 @@ ROUNDS = 3  # in which the palette moves to the means of what it stands for
 
 
 class Animation(NamedTuple):
-    """`draw(time)` gives the figure of an instant [s], all of one size; the film shows those of `times`, in order."""
+    """A film: `draw(time)` returns the figure at a time [s], `times` are the times of the film in order. All figures have
+    the same size."""
 
     draw: "Callable[[float], Figure]"
     times: Iterable[float]
 
 
 def pixels_of(figure: "Figure") -> np.ndarray:
-    """A picture of a film, shape (rows, columns, 3)."""
+    """Return the RGB pixels of a figure, shape (rows, columns, 3)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure.set_dpi(FILM_DPI)
@@ -55,10 +56,10 @@ def write_film(pictures: Sequence[np.ndarray], path: Path) -> None:
 
 
 def _palette(pictures: "list[Image]") -> "Image":
-    """The palette of all pictures together. Its colours are means, which would tint white: those become white.
+    """Return the common palette of all pictures.
 
-    A colour counts with a power of its pixels: by their number alone the few pixels of a hot spot would go without a colour
-    of their own, and orange would become the red of something large.
+    Mean colours would tint white areas; such colours are replaced by white. Each colour is weighted by a power of its
+    number of pixels. If weighted by the number itself, the few pixels of a small hot spot would get no colour of their own.
     """
     from PIL.Image import Quantize, fromarray
 

@@ -11,6 +11,7 @@ def evenly(times: np.ndarray, most: int) -> np.ndarray:
 
 
 def recorded(frames: np.ndarray, times: Iterable[float]) -> np.ndarray:
-    """The instants of the frames [s] nearest to these times [s], each once; those that the run did not reach are left out."""
+    """Return the times of the frames nearest to the given times [s], without duplicates; times that the run did not reach
+    are omitted."""
     reached = [time for time in times if time <= 1.01 * frames[-1]] or [frames[-1]]
     return np.unique([frames[np.argmin(np.abs(frames - time))] for time in reached])

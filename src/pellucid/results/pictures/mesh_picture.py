@@ -1,4 +1,4 @@
-"""The picture of a mesh by itself: elements with their sides, coloured by their shape, and what is wrong marked."""
+"""The picture of a mesh: elements and edges, coloured by element quality, with faults marked."""
 
 from typing import NamedTuple
 
@@ -29,11 +29,10 @@ STEP = 0.8  # pixels between the dots that make a side
 
 
 def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> Figure:
-    """Two views of a mesh whose unit has so many metres, for its caller to save: a surface from both sides, a solid whole and
-    cut open.
+    """Draw two views of a mesh: a surface from both sides, a solid whole and cut open. The caller saves the figure.
 
-    Elements are coloured by their shape; in red are sides that have one element only, in orange elements of a surface that are
-    seen from the side that their normals turn away from.
+    metres: size of the mesh's length unit [m]. Elements are coloured by their quality. Edges with only one element are red.
+    Elements of a surface that are seen from the side opposite to their normals are orange.
     """
     is_solid = isinstance(mesh, SimplexMesh)
     views = [_whole(mesh), _opened(mesh)] if isinstance(mesh, SimplexMesh) else [_surface(mesh)] * 2
@@ -56,7 +55,7 @@ def mesh_picture(mesh: SurfaceMesh | SimplexMesh, metres: float, title: str) -> 
 
 
 class _Shown(NamedTuple):
-    """Vertices, triangles, the shape of the element of each, the sides and the rim that are drawn."""
+    """Vertices, triangles, the quality of each triangle's element, and the edges and boundary edges to draw."""
 
     vertices: np.ndarray
     triangles: np.ndarray
@@ -84,7 +83,8 @@ def _whole(mesh: SimplexMesh) -> _Shown:
 
 
 def _opened(mesh: SimplexMesh) -> _Shown:
-    """The tetrahedra whose middle lies behind that of the mesh."""
+    """Return the tetrahedra whose centroid has a y coordinate in the upper half of the mesh, i.e. the half far from the
+    viewer."""
     depth = mesh.nodes[mesh.cells].mean(axis=1)[:, 1]
     behind = depth >= 0.5 * (mesh.nodes[:, 1].min() + mesh.nodes[:, 1].max())
     return _whole(SimplexMesh(mesh.nodes, mesh.cells[behind]))
@@ -117,7 +117,7 @@ def _drawables(shown: _Shown, camera: Camera, both_sides: bool) -> list[Drawable
 
 
 def _dots(vertices: np.ndarray, sides: np.ndarray, camera: Camera, colour: tuple[float, float, float], radius: float) -> Balls:
-    """Lines between vertices as balls side by side, with a radius in pixels."""
+    """Build lines between vertices as rows of balls; radius in pixels."""
     start, end = vertices[sides[:, 0]], vertices[sides[:, 1]]
     counts = np.maximum((np.linalg.norm(end - start, axis=1) * camera.scale / STEP).astype(int), 1) + 1
     which, step = spread(counts)

@@ -1,4 +1,4 @@
-"""Bodies of which a half, a quarter or an eighth was computed, with their mirror images."""
+"""Mirror images of bodies in planes of symmetry, for cases that compute a half, a quarter or an eighth of a body."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class Mirror(NamedTuple):
 
 
 def mirrors_at(faces: tuple[str, ...], grid: GridCase | None) -> tuple[Mirror, ...]:
-    """Planes of symmetry at faces of the grid, such as "x-lower"."""
+    """Return the planes of symmetry at the named faces of the grid, such as "x-lower"."""
     if grid is None:
         return ()
     ends = {"lower": grid.lower, "upper": grid.extent_upper()}
@@ -27,8 +27,10 @@ def mirrors_at(faces: tuple[str, ...], grid: GridCase | None) -> tuple[Mirror, .
 
 
 def with_images(fields: Mapping[str, np.ndarray], mirrors: tuple[Mirror, ...]) -> dict[str, np.ndarray]:
-    """Fields of points, shape (n, ...), and of their images in all planes, shape (2^k n, ...): places, vectors and symmetric
-    tensors are mirrored, what a membrane has in its own frame is the same."""
+    """Return the fields of points, shape (n, ...), and of their images in all k planes, shape (2^k n, ...).
+
+    Positions, vectors and symmetric tensors are mirrored; fields in the local frame of a membrane are copied.
+    """
     found = dict(fields)
     for axis, place in mirrors:
         for name, values in found.items():
@@ -43,6 +45,6 @@ def with_images(fields: Mapping[str, np.ndarray], mirrors: tuple[Mirror, ...]) -
 
 
 def cells_with_images(cells: Cells, n: int, mirrors: tuple[Mirror, ...]) -> Cells:
-    """Cells of n points, and of the images of these."""
+    """Return the cells of n points together with the cells of all mirror images."""
     copies = range(2 ** len(mirrors))
     return Cells(*(np.concatenate([corners + n * copy for copy in copies]) for corners in cells))

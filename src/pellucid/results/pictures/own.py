@@ -31,13 +31,13 @@ ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}
 
 
 def bodies_at(run: Run, look: Look, times: np.ndarray | None = None) -> Figure:
-    """Bodies at some instants [s], without these at some from the first to the last."""
+    """Draw the bodies at the given times [s]; by default at a few times from the first frame to the last."""
     chosen = evenly(_frames(run, look), INSTANTS) if times is None else times
     return side_by_side(_stage(run, look, chosen), chosen.tolist())
 
 
 def picture(run: Run, asked: Picture) -> Figure:
-    """A picture of a case."""
+    """Draw a picture that the case requests."""
     look = _look(run, asked)
     frames = _frames(run, look)
     times = [*asked.times, *_extremes(run, asked)]
@@ -45,7 +45,7 @@ def picture(run: Run, asked: Picture) -> Figure:
 
 
 def films(run: Run, notices: list[str]) -> dict[str, Animation]:
-    """The films of a case, by name; to `notices` comes why one cannot be drawn."""
+    """Return the films that the case requests, by name; append to `notices` the reason for each film that cannot be drawn."""
     found = {}
     for asked in run.stored.film:
         with noticed(notices, asked.name):
@@ -98,7 +98,8 @@ def _extremes(run: Run, asked: Picture) -> Iterator[float]:
 
 
 def plot(run: Run, asked: Plot) -> Figure:
-    """A plot of a case: columns of the history and curves from files in its panels, and below what they differ by."""
+    """Draw a plot that the case requests: columns of the history and curves from files, and their difference below if
+    requested."""
     shown = (asked, *asked.beside)
     rows = 2 if any(panel.difference for panel in shown) else 1
     room: dict[str, Any] = {"squeeze": False, "height_ratios": (3, 1)[:rows]}
@@ -116,7 +117,10 @@ def plot(run: Run, asked: Plot) -> Figure:
 
 
 def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
-    """narrow: its legend stands above it where it has more than two entries."""
+    """Draw the columns and measured curves of one panel.
+
+    narrow: place the legend above the panel if it has more than two entries.
+    """
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     lines, marks, reach = cycle(LINES), cycle(MARKS), run.history[asked.x]
     for number, name in enumerate(asked.y):
@@ -155,7 +159,7 @@ def _draw_difference(run: Run, asked: Panel, axes: Axes) -> None:
 
 
 def _abscissa(asked: Panel, unit: str) -> str:
-    """The words along it."""
+    """Return the label of the abscissa."""
     return plain(asked.x_label) or with_unit(asked.x, unit)
 
 

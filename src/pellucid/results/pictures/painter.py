@@ -1,4 +1,4 @@
-"""The pictures of a run, drawn one by one, here and in helpers beside."""
+"""Drawing of the pictures of a run, one at a time, in this process and in worker processes."""
 
 import warnings
 from collections.abc import Sequence
@@ -31,7 +31,10 @@ class FilmPicture(NamedTuple):
 
 
 class Painter:
-    """Draws the pictures of a run, one at a time. To `notices` comes what cannot be drawn because files are damaged."""
+    """Draws the pictures of a run, one at a time.
+
+    A text is appended to `notices` for each picture that cannot be drawn because files are damaged.
+    """
 
     def __init__(self, run: Run, beside: Run | None = None) -> None:
         self._run, self._beside = run, beside
@@ -50,7 +53,7 @@ class Painter:
             return figures.figures_of(self._run, self._beside, self.notices)
 
     def draw(self, picture: FilmPicture | str) -> Any:
-        """The pixels of a picture of a film, or a figure by its name; None where there is none."""
+        """Return the pixels of a film's picture, or the figure of a name; None if there is no such figure."""
         with house_style():
             if isinstance(picture, FilmPicture):
                 return pixels_of(self.films[picture.film].draw(picture.time))
@@ -58,7 +61,7 @@ class Painter:
             return None if figure is None else figures.picture_of(figure)
 
     def draw_or_notice(self, picture: FilmPicture | str) -> Any:
-        """The same; None with a notice where files are damaged."""
+        """Return the result of `draw`; None, with a notice, if files are damaged."""
         drawn = None
         with noticed(self.notices, picture.film if isinstance(picture, FilmPicture) else picture):
             drawn = self.draw(picture)
@@ -68,10 +71,10 @@ class Painter:
 def write_pictures(
     run: Run, beside: Run | None, progress: Progress, notices: list[str], helpers: Sequence[Helper] | None = None
 ) -> dict[Path, str]:
-    """Draw films and figures of a run into its folder; return their paths, in the order of the report, and titles.
+    """Draw the films and figures of a run into its folder; return their titles by path, in the order of the report.
 
-    To `notices` comes what cannot be drawn because files of the run are damaged. `helpers`: those of `drawing_helpers`, where
-    they have begun already.
+    A text is appended to `notices` for each picture that cannot be drawn because files of the run are damaged. `helpers`:
+    worker processes of `drawing_helpers`, if they have already been started.
     """
     if helpers is None:
         helpers = drawing_helpers(run, beside)
@@ -102,7 +105,7 @@ def write_pictures(
 
 
 def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
-    """Other processes that draw, where there is enough for them."""
+    """Start worker processes that draw; return an empty list if there are too few pictures to draw."""
     has_film = len(run.stored.film) > 0 or hasattr(catalogue.module(run.stored.id), "films")
     if run.so_far.get("points", 0) < MANY_POINTS[has_film]:
         return []

@@ -26,7 +26,7 @@ Fields = dict[str, np.ndarray]
 
 
 class Slice(NamedTuple):
-    """Points that lay beside a plane across an axis at the start."""
+    """Selection of the points that were next to a plane normal to an axis in the initial configuration."""
 
     axis: int
     at: float  # m
@@ -58,7 +58,7 @@ BOTH_SIGNS = 0.2
 
 
 class Limits(NamedTuple):
-    """Values at the ends of the colours, and at which of them values go on beyond."""
+    """Values at the ends of the colour bar, and the ends beyond which values occur."""
 
     low: float
     high: float
@@ -66,7 +66,7 @@ class Limits(NamedTuple):
 
     @property
     def palette(self) -> str:
-        """The colours: those of two signs where zero lies in the middle."""
+        """Name of the colour map: diverging if the limits are symmetric about zero, otherwise sequential."""
         return DIVERGING if self.low == -self.high else SEQUENTIAL
 
 
@@ -76,7 +76,8 @@ def is_still(body: StoredBody) -> bool:
 
 
 def _pictured(body: StoredBody) -> tuple[str, str] | None:
-    """The field that its kind declares for what it bears, and what that is called."""
+    """Return the name of the field that shows the load, as declared by the kind of body, and its label; None if none is
+    declared."""
     return BODIES.entries[body.kind].pictured if body.kind in BODIES.entries else None
 
 
@@ -95,7 +96,7 @@ def word_of(bodies: Sequence[StoredBody], look: Look) -> str:
 
 
 def _meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
-    """Name and SI unit of a quantity."""
+    """Return the name and the SI unit of a quantity."""
     if quantity in ("speed", "displacement", NORMAL_VELOCITY):
         return quantity, FIELDS["position" if quantity == "displacement" else "velocity"].unit
     if quantity != "load":
@@ -108,7 +109,7 @@ def _meaning(bodies: Sequence[StoredBody], quantity: str) -> tuple[str, str]:
 
 
 def colours_of(names: Iterable[str]) -> dict[str, str]:
-    """A colour for each body."""
+    """Return a colour for each body, by name."""
     return dict(zip(names, cycle(COLOURS), strict=False))
 
 
@@ -157,7 +158,7 @@ def values_of(body: StoredBody, fields: Fields, look: Look, start: np.ndarray) -
 
 
 def limits_of(values: list[np.ndarray], look: Look) -> Limits:
-    """Limits of the colours: those that are asked for, else as `limits` finds them."""
+    """Return the limits of the colour bar: the limits set in the look, otherwise the result of `limits`."""
     if look.quantity == BY_BODY:
         return Limits(0.0, 1.0, "neither")
     if look.limits is None:
@@ -168,8 +169,11 @@ def limits_of(values: list[np.ndarray], look: Look) -> Limits:
 
 
 def limits(values: list[np.ndarray]) -> Limits:
-    """Common limits of the colours; a few extreme points do not wash out the rest. Only negative values go below 0; where there
-    are large ones of both signs, zero is in the middle."""
+    """Return common limits of the colour bar for several arrays, robust against a few extreme values.
+
+    The lower limit is negative only if values are. If large values of both signs occur, the limits are symmetric about
+    zero.
+    """
     everything = np.concatenate(values)
     everything = everything[np.isfinite(everything)]
     if not everything.size:

@@ -1,4 +1,4 @@
-"""Bodies of a periodic grid as pictures show them: within its box, whatever seams they have crossed."""
+"""Positions of bodies of a periodic grid for pictures: moved into the box of the grid if they have crossed a seam."""
 
 from collections.abc import Callable, Mapping
 
@@ -12,8 +12,10 @@ SEAM = "seam"
 
 
 def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: GridCase | None) -> dict[str, np.ndarray]:
-    """Fields of a body with its places in the box of the grid: of points each, of a mesh all together, by its middle; cells:
-    what finds those between its points."""
+    """Return the fields of a body with its positions moved into the box of the periodic grid.
+
+    Points are moved one by one, a mesh as a whole according to its centre. cells: returns the cells between the points.
+    """
     if grid is None or not grid.periodic:
         return fields
     moved = way_into_box(fields["position"], cells(), grid)
@@ -34,5 +36,5 @@ def way_into_box(position: np.ndarray, cells: Cells, grid: GridCase | None) -> n
 
 
 def places_unmoved(fields: Mapping[str, np.ndarray]) -> np.ndarray:
-    """The places that points have, by which their ways count [m], shape (n, 3)."""
+    """Return the positions of the points without the shift into the periodic box [m], shape (n, 3), for displacements."""
     return fields["position"] - fields.get(SEAM, 0.0)

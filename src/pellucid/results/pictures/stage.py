@@ -1,4 +1,4 @@
-"""Bodies on a stage: drawn at one instant after the other to the same scales, side by side or as a film."""
+"""Drawing of bodies at several times with the same scales, side by side or as a film."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -13,11 +13,11 @@ FILM_SIDE = 5.5  # of a picture of a film, at most [inch]
 
 
 class Stage(Protocol):
-    """Bodies with the scales of place and colour that they have at all instants of a figure."""
+    """Bodies with the scales of position and colour that all pictures of a figure share."""
 
     @property
     def ratio(self) -> float:
-        """Height over width."""
+        """Ratio of height to width of a picture."""
 
     def draw(self, axes: Axes, time: float, width: float) -> None:
         """Draw the frame nearest to a time [s] on axes of this width [inch]."""
@@ -27,7 +27,7 @@ class Stage(Protocol):
 
 
 def side_by_side(stage: Stage, times: Sequence[float]) -> Figure:
-    """The instants [s] in panels, as large as the paper allows."""
+    """Draw the bodies at several times [s] in panels, as large as the page allows."""
     down, width = _arrangement(stage.ratio, len(times))
     across = -(-len(times) // down)
     size = {"width": min(WIDTH, across * width + BAR), "height": down * (width * stage.ratio + WORDS) + 0.75}
@@ -39,7 +39,7 @@ def side_by_side(stage: Stage, times: Sequence[float]) -> Figure:
 
 
 def film_of(stage: Stage, times: Sequence[float]) -> Animation:
-    """The instants [s] one after the other."""
+    """Return a film of the bodies at several times [s]."""
     width = FILM_SIDE * min(1.0, 1.0 / stage.ratio)
 
     def draw(time: float) -> Figure:
@@ -52,7 +52,7 @@ def film_of(stage: Stage, times: Sequence[float]) -> Animation:
 
 
 def _arrangement(ratio: float, panels: int) -> tuple[int, float]:
-    """Rows of panels that make them largest, and the width of a panel [inch]."""
+    """Return the number of rows with which panels are largest, and the width of a panel [inch]."""
     best = (1, 0.0)
     for down in range(1, panels + 1):
         across = -(-panels // down)

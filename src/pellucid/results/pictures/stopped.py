@@ -1,4 +1,4 @@
-"""The state in which a run stopped itself, with a mark at the point where it was found."""
+"""Picture of the state in which a run stopped with an error; the point at which the error occurred is marked."""
 
 from typing import Any
 
@@ -69,7 +69,7 @@ def _beyond(grid: GridCase, place: np.ndarray) -> float:
 
 
 def _edge_of(axes: Axes, grid: GridCase, view: tuple[int, int], place: np.ndarray, reach: float) -> None:
-    """The edge of the grid, where it is within reach of a place [m]."""
+    """Draw the boundary of the grid if it is within `reach` [m] of a position."""
     from matplotlib.patches import Rectangle
 
     low, high = (np.array(corner)[list(view)] for corner in (grid.lower, grid.extent_upper()))
@@ -80,7 +80,7 @@ def _edge_of(axes: Axes, grid: GridCase, view: tuple[int, int], place: np.ndarra
 
 
 def _views(thin: tuple[bool, bool, bool]) -> list[tuple[int, int]]:
-    """Pairs of axes that show where points are."""
+    """Return the pairs of axes of the views that show the positions of the points."""
     wide = [axis for axis in range(3) if not thin[axis]]
     if len(wide) == 3:
         return [(0, 1), (0, 2), (1, 2)]
@@ -105,7 +105,8 @@ def place_of_stop(run: Run) -> np.ndarray | None:
 
 
 def mark_stop(run: Run, axes: Axes, name: str = "") -> None:
-    """A line at the time of a stop that the curves do not reach: of the step in which it came nothing was recorded."""
+    """Draw a vertical line at the time of an error stop if the curves end before it. No row is recorded for the step that
+    failed."""
     time, times = run.stopped.get("time"), run.history["time"]
     if time is not None and len(times) and time > times[-1]:
         axes.axvline(time, color=MARK, linewidth=1.0, linestyle=":", label=name)

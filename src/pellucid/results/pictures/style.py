@@ -1,4 +1,4 @@
-"""The look of every figure: quiet axes with units, colours that the colour-blind can tell apart."""
+"""Style of all figures: axes with units, colours that colour-blind readers can distinguish."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,7 +19,7 @@ WIDTH = 9.5  # of a figure in the report [inch]
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Within the block new figures have the house style, those of the gallery's modules too."""
+    """Apply the house style to all new figures within the block, including figures of the gallery's modules."""
     import matplotlib
     from cycler import cycler
 
@@ -52,7 +52,7 @@ def house_style() -> Iterator[None]:
 
 
 def new_figure(width: float = WIDTH, height: float = 3.6, layout: Layout = "constrained") -> Figure:
-    """An empty figure [inch] that is drawn without a screen and known to nobody else."""
+    """Return an empty figure, width and height in inches, that needs no screen and is not registered in pyplot."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -64,7 +64,10 @@ def new_figure(width: float = WIDTH, height: float = 3.6, layout: Layout = "cons
 def new_panels(
     rows: int = 1, columns: int = 1, width: float = WIDTH, height: float = 3.6, title: str = "", **shared: Any
 ) -> tuple[Figure, Any]:
-    """A `new_figure` and its axes; title: of the whole; shared, and what is given back for axes: as of `Figure.subplots`."""
+    """Return a new figure and its axes, in the form that `Figure.subplots` returns.
+
+    title: title of the figure. shared: further arguments of `Figure.subplots`.
+    """
     figure = new_figure(width, height)
     if title:
         figure.suptitle(title)
@@ -74,7 +77,7 @@ def new_panels(
 def panels(
     number: int, across: int, width: float = WIDTH, height: float = 3.6, layout: Layout = "constrained", **shared: Any
 ) -> tuple[Figure, list[Axes]]:
-    """A new figure and so many axes, at most so many in a row; shared: as of `Figure.subplots`."""
+    """Return a new figure and a list of `number` axes, at most `across` in a row. shared: arguments of `Figure.subplots`."""
     figure = new_figure(width, height, layout)
     every = figure.subplots(-(-number // across), across, squeeze=False, **shared).ravel()
     for unused in every[number:]:
@@ -98,14 +101,15 @@ def colour_bar(
 
 
 def finish_panel(axes: Axes, title: str, x: str, y: str, unit: str) -> None:
-    """A picture of a plane beside others: one scale, names at the rim."""
+    """Format one of several pictures of a plane: equal scales, labels only at the outer panels."""
     axes.set_aspect("equal")
     label(axes, x, y, unit, unit, title)
     axes.label_outer()
 
 
 def settle(figure: Figure) -> None:
-    """Fix the layout of a figure: one round leaves it within a pixel. Each drawing would find it again otherwise."""
+    """Compute the layout of a figure once and fix it. One pass is accurate to a pixel; otherwise every drawing would repeat
+    it."""
     layout = figure.get_layout_engine()
     if layout is not None and figure.axes:
         layout.execute(figure)
@@ -115,7 +119,7 @@ def settle(figure: Figure) -> None:
 def label(
     axes: Axes, x: str, y: str, x_unit: str = "", y_unit: str = "", title: str | None = None, legend: bool = False
 ) -> None:
-    """Name both axes with their units, and perhaps the whole and what is drawn so far."""
+    """Label both axes with their units; optionally set the title and draw a legend of the curves so far."""
     axes.set(xlabel=with_unit(x, x_unit), ylabel=with_unit(y, y_unit))
     if title is not None:
         axes.set_title(title)
@@ -124,25 +128,25 @@ def label(
 
 
 def instant(time: float) -> str:
-    """An instant [s] for the eye: "t = 1.3 ms"."""
+    """Format a time [s] for display: "t = 1.3 ms"."""
     from matplotlib.ticker import EngFormatter
 
     return f"t = {EngFormatter('s', useMathText=False)(float(f'{time:.4g}'))}"
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A quantity with its unit: "kinetic energy [J]"; without one "step"."""
+    """Return the label of a quantity with its unit: "kinetic energy [J]"; without a unit: "step"."""
     words = name.replace("_", " ")
     return f"{words} [{pretty(unit)}]".lstrip() if unit and unit != "1" else words
 
 
 def plain(text: str) -> str:
-    """Words of a user, of which matplotlib would take what stands between dollars for a formula."""
+    """Escape dollar signs in a text of the user; matplotlib would read the text between them as a formula."""
     return text.replace("$", r"\$")
 
 
 def pretty(unit: str) -> str:
-    """A unit for the eye: "kg/m^3" with a raised 3."""
+    """Format a unit for display: "kg/m³" for "kg/m^3"."""
     for power, raised in (("^2", "²"), ("^3", "³"), ("^-1", "⁻¹")):
         unit = unit.replace(power, raised)
     return unit.replace("*", " ")

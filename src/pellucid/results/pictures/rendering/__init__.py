@@ -1,1 +1,1 @@
-"""Pictures of bodies in space with numpy and matplotlib alone: they work on machines without any graphics."""
+"""Pictures of bodies in space with numpy and matplotlib alone; no graphics hardware is needed."""

@@ -1,4 +1,4 @@
-"""A picture on the axes of a figure: colours of values, the scale bar, words in the corners."""
+"""Display of a rendered picture on the axes of a figure: colours of values, scale bar, texts in the corners."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ UNCOLOURED = "#c4c8d0"
 
 
 def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> np.ndarray:
-    """RGB colours of values, of their shape and one axis more; not a number stays that."""
+    """Return the RGB colours of values, shape (*values.shape, 3); NaN where a value is NaN."""
     from matplotlib import colormaps
 
     low, high = limits
@@ -32,7 +32,8 @@ def show(axes: Axes, picture: np.ndarray, camera: Camera) -> None:
 
 
 def scale_bar(axes: Axes, camera: Camera) -> None:
-    """A bar of a round length in the lower right corner. Lengths across the line of sight are true in a parallel view."""
+    """Draw a scale bar of a round length in the lower right corner. The projection is parallel, so lengths normal to the
+    line of sight are true."""
     length, text = round_length(0.22 * float((camera.high - camera.low)[0]))
     size = float((camera.high - camera.low).max())
     x, y = camera.high[0] - 0.02 * size - length, camera.low[1] + 0.02 * size
@@ -41,7 +42,8 @@ def scale_bar(axes: Axes, camera: Camera) -> None:
 
 
 def round_length(most: float) -> tuple[float, str]:
-    """The largest length of 1, 2 or 5 times a power of ten that is at most so long [m], and its name: (2e-5, "20 µm")."""
+    """Return the largest length of 1, 2 or 5 times a power of ten that is at most `most` [m], and its text: (2e-5, "20
+    µm")."""
     power = 10.0 ** np.floor(np.log10(most))
     length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1.0 + 1e-9))
     unit, name = next((pair for pair in LENGTHS if length >= 0.999 * pair[0]), LENGTHS[-1])
@@ -49,7 +51,7 @@ def round_length(most: float) -> tuple[float, str]:
 
 
 def corner_words(axes: Axes, left: str, right: str, colour: str = INK) -> None:
-    """Words in the upper corners, those on the left bold, those on the right in a colour."""
+    """Write texts in the upper corners: the left one in bold, the right one in the given colour."""
     _word(axes, 0.005, 1.0, left, transform=axes.transAxes, va="top", fontsize=11, fontweight="bold", color=INK)
     _word(axes, 0.995, 0.995, right, transform=axes.transAxes, va="top", ha="right", fontsize=8.5, color=colour)
 

@@ -15,7 +15,7 @@ class View(NamedTuple):
     rise: float
 
     def axes(self) -> np.ndarray:
-        """Rows right, up, towards the eye: unit vectors."""
+        """Unit vectors of the view as rows, shape (3, 3): right, up, towards the eye."""
         turn, rise = np.radians(self)
         right = np.array([-np.sin(turn), np.cos(turn), 0.0])
         eye = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
@@ -29,12 +29,15 @@ class Plane(NamedTuple):
     offset: float
 
     def beyond(self, position: np.ndarray) -> np.ndarray:
-        """Distance beyond the plane [m], negative on the side that stays, shape (n,)."""
+        """Return the signed distance from the plane [m], shape (n,); negative on the side that is kept."""
         return position @ np.array(self.normal) - self.offset
 
 
 class Camera(NamedTuple):
-    """Parallel projection. `axes`: rows right, up, towards the eye; `low`, `high`: corners of the paper [m]; pixels a metre."""
+    """Parallel projection.
+
+    `axes`: rows right, up, towards the eye; `low`, `high`: corners of the picture [m]; `scale`: pixels per metre.
+    """
 
     axes: np.ndarray
     low: np.ndarray
@@ -43,16 +46,16 @@ class Camera(NamedTuple):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of pixels."""
+        """Numbers of rows and columns of pixels."""
         columns, rows = np.ceil((self.high - self.low) * self.scale).astype(int)
         return int(rows), int(columns)
 
     def project(self, position: np.ndarray) -> np.ndarray:
-        """Place in pixels with the depth, shape (n, 3), of positions [m], shape (n, 3)."""
+        """Return pixel coordinates and depth, shape (n, 3), of positions [m], shape (n, 3)."""
         return np.asarray((position @ self.axes.T - np.append(self.low, 0.0)) * self.scale)
 
     def depth_of(self, plane: Plane, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Depth of a plane that is not seen edge on, in pixels."""
+        """Return the depth of a plane at pixel coordinates [pixels]. The plane must not be parallel to the line of sight."""
         (nx, ny, nz), offset = self._projected(plane)
         return (offset - nx * x - ny * y) / nz
 
@@ -62,7 +65,7 @@ class Camera(NamedTuple):
         return nx * x + ny * y + nz * depth <= offset
 
     def position(self, x: np.ndarray, y: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Positions [m] of places in pixels, shape (n, 3)."""
+        """Return the positions [m], shape (n, 3), of pixel coordinates and depths."""
         paper = np.stack([x, y, depth], axis=-1) / self.scale + np.append(self.low, 0.0)
         return np.asarray(paper @ self.axes)
 
@@ -72,7 +75,8 @@ class Camera(NamedTuple):
 
 
 def camera_for(view: View, positions: np.ndarray, columns: int, margin: float = 0.03) -> Camera:
-    """The camera whose picture of so many columns holds all positions [m], shape (n, 3), and a margin around them."""
+    """Return the camera whose picture, `columns` pixels wide, shows all positions [m], shape (n, 3), with a margin around
+    them."""
     axes = view.axes()
     paper = positions @ axes[:2].T
     low, high = paper.min(axis=0), paper.max(axis=0)

@@ -10,14 +10,15 @@ SHARP = 40.0  # degrees between the normals of neighbouring triangles
 
 
 class Faceted(NamedTuple):
-    """Triangles, shape (m, 3), whose corners are numbered anew, and the vertex that each new number stands for, shape (k,)."""
+    """A surface with split vertices: triangles as new vertex numbers, shape (m, 3), and the original vertex of each new
+    number, shape (k,)."""
 
     triangles: np.ndarray
     vertex: np.ndarray
 
 
 def split_at_creases(vertices: np.ndarray, triangles: np.ndarray) -> Faceted:
-    """A surface with vertices [m], shape (n, 3), split wherever an edge between two triangles is sharp."""
+    """Split the vertices of a surface, shape (n, 3) [m], at every sharp edge between two triangles."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)

@@ -22,8 +22,9 @@ class Look(NamedTuple):
 class Mesh(NamedTuple):
     """A surface: vertices [m], shape (n, 3), triangles, shape (m, 3), RGB colours of the vertices, shape (n, 3).
 
-    Where `marked`, shape (n,), interpolates to more than a half the colour is `mark`; one marked vertex alone shows.
-    One that is not `lit` has its plain colours; one that is not `cuttable` stays whole: sections are drawn so.
+    `marked`, shape (n,): flags of vertices. A pixel has the colour `mark` where the interpolated flag exceeds one half. If
+    `lit` is False, colours are not shaded. If `cuttable` is False, the cut plane does not cut this surface; sections are
+    drawn in this way.
     """
 
     vertices: np.ndarray
@@ -40,7 +41,7 @@ class Mesh(NamedTuple):
         return len(self.triangles)
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
-        """The pixels that the triangles cover, without what is cut away."""
+        """Yield the pixels covered by the triangles, without the part that is cut away."""
         place = camera.project(self.vertices)
         if cut is None or not self.cuttable:
             yield from triangle_fragments(place[self.triangles], camera.shape)
@@ -51,7 +52,7 @@ class Mesh(NamedTuple):
             yield x[kept], y[kept], depth[kept], left[which[kept]]
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, triangle: np.ndarray) -> Look:
-        """Normals and colours, interpolated."""
+        """Return the interpolated normals and colours of the pixels."""
         place, corners = camera.project(self.vertices), self.triangles[triangle]
         (ax, ay, _), (bx, by, _), (cx, cy, _) = (place[self.triangles[:, k]].T for k in range(3))
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -71,8 +72,7 @@ class Mesh(NamedTuple):
 class Balls(NamedTuple):
     """Balls: centres [m], shape (n, 3), radii [m], shape (n,), RGB colours, shape (n, 3).
 
-    With a `skin` they are shaded as one smooth body. Where a cut goes through those with a skin or without light it leaves a
-    plane face.
+    Balls with `skin` are shaded as one smooth body. The cut plane leaves a flat face on balls with `skin` or without light.
     """
 
     centres: np.ndarray
@@ -87,14 +87,14 @@ class Balls(NamedTuple):
         return len(self.centres)
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
-        """The pixels that the balls cover; those with their centre beyond a cut are left out."""
+        """Yield the pixels covered by the balls; balls whose centre lies beyond the cut plane are omitted."""
         kept = np.flatnonzero(cut.beyond(self.centres) <= 0.0) if cut else np.arange(self.primitives)
         face = cut if self.skin or not self.lit else None
         for x, y, depth, which in ball_fragments(self._projected(camera), kept, camera.shape):
             yield x, y, np.minimum(depth, camera.depth_of(face, x, y)) if face else depth, which
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, ball: np.ndarray) -> Look:
-        """Normals and colours."""
+        """Return the normals and colours of the pixels."""
         cx, cy, _, radius = self._projected(camera)[ball].T
         nx, ny = (x - cx) / radius, (y - cy) / radius
         nz = np.sqrt(np.maximum(0.0, 1.0 - nx**2 - ny**2))
@@ -106,7 +106,7 @@ class Balls(NamedTuple):
 
 
 class Section(NamedTuple):
-    """A painted plane: RGB colours of the pixels, shape (rows, columns, 3), not a number where it has none."""
+    """A plane with colours: RGB of each pixel, shape (rows, columns, 3), NaN where the plane is transparent."""
 
     plane: Plane
     colours: np.ndarray
@@ -118,12 +118,12 @@ class Section(NamedTuple):
         return self.colours.shape[0] * self.colours.shape[1]
 
     def fragments(self, camera: Camera, cut: Plane | None) -> Fragments:
-        """The pixels with a colour; the plane that cuts others away does not cut its own picture."""
+        """Yield the pixels that have a colour. The cut plane does not cut the section itself."""
         y, x = np.nonzero(np.isfinite(self.colours[:, :, 0]))
         yield x, y, camera.depth_of(self.plane, x, y), y * self.colours.shape[1] + x
 
     def look(self, camera: Camera, x: np.ndarray, y: np.ndarray, pixel: np.ndarray) -> Look:
-        """The colours as they are."""
+        """Return the stored colours, with normals towards the eye."""
         colours = self.colours.reshape(-1, 3)[pixel]
         return Look(np.tile([0.0, 0.0, 1.0], (len(colours), 1)), colours)
 
@@ -132,7 +132,7 @@ Drawable = Mesh | Balls | Section
 
 
 def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Unit normals of the vertices, shape (n, 3): those of the triangles around, weighted with their areas."""
+    """Return unit normals of the vertices, shape (n, 3): area-weighted means of the normals of the adjacent triangles."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     corners = triangles.ravel()

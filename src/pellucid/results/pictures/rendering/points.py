@@ -1,4 +1,4 @@
-"""Points of a body as balls or bricks that have their volume."""
+"""Points of a body as balls or bricks of the same volume."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -7,12 +7,13 @@ from pellucid.results.pictures.rendering.drawables import Colour, Mesh
 
 
 def ball_radii(mass: np.ndarray, density: np.ndarray) -> np.ndarray:
-    """Radii [m] of balls that have the volume of the points, from mass [kg] and density [kg/m^3]."""
+    """Return the radii [m] of balls with the volume of the points, from mass [kg] and density [kg/m^3]."""
     return np.asarray(np.cbrt(0.75 / np.pi * mass / density))
 
 
 def lattice_sides(position: np.ndarray, volume: np.ndarray) -> np.ndarray:
-    """Distances [m] between the layers of a lattice of points along x, y, z; of a single layer what the volume [m^3] gives."""
+    """Return the spacings [m] of a lattice of points along x, y, z; along an axis with a single layer it follows from the
+    volume [m^3]."""
     mean = float(np.mean(volume))
     gaps = [np.diff(np.sort(values)) for values in position.T]
     layers = [gap[gap > 0.05 * np.cbrt(mean)] for gap in gaps]
@@ -23,15 +24,15 @@ def lattice_sides(position: np.ndarray, volume: np.ndarray) -> np.ndarray:
 
 
 def box_corners(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """The corners of a box, shape (8, 3)."""
+    """Return the corners of a box, shape (8, 3)."""
     ends = np.stack([lower, upper])
     return np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def bricks(centres: np.ndarray, sides: np.ndarray, colour: Colour) -> Mesh:
-    """A body whose points lie on a lattice, as bricks of those three sides [m] about them; no plane cuts a brick.
+    """Build a surface of bricks with three sides [m], centred at points of a lattice. The cut plane does not cut bricks.
 
-    Faces between two bricks are left out: nobody sees them.
+    Faces between two bricks are omitted because they are not visible.
     """
     corner = box_corners(np.full(3, -0.5), np.full(3, 0.5))  # number 4i + 2j + k
     faces = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])  # outward

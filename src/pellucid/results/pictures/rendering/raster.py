@@ -1,4 +1,4 @@
-"""Triangles and balls as fragments, pixel by pixel, and the canvas that keeps the nearest one of each pixel."""
+"""Rasterization of triangles and balls into fragments, and the canvas that keeps the nearest fragment of each pixel."""
 
 from collections.abc import Iterator
 
@@ -19,7 +19,7 @@ Fragments = Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
 
 
 class Canvas:
-    """The nearest fragment of every pixel: its depth, and which primitive of which part it belongs to."""
+    """A depth buffer: for every pixel the depth of the nearest fragment, its part and its primitive."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self.shape = shape
@@ -31,12 +31,13 @@ class Canvas:
         self._starts.append(self._starts[-1] + primitives)
 
     def add(self, x: np.ndarray, y: np.ndarray, depth: np.ndarray, primitive: np.ndarray) -> None:
-        """Add fragments of the part begun last; of those at one depth the last primitive wins."""
+        """Add fragments of the current part; of fragments at the same depth, the one with the highest primitive number is
+        kept."""
         step = np.clip((depth + REACH) * (DEPTHS / (2 * REACH)), 0, DEPTHS - 1).astype(np.int64)
         np.maximum.at(self._key, y * self.shape[1] + x, step << SHIFT | (primitive + self._starts[-2]))
 
     def seen(self, part: int) -> tuple[np.ndarray, np.ndarray]:
-        """The pixels that show a part, and the number of the primitive that each shows."""
+        """Return the indices of the pixels that show a part, and the primitive number of each."""
         number = self._key & ((1 << SHIFT) - 1)
         index = np.flatnonzero((self._key >= 0) & (number >= self._starts[part]) & (number < self._starts[part + 1]))
         return index, number[index] - self._starts[part]
@@ -46,12 +47,12 @@ class Canvas:
         return (self._key >= 0).reshape(self.shape)
 
     def depth(self) -> np.ndarray:
-        """Depth of the pixels, of the canvas's shape."""
+        """Return the depth of the pixels, with the canvas's shape."""
         return ((self._key >> SHIFT) * (2 * REACH / DEPTHS) - REACH).reshape(self.shape)
 
 
 def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments:
-    """The fragments of triangles whose corners are given in pixels, shape (m, 3, 3), row by row of each."""
+    """Yield the fragments of triangles, row by row; corners: pixel coordinates and depth, shape (m, 3, 3)."""
     with np.errstate(invalid="ignore", over="ignore"):  # of points that are nowhere
         a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -84,7 +85,7 @@ def triangle_fragments(corners: np.ndarray, shape: tuple[int, int]) -> Fragments
 
 
 def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) -> Fragments:
-    """The fragments of the balls `kept` out of those at x, y, depth with a radius in pixels, shape (n, 4)."""
+    """Yield the fragments of the balls selected by `kept`; place: x, y, depth and radius in pixels, shape (n, 4)."""
     size = np.zeros(len(place), np.int64)
     size[kept] = 2 * np.ceil(place[kept, 3]).astype(np.int64) + 1
     for which, side in _by_size(size):
@@ -99,7 +100,8 @@ def ball_fragments(place: np.ndarray, kept: np.ndarray, shape: tuple[int, int]) 
 
 
 def _by_size(size: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
-    """Primitives in batches of like size in pixels, with the size that holds them all; those of size 0 left out."""
+    """Yield batches of primitives of similar size in pixels, each with an upper bound of the size; primitives of size 0 are
+    omitted."""
     lower, upper = 0, 1
     while lower < size.max(initial=0):
         found = np.flatnonzero((size > lower) & (size <= upper))

@@ -1,4 +1,4 @@
-"""Drawables to pixels: a z-buffer, one light, darker creases, and outlines where the depth jumps."""
+"""Rendering with a depth buffer, one light, darkened creases, and outlines where the depth jumps."""
 
 from collections.abc import Sequence
 
@@ -23,9 +23,10 @@ JUMP = 0.012  # of the picture's width in depth between neighbours makes an outl
 
 
 def render(drawables: Sequence[Drawable], camera: Camera, cut: Plane | None = None) -> np.ndarray:
-    """Draw without what the plane cuts away; return RGBA, shape (rows, columns, 4), the lowest row first.
+    """Draw the drawables without the part that the plane cuts away; return RGBA, shape (rows, columns, 4), lowest row
+    first.
 
-    Colours are from 0 to 1; the picture is transparent where there is nothing.
+    Colours are from 0 to 1; pixels without a drawable are transparent.
     """
     canvas = _painted(drawables, camera, cut)
     rows, columns = camera.shape
@@ -75,7 +76,7 @@ def _shaded(colour: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 
 def _skin(canvas: Canvas, index: np.ndarray) -> np.ndarray:
-    """Normals of the smoothed depth of some pixels, shape (k, 3)."""
+    """Return the normals of the smoothed depth at the given pixels, shape (k, 3)."""
     if not len(index):
         return np.zeros((0, 3))
     columns = canvas.shape[1]
@@ -117,7 +118,7 @@ def _between(rows: np.ndarray, step: int, size: int) -> np.ndarray:
 
 
 def _outlines(depth: np.ndarray, covered: np.ndarray) -> np.ndarray:
-    """Pixels before a jump of the depth or beside nothing, shape (rows, columns)."""
+    """Return a mask of the covered pixels on the near side of a depth jump or next to empty pixels, shape (rows, columns)."""
     filled = np.where(covered, depth, -1e9)
     least = JUMP * depth.shape[1]
     edge = np.zeros(depth.shape, bool)

@@ -1,4 +1,4 @@
-"""Sections of closed membranes and solids by a plane: the field inside, the rim of the membrane, the cut face of the solid."""
+"""Sections of closed membranes and solids by a plane: field inside, rim of the membrane, cut face of the solid."""
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -21,10 +21,10 @@ when two corners lie above."""
 
 
 def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """A field of points, shape (n,), on the pixels of the plane inside a closed mesh, else not a number.
+    """Interpolate a field of points, shape (n,), to the pixels of the plane inside a closed mesh; NaN elsewhere.
 
-    The mean of the nearest points, weighted by a bell curve as wide as the points are apart, on a lattice of pixels; linear
-    between them.
+    Values on a coarse lattice of pixels are means of the nearest points, weighted by a Gaussian of the width of the point
+    spacing. Between lattice pixels the interpolation is linear.
     """
     within = inside(mesh, camera, plane)
     found = np.full(within.shape, np.nan)
@@ -50,8 +50,8 @@ def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, valu
 
 
 def cut_face(vertices: np.ndarray, tetrahedra: np.ndarray, colours: np.ndarray, plane: Plane) -> Mesh:
-    """The flat face that a plane leaves of tetrahedra: vertices [m], shape (n, 3), with RGB colours, shape (n, 3), linear
-    within each tetrahedron."""
+    """Return the flat cut face of tetrahedra; vertices: [m], shape (n, 3), colours: RGB, shape (n, 3), linear within each
+    tetrahedron."""
     beyond = plane.beyond(vertices)
     above = beyond[tetrahedra] > 0.0
     number = above.sum(axis=1)
@@ -65,10 +65,10 @@ def cut_face(vertices: np.ndarray, tetrahedra: np.ndarray, colours: np.ndarray, 
 
 
 def rim(mesh: Mesh, plane: Plane, thickness: float, colour: Colour | None = None) -> Mesh:
-    """The section of a membrane of that thickness [m] with a plane: a flat ribbon of that width, marked as the mesh, in a
-    colour or in those of the mesh.
+    """Return the section of a membrane of a given thickness [m] with a plane, as a flat ribbon of this width.
 
-    It lies a hair beyond the plane, so that it covers what else is painted there.
+    The ribbon has the given colour, by default the colours of the mesh, and its marks. It lies slightly in front of the
+    plane so that it covers other sections.
     """
     beyond = plane.beyond(mesh.vertices)
     above = beyond[mesh.triangles] > 0.0
