@@ -1,4 +1,4 @@
-"""A run in the hands of its user: in a notebook, a table, a dataset, a scene of VTK."""
+"""A run as users read it: in a notebook, as a table, as a dataset, or as a VTK scene."""
 
 from functools import partial
 from html import escape
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 need = partial(needed, extra="notebook", what="tables, datasets and scenes")
 FRAME = '<iframe srcdoc="{page}" style="width:100%;height:1000px;border:0" allow="fullscreen"></iframe>'
 VTK_CELLS = (1, 3, 5, 9, 10)
-"""Types of the cells of `Cells` in VTK: vertices, lines, triangles, quadrilaterals, tetrahedra."""
+"""VTK cell types of the entries of `Cells`: vertices, lines, triangles, quadrilaterals, tetrahedra."""
 
 
 class Run(StoredRun):
@@ -27,19 +27,22 @@ class Run(StoredRun):
     `fields(body, time)`, shapes (n,), (n, 3) or (n, 6) in SI units; `metrics`; `summary`."""
 
     def to_pandas(self) -> Any:
-        """The history as a `pandas.DataFrame` over the time [s], with the units of the columns in `attrs["units"]`.
+        """Return the history as a `pandas.DataFrame` with the time [s] as index and the units of the columns in
+        `attrs["units"]`.
 
-        Raises `UsageError` where pandas is not installed.
+        Raises `UsageError` if pandas is not installed.
         """
         table = need("pandas").DataFrame(dict(self.history)).set_index("time")
         table.attrs["units"] = dict(self.units)
         return table
 
     def to_xarray(self, body: str, names: "tuple[str, ...] | None" = None) -> Any:
-        """Fields of a body at all frames as an `xarray.Dataset` over `time` [s], `point` and, for vectors and tensors, the
-        components; each with its `units`. `names`: of these fields alone.
+        """Return the fields of a body at all frames as an `xarray.Dataset`.
 
-        Raises `UsageError` where xarray is not installed, and for a body or field that the run does not have.
+        Dimensions are `time` [s], `point` and, for vectors and tensors, the components. Each field has the attribute
+        `units`. names: fields to include; default: all.
+
+        Raises `UsageError` if xarray is not installed, and for a body or field that the run does not have.
         """
         xarray, times = need("xarray"), self.times(body)
         frames = [self.fields(body, float(time), names) for time in times]
@@ -56,10 +59,11 @@ class Run(StoredRun):
         return xarray.Dataset(data, coordinates, {"body": body, "title": self.stored.title})
 
     def to_pyvista(self, body: str, time: float | None = None) -> Any:
-        """A body at the frame nearest to `time` [s], the last by default, as a `pyvista.UnstructuredGrid` of its points,
-        elements or tetrahedra with its fields.
+        """Return a body as a `pyvista.UnstructuredGrid` of its points, elements or tetrahedra, with its fields.
 
-        Raises `UsageError` where pyvista is not installed, and for a body that the run does not have.
+        time: time [s]; the nearest frame is used; default: the last frame.
+
+        Raises `UsageError` if pyvista is not installed, and for a body that the run does not have.
         """
         fields = dict(self.fields(body, time))
         elements = {kind: corners for kind, corners in zip(VTK_CELLS, self.cells(body), strict=True) if len(corners)}
@@ -69,9 +73,9 @@ class Run(StoredRun):
         return grid
 
     def plot(self, *columns: str, x: str = "time") -> "Figure":
-        """Columns of the history against time or another one, all probes by default: a figure of matplotlib.
+        """Return a matplotlib figure of columns of the history against time or another column; default: all probes.
 
-        Raises `UnknownName` for a column that the history does not have, `UsageError` where there is nothing to plot.
+        Raises `UnknownName` for a column that the history does not have, and `UsageError` if there is nothing to plot.
         """
         from pellucid.results.pictures import figures
         from pellucid.results.pictures.style import house_style
@@ -83,7 +87,7 @@ class Run(StoredRun):
             return figures.columns(self, names, x)
 
     def _repr_html_(self) -> str:
-        """The run in a notebook: how it ended, its checks, and the view that turns."""
+        """Return the run as HTML for a notebook: outcome, checks and interactive view."""
         from pellucid.results.report.report import metrics_table
         from pellucid.results.view.page import view_of
 

@@ -11,7 +11,7 @@ from pellucid.state import COMPONENT_NAMES, FIELDS
 
 
 class Mirror(NamedTuple):
-    """A plane of symmetry across an axis."""
+    """A plane of symmetry normal to an axis."""
 
     axis: int
     place: float  # m

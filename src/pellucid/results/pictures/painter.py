@@ -20,7 +20,8 @@ from pellucid.system.processes import Helper, free_cores, helped, shared
 
 MOST_HELPERS = 3
 MANY_POINTS = {True: 5_000, False: 20_000}
-"""Of a run with a film and without: with fewer, its pictures are drawn before a helper is there."""
+"""Smallest number of points for which worker processes draw, with and without a film; below, drawing takes less time than
+their start."""
 
 
 class FilmPicture(NamedTuple):
@@ -105,7 +106,7 @@ def write_pictures(
 
 
 def drawing_helpers(run: Run, beside: Run | None = None) -> list[Helper]:
-    """Start worker processes that draw; return an empty list if there are too few pictures to draw."""
+    """Start worker processes that draw; return an empty list if the run has too few points for them to save time."""
     has_film = len(run.stored.film) > 0 or hasattr(catalogue.module(run.stored.id), "films")
     if run.so_far.get("points", 0) < MANY_POINTS[has_film]:
         return []

@@ -1,1 +1,1 @@
-"""`report.html`: one file that tells what was run, whether it is right, and what it looks like."""
+"""The report of a run, `report.html`: one file with the case, the results of the checks, and pictures."""

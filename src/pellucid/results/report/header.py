@@ -1,4 +1,4 @@
-"""The head of the report: what was run, how it ended, and its numbers."""
+"""Head of the report: title, description, outcome and numbers of the run."""
 
 from collections.abc import Callable
 from html import escape
@@ -16,7 +16,7 @@ def are_films_alone(case: StoredCase) -> bool:
 
 
 def header(run: Run) -> str:
-    """Title, source, how it ended, what passed, description."""
+    """Return the head of the report as HTML: title, source, outcome, passed checks, description."""
     source = f'<p class="source">{escape(run.stored.source)}</p>' if run.stored.source else ""
     description = filter(None, map(str.strip, run.stored.description.split("\n\n")))
     paragraphs = "".join(f"<p>{escape(part)}</p>" for part in description)
@@ -25,7 +25,7 @@ def header(run: Run) -> str:
 
 
 def facts(run: Run) -> str:
-    """Size, time and speed of the run, as far as they are known."""
+    """Return the size, time and speed of the run as HTML, without values that are unknown."""
     known, alone = run.so_far, are_films_alone(run.stored)  # their own steps are not counted
     commit = known.get("commit", "")[:10]
     shown: dict[str, tuple[str, Callable[[Any], str]]] = {

@@ -1,4 +1,4 @@
-"""Parts of the report's page: numbers for the eye, sections, tables."""
+"""HTML elements of the report: formatted numbers, sections, tables."""
 
 import math
 from collections.abc import Iterable
@@ -17,13 +17,16 @@ PAGE = """<!doctype html>
 
 
 def page_of(title: str, body: str) -> str:
-    """A page that needs no other file."""
+    """Return a complete HTML page that needs no other file."""
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
     return PAGE.format(title=escape(title), style=style, body=body)
 
 
 def number(value: float, digits: int = 4, padded: bool = False) -> str:
-    """A number for the eye, with a raised power of ten where it is very large or small; `padded` keeps zeros behind."""
+    """Return a number as HTML with `digits` significant digits; very large and very small numbers have a power of ten.
+
+    padded: keep trailing zeros.
+    """
     if not math.isfinite(value):
         return "not finite"
     if value == 0.0:
@@ -39,12 +42,12 @@ def number(value: float, digits: int = 4, padded: bool = False) -> str:
 
 
 def section(title: str, body: str) -> str:
-    """A section with its title, and a place to go to in it."""
+    """Return a section with its title as HTML; its anchor is the title in lower case with hyphens."""
     return f'<section id="{title.lower().replace(" ", "-")}"><h2>{title}</h2>{body}</section>'
 
 
 def table_of(head: Iterable[str], rows: Iterable[Iterable[str]], kind: str = "") -> str:
-    """A table with a row of titles; `kind` is its class in the style sheet."""
+    """Return an HTML table with a row of titles; `kind` is its class in the style sheet."""
     titles = "".join(f"<th>{cell}</th>" for cell in head)
     lines = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     table = f'<table class="{kind}"><thead><tr>{titles}</tr></thead><tbody>{lines}</tbody></table>'

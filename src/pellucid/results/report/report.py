@@ -1,4 +1,4 @@
-"""`report.html`: one file that tells what was run, whether it is right, and what it looks like."""
+"""The report of a run, `report.html`: one file with the case, the results of the checks, and pictures."""
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -46,13 +46,13 @@ CAPTIONS = {
 
 
 def write_report(out: Run | Path | str, beside: Run | None = None, progress: Progress | None = None) -> Path:
-    """Draw the figures and films of a run, or of that in a folder, and write its self-contained `report.html`; return its path.
+    """Draw the figures and films of a run and write its self-contained `report.html`; return the path of the report.
 
-    A run `beside` is drawn into the figure of the probes, and its metrics stand beside those of the run.
+    out: the run or its folder. The probes of a run `beside` are drawn into the figure of the probes, and its metrics are
+    listed next to those of the run. If the run is incomplete (stopped with an error, interrupted or killed), the report
+    shows the results so far.
 
-    Of a run that stopped itself, was interrupted or killed, it shows what there is.
-
-    Raises `UsageError` where there is no run, or nothing of it yet, and where another process writes to its folder.
+    Raises `UsageError` if the folder contains no run or no results yet, and if another process writes to it.
     """
     run = out if isinstance(out, Run) else Run(out)
     with run.folder.held() if run.folder.is_of_a_run else nullcontext():  # runs of earlier versions have none
@@ -62,7 +62,8 @@ def write_report(out: Run | Path | str, beside: Run | None = None, progress: Pro
 def draw_report(
     run: Run, beside: Run | None = None, progress: Progress | None = None, helpers: Sequence[Helper] | None = None
 ) -> Path:
-    """The same in a folder that is held. `helpers`: other processes that draw, where they have begun already."""
+    """Write the report as `write_report` does, into a folder whose lock is held. `helpers`: worker processes that draw, if
+    already started."""
     head, facts_of_run = header(run), facts(run)  # says where there is nothing yet, before anything is drawn
     texts = CAPTIONS | ({} if place_of_stop(run) is None else {"where_it_stopped": WITH_RING}) | captions(run)
     case = run.stored
@@ -98,7 +99,7 @@ def draw_report(
 
 
 def metrics_table(metrics: dict[str, Metric]) -> str:
-    """Metrics beside their references."""
+    """Return an HTML table of metrics with their references, errors and tolerances."""
 
     def row(name: str, metric: Metric) -> list[str]:
         unit = f" {escape(pretty(metric.unit))}" if metric.unit else ""
@@ -186,7 +187,7 @@ def _case(run: Run) -> str:
 
 
 def _start_overlap_rows(run: Run) -> list[list[str]]:
-    """Return what started nearer to each other than contact allows."""
+    """Return a table row for each pair of bodies that overlap at the start."""
     rows = []
     for overlap in run.so_far.get("start_overlaps", ()):
         depth = f"{number(overlap['depth'])} m"

@@ -1,11 +1,12 @@
 """Checkpoints: the whole state of a run in one file that carries its own checksum in its name.
 
-A file `<serial>-<sha256>.npz` appears under its name only when it is complete and on the disk, so that a process killed
-while writing leaves at most a draft behind, which the next one overwrites. The last two are kept; one whose bytes do
-not match its name is set aside, and the one before it is used.
+A file `<serial>-<sha256>.npz` appears under its name only when it is complete and on the disk. A process killed while
+writing leaves at most a draft, which the next checkpoint overwrites. The last two checkpoints are kept. A checkpoint whose
+bytes do not match its name is renamed, and the previous one is used.
 
-Of processes that share a run the first writes this file, and each other one before it a part with its rows of the arrays that
-they share, `<serial>-<process>-<sha256>.part`. The file names its parts: it appears when all of them are there.
+If several processes share a run, the first process writes this file. Before that, each other process writes its rows of the
+shared arrays to a part `<serial>-<process>-<sha256>.part`. The file lists the names of its parts and appears when all of
+them are complete.
 """
 
 import hashlib
@@ -33,11 +34,12 @@ _PART = re.compile(r"(\d{6,})-\d+-([0-9a-f]{64})\.part")
 def write(
     folder: Path, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any], parts: Sequence[str] = (), serial: int = 0
 ) -> Path:
-    """Write a checkpoint to `folder` and remove all but the last two.
+    """Write a checkpoint to `folder` and remove all but the last two; return its path.
 
-    `arrays` may have any names and shapes; `numbers` is anything that JSON can hold (floats come back exactly). parts: the
-    names of its parts, written with this serial number. Raises `OutputError` on a full disk and the like; the earlier
-    checkpoints are then untouched.
+    `arrays` may have any names and shapes; `numbers` is anything that JSON can hold (floats are restored exactly). parts:
+    file names of the parts, written with the same serial number.
+
+    Raises `OutputError` if the file cannot be written, e.g. on a full disk; the earlier checkpoints are then unchanged.
     """
     texts = {_NUMBERS: json.dumps(numbers), _PARTS: json.dumps(list(parts))}
     with explained(folder.parent):
@@ -49,18 +51,22 @@ def write(
 
 
 def next_serial(folder: Path) -> int:
-    """The serial number of the next checkpoint."""
+    """Return the serial number of the next checkpoint."""
     return 1 + max((number for number, _, _ in _all(folder)), default=0)
 
 
 def write_part(folder: Path, arrays: Mapping[str, np.ndarray], process: int, serial: int) -> str:
-    """Write what a process has of a checkpoint that another one writes; the name of the file. Raises as `write` does."""
+    """Write the part of one process for a checkpoint that another process writes; return the file name. Raises as `write`
+    does."""
     with explained(folder.parent):
         return _written(folder, f"{DRAFT}-{process}", arrays, f"{serial:06d}-{process}-{{}}.part").name
 
 
 def _written(folder: Path, draft_name: str, arrays: Mapping[str, np.ndarray], name: str) -> Path:
-    """A file that appears when it is whole; name: where its checksum stands, braces."""
+    """Write arrays to a file that gets its final name only when it is complete; return its path.
+
+    name: file name with braces in place of the checksum.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     draft = folder / draft_name
     try:
@@ -77,7 +83,7 @@ def _written(folder: Path, draft_name: str, arrays: Mapping[str, np.ndarray], na
 
 
 class RowsInParts:
-    """An array whose rows lie in several files, read when rows are asked for: no process has all of them then."""
+    """An array whose rows are stored in several files and read on request, so that no process loads the whole array."""
 
     def __init__(self, name: str, paths: Sequence[Path]) -> None:
         self._name, self._paths = name, paths
@@ -96,12 +102,10 @@ class RowsInParts:
 
 
 def read_latest(folder: Path, say: Callable[[str], object] = warnings.warn) -> tuple[dict[str, Any], dict[str, Any]] | None:
-    """Arrays and numbers of the newest undamaged checkpoint in `folder`; None where there is none yet.
+    """Return the arrays and numbers of the newest undamaged checkpoint in `folder`; None if there is no checkpoint.
 
-    Arrays that processes shared are `RowsInParts`.
-
-    A damaged one is told of through `say`, renamed to `*.damaged` and passed over. Raises `OutputError` if there are
-    checkpoints and all of them are damaged.
+    Arrays that several processes share are returned as `RowsInParts`. A damaged checkpoint is reported through `say`,
+    renamed to `*.damaged` and skipped. Raises `OutputError` if all checkpoints are damaged.
     """
     found = _all(folder)
     for _, digest, path in reversed(found):
@@ -160,7 +164,7 @@ def files(folder: Path) -> list[Path]:
 
 
 def _parts(folder: Path) -> list[tuple[int, Path]]:
-    """Serial number and path of every part."""
+    """Return the serial number and path of every part."""
     return [(int(match[1]), path) for path in folder.glob("*.part") if (match := _PART.fullmatch(path.name))]
 
 
@@ -176,7 +180,7 @@ def _keep_the_last(folder: Path) -> None:
 
 
 def _all(folder: Path) -> list[tuple[int, str, Path]]:
-    """Serial number, checksum and path of every complete checkpoint, oldest first."""
+    """Return serial number, checksum and path of every complete checkpoint, oldest first."""
     if not folder.is_dir():
         return []
     matches = [(_NAME.fullmatch(path.name), path) for path in folder.iterdir()]

@@ -1,6 +1,7 @@
-"""Pictures in the figures of a run: which of them the program drew itself, so that those of the user are left alone.
+"""List of the pictures that the program drew in the figures folder of a run, so that pictures of the user are never
+removed.
 
-Their names stand in a list beside them, each before its picture is there.
+The list is a file in this folder. The name of a picture is added before the picture is written.
 """
 
 from collections.abc import Iterator
@@ -22,7 +23,7 @@ def drawing(path: Path) -> Iterator[Path]:
 
 
 def files(folder: Path) -> list[Path]:
-    """The pictures that were drawn by `drawing`, their drafts and their list."""
+    """Return the paths of the pictures drawn by `drawing`, their drafts and their list."""
     pictures = [path for name in _names(folder) for path in (draft_of(folder / name), folder / name)]
     drafts = [path for path in folder.glob(f".*{DRAFT}") if path.with_suffix("").suffix in (".png", ".gif")]
     return [*pictures, *drafts, draft_of(folder / LIST), folder / LIST]

@@ -1,4 +1,4 @@
-"""Files that are either whole or not there, whatever ends the process."""
+"""Files that are either complete or absent, even if the process is killed."""
 
 import errno
 import os
@@ -14,7 +14,7 @@ UNFIT = (errno.ENOENT, errno.ENOTDIR, errno.EACCES, errno.EPERM, errno.EROFS, er
 
 
 class OutputError(PellucidError):
-    """Results that cannot be written or read: a full disk, a missing permission, a damaged file."""
+    """Error for results that cannot be written or read: a full disk, a missing permission, a damaged file."""
 
     exit_status = 3
 
@@ -50,7 +50,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def sync(path: Path) -> None:
-    """Have the system bring a file or a folder to the disk."""
+    """Flush a file or a folder to the disk (fsync)."""
     try:
         handle = os.open(path, os.O_RDONLY)
     except PermissionError:  # some systems do not open folders
@@ -65,7 +65,7 @@ def sync(path: Path) -> None:
 
 @contextmanager
 def usable(folder: Path) -> Iterator[None]:
-    """Turn an error of the operating system about a folder that can take no results into a `UsageError`."""
+    """Raise `UsageError` instead of an operating-system error for a folder to which results cannot be written."""
     try:
         yield
     except OSError as error:
@@ -77,7 +77,7 @@ def usable(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def explained(folder: Path) -> Iterator[None]:
-    """Turn an error of the operating system into an `OutputError` that says what to do."""
+    """Raise `OutputError` with a remedy instead of an operating-system error."""
     try:
         yield
     except OSError as error:

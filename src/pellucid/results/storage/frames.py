@@ -1,12 +1,12 @@
-"""`fields/<body>.vtkhdf`: the fields of a body at each instant, as temporal VTKHDF (opens in ParaView, VTK >= 9.4).
+"""`fields/<body>.vtkhdf`: the fields of a body at each time, as temporal VTKHDF (opens in ParaView, VTK >= 9.4).
 
-The file is laid out once, for all frames that the run can produce, and gets its name only when the first frame is in
-it. Every dataset has its place in the file from the start; places not yet written take no room on the disk. A later
-frame overwrites bytes in place and then the number of frames, so the structure of the file never changes: a process
-killed at any moment leaves a whole file, and a full disk leaves the frames before.
+The file is laid out once for all frames that the run can produce, and gets its name only when the first frame is in it.
+Every dataset has a fixed location in the file from the start; locations that are not yet written take no space on the disk.
+A later frame overwrites bytes in place and then the number of frames, so the structure of the file never changes. After a
+process is killed the file is complete, and a full disk leaves the previous frames intact.
 
-`position` is another name of the dataset `Points`. VTK orders a symmetric tensor XX, YY, ZZ, XY, YZ, XZ; pellucid
-orders it xx, yy, zz, yz, xz, xy. The file holds VTK's order, everything that goes in or out here has ours.
+`position` is another name of the dataset `Points`. VTK orders a symmetric tensor XX, YY, ZZ, XY, YZ, XZ; pellucid orders it
+xx, yy, zz, yz, xz, xy. The file has VTK's order; the functions of this module accept and return pellucid's.
 """
 
 import errno
@@ -32,16 +32,16 @@ Frame = Mapping[str, np.ndarray]
 
 
 class NoFrame(IndexError):
-    """A frame that a file does not have."""
+    """Error for a frame that a file does not have."""
 
 
 def create(
     path: Path, capacity: int, time: float, frame: Frame, cells: Cells | None = None, constant: Collection[str] = CONSTANT
 ) -> bytes:
-    """Lay out a file for `capacity` frames and write the first. Arrays have shape (n,), (n, 3), (n, 6) or the like.
+    """Lay out a file for `capacity` frames and write the first frame; return its digest.
 
-    constant: the fields that are the same in all frames.
-    Without `cells` every point is one. Returns the digest of the frame. Raises OSError where the system cannot write it.
+    Arrays have shape (n,), (n, 3), (n, 6) or similar. cells: cells of the body; default: one cell per point. constant:
+    names of the fields that are the same in all frames. Raises OSError if the file cannot be written.
     """
     if cells is None:
         cells = Cells.of_points(len(frame["position"]))
@@ -51,7 +51,7 @@ def create(
 
 
 def append(path: Path, time: float, frame: Frame, constant: Collection[str] = CONSTANT) -> bytes:
-    """Write one more frame and return its digest; a file that is full is first laid out anew with twice the room.
+    """Append a frame and return its digest. A file without room is rewritten first with twice the capacity.
 
     constant: as in `create`.
     """
@@ -67,7 +67,7 @@ def append(path: Path, time: float, frame: Frame, constant: Collection[str] = CO
 
 
 def first(path: Path, count: int) -> list[bytes]:
-    """The digests of the first `count` frames."""
+    """Return the digests of the first `count` frames."""
     places = _layout(path)
     if places.frames < count:
         raise OutputError(f"{path} was changed: it has fewer than the {count} frames of its checkpoint")
@@ -85,20 +85,22 @@ def cut(path: Path, count: int) -> None:
 
 
 def times(path: Path) -> np.ndarray:
-    """The instants of the frames [s], shape (frames,)."""
+    """Return the times of the frames [s], shape (frames,)."""
     with _whole(path), opened(_existing(path)) as file:
         return np.asarray(file["VTKHDF/Steps/Values"][:])
 
 
 def names(path: Path) -> list[str]:
-    """The names of the fields, in their order in the file."""
+    """Return the names of the fields, in their order in the file."""
     with _whole(path), opened(_existing(path)) as file:
         return list(file["VTKHDF/PointData"])
 
 
 def read(path: Path, index: int, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-    """The fields of frame `index`, those of these names or all, each of shape (n,), (n, 3) or (n, 6). Raises IndexError where
-    there is no such frame."""
+    """Return the fields of frame `index` by name, each of shape (n,), (n, 3) or (n, 6).
+
+    names: fields to read; default: all. Raises IndexError if there is no such frame.
+    """
     with _whole(path), opened(_existing(path)) as file:
         root = file["VTKHDF"]
         n, count = int(root["NumberOfPoints"][0]), len(root["Steps/Values"])
@@ -115,7 +117,7 @@ def read(path: Path, index: int, names: Collection[str] | None = None) -> dict[s
 
 
 def read_cells(path: Path) -> Cells:
-    """The cells of the body, the same in all frames."""
+    """Return the cells of the body, which are the same in all frames."""
     with _whole(path):
         return vtkhdf.read_cells(_existing(path))
 

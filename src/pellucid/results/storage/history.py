@@ -1,4 +1,4 @@
-"""`history.csv`: one row per instant, a row of names, a row of units, floats that read back exactly."""
+"""`history.csv`: a row of names, a row of units, and one row per output time; floats are restored exactly."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -12,13 +12,13 @@ HEADER_ROWS = 2
 
 
 def create(path: Path, units: Mapping[str, str]) -> None:
-    """Start a history: `units` gives the columns in their order, `time` first, each with its SI unit ("" for none)."""
+    """Create a history file. `units`: the columns in order, `time` first, each with its SI unit ("" for none)."""
     names = ",".join(units)
     write_text(path, f"{names}\n#{','.join(unit or '1' for unit in units.values())}\n")
 
 
 def append(path: Path, row: Sequence[float | int]) -> bytes:
-    """Add a row and hand it to the system; a process killed in between leaves at most an unfinished last line. Returns it."""
+    """Append a row and return its bytes. A process killed during the call leaves at most an unfinished last line."""
     line = ",".join(repr(value) if isinstance(value, int) else repr(float(value)) for value in row) + "\n"
     handle = os.open(path, os.O_WRONLY | os.O_APPEND)
     try:
@@ -31,12 +31,12 @@ def append(path: Path, row: Sequence[float | int]) -> bytes:
 
 
 def first(path: Path, rows: int) -> list[bytes]:
-    """The first `rows` rows as they were written."""
+    """Return the first `rows` rows as bytes."""
     return _kept(path, rows)[HEADER_ROWS:]
 
 
 def cut(path: Path, rows: int) -> None:
-    """Keep the first `rows` rows: what came after the checkpoint is written again by the resumed run."""
+    """Keep only the first `rows` rows; the resumed run writes the later rows again."""
     length = sum(map(len, _kept(path, rows)))
     if length < path.stat().st_size:
         os.truncate(path, length)
@@ -51,7 +51,7 @@ def _kept(path: Path, rows: int) -> list[bytes]:
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
-    """Columns by name, each of shape (rows,); an unfinished last line is left out."""
+    """Return the columns by name, each of shape (rows,); an unfinished last line is ignored."""
     names, _, rows = _lines(path)
     try:
         table = np.array([[float(cell) for cell in row.split(",")] for row in rows]).reshape(len(rows), len(names))
@@ -61,7 +61,7 @@ def read(path: Path) -> dict[str, np.ndarray]:
 
 
 def read_units(path: Path) -> dict[str, str]:
-    """The unit of each column ("1" for a pure number)."""
+    """Return the unit of each column ("1" for a pure number)."""
     names, units, _ = _lines(path)
     return dict(zip(names, units, strict=True))
 

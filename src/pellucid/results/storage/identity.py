@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 Start = Mapping[str, Mapping[str, np.ndarray]]
-"""Arrays of the bodies that go on from an earlier run, by name; empty for a case that begins anew."""
+"""Arrays of the bodies that continue from an earlier run, by name; empty if the case does not continue a run."""
 TEXTS = ("title", "source", "description", "times", "quick", "picture", "film", "plot", "check")
-"""What changes nothing in what a run does."""
+"""Keys of a case that have no effect on the simulation."""
 MAY_CHANGE = (
     *TEXTS,
     "output",
     *("time.end", "time.step", "time.courant", "settle.most_steps", "energy.warn", "energy.stop"),
     *("steady.most_steps", "steady.tolerance"),
 )
-"""Keys of a case that a run may go on with in another way than it began."""
+"""Keys of a case that may change when a run is resumed."""
 MOST_SHOWN = 5
 
 
@@ -35,7 +35,7 @@ def identity(case: "Case", bodies: Sequence[Any], start: str) -> dict[str, Any]:
 
 
 def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` that says what differs, where a run began with another case or another version."""
+    """Raise `UsageError` with the differences if the run was started with another case or another version."""
     if not kept:
         _refuse(folder, ["the checkpoint was written by an earlier version of pellucid"])
     if kept["version"] != package_release():
@@ -44,8 +44,10 @@ def check_case(folder: Path, case: "Case", kept: Mapping[str, Any]) -> None:
 
 
 def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
-    """The case of a run with settings to go on with. Raises `CaseError` for an impossible one, `UsageError` for one that makes
-    another run of it."""
+    """Return the case of a run with new settings for its continuation.
+
+    Raises `CaseError` for an invalid setting, and `UsageError` for a setting that would make it a different run.
+    """
     new = case.with_settings(settings)
     differences = _differences(_fixed(case), _fixed(new))
     if differences:
@@ -56,19 +58,21 @@ def with_changes(case: "Case", settings: Mapping[str, object]) -> "Case":
 
 
 def with_pictures(case: "Case", other: "Case") -> "Case":
-    """The case of a run with the pictures, films, plots and checks of another. Raises `CaseError` for what does not fit it."""
+    """Return the case of a run with the pictures, films, plots and checks of another case. Raises `CaseError` if they do
+    not fit."""
     data, new = case.to_data(), other.to_data()
     return type(case).model_validate({**data, **{key: new.get(key, ()) for key in ("picture", "film", "plot", "check")}})
 
 
 def check_start(folder: Path, start: Start, kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` where the state that a run began from is another now: regions are chosen in it."""
+    """Raise `UsageError` if the initial state, which is read from an earlier run, has changed since the run was started.
+    Regions are evaluated in the initial state."""
     if start_digest(start) != kept["start"]:
         _refuse(folder, ["the earlier run that provides the initial state (start.path) has changed"])
 
 
 def check_bodies(folder: Path, bodies: Sequence[Any], kept: Mapping[str, Any]) -> None:
-    """Raise `UsageError` where bodies have other numbers of points than in a checkpoint."""
+    """Raise `UsageError` if the numbers of points of bodies differ from a checkpoint."""
     before, now = kept["points"], {body.name: body.n_points for body in bodies}
     changed = [name for name in now if before.get(name) != now[name]]
     _refuse(folder, [f"body {name} had {before.get(name)} points and now has {now[name]}" for name in changed])
@@ -93,7 +97,7 @@ def _fixed(case: "Case") -> dict[str, Any]:
 
 
 def start_digest(start: Start) -> str:
-    """SHA-256 of the state of an earlier run; empty for a case that begins anew."""
+    """Return the SHA-256 digest of the initial state from an earlier run; empty if the case does not continue a run."""
     if not start:
         return ""
     found = hashlib.sha256()
@@ -105,7 +109,7 @@ def start_digest(start: Start) -> str:
 
 
 def _differences(before: Any, now: Any, place: str = "") -> list[str]:
-    """A line for each value that differs, by its dotted key."""
+    """Return a line of text for each value that differs, with its dotted key."""
     if isinstance(before, dict) and isinstance(now, dict):
         keys = dict.fromkeys([*before, *now])
         inner = [(key, before.get(key), now.get(key)) for key in keys]
@@ -123,5 +127,5 @@ def _name(item: Any, number: int) -> str:
 
 
 def told(value: Any) -> str:
-    """A value of a case for a message; None for a key that is not there."""
+    """Return a value of a case as text for a message; "not set" for None."""
     return "not set" if value is None else shown(value)

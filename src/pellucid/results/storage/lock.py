@@ -1,6 +1,7 @@
-"""The lock of a run's folder: one process at a time writes into it, and what it writes there marks the folder as that of a run.
+"""The lock of a run's folder, so that only one process at a time writes into it.
 
-The kernel frees the lock when the process ends, in whatever way; the file stays. Others have files of this name too.
+The signature in the lock file also marks the folder as the folder of a run, because other programs use lock files of this
+name too. The kernel releases the lock when the process ends for any reason; the file remains.
 """
 
 import json
@@ -27,9 +28,9 @@ MOST = 1000  # bytes of a signature
 
 @contextmanager
 def held(folder: Path) -> Iterator[None]:
-    """Keep every other process, and other threads of this one, from writing into a run's folder, which is there.
+    """Hold the lock of an existing run folder during the block. No other process or thread can write to the folder.
 
-    Raises `UsageError` with process, machine and time of the one that does.
+    Raises `UsageError`, with process, machine and time of the owner, if the lock is already held.
     """
     with explained(folder), usable(folder):
         handle = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o666)
@@ -61,7 +62,7 @@ def _of(path: Path, key: str) -> object:
 
 
 def refuse_held(folder: Path) -> None:
-    """Raise `UsageError` where a process is writing into a run's folder."""
+    """Raise `UsageError` if a process is writing into a run's folder."""
     if (folder / NAME).is_file():
         with explained(folder), usable(folder):
             handle = os.open(folder / NAME, os.O_RDWR)

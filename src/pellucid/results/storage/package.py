@@ -1,4 +1,4 @@
-"""Version of the package that made a run."""
+"""Version and git commit of the package."""
 
 import shutil
 import subprocess
@@ -9,17 +9,18 @@ SOURCE = Path(__file__).parents[2] / "__init__.py"
 
 
 def package_version() -> str:
-    """The version of the package."""
+    """Return the version of the package."""
     return version("pellucid")
 
 
 def package_release() -> str:
-    """The release that a version is of, or goes towards: runs go on with any state of the source on the way to it."""
+    """Return the release number without development suffixes. A run can be resumed with any development version of the same
+    release."""
     return package_version().partition("+")[0].partition(".dev")[0]
 
 
 def package_commit() -> str:
-    """The git commit of the package's source where it is a checkout, else empty."""
+    """Return the git commit of the package's source; empty if the source is not a git checkout."""
     git = shutil.which("git")
     if git is None:
         return ""

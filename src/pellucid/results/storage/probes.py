@@ -19,10 +19,11 @@ NOTHING_TURNED: Mapping[str, np.ndarray] = {}
 
 
 class ProbeReader:
-    """Reads the probes of a case. It remembers which points they follow, what they read at the start, and reactions.
+    """Reads the probes of a case. It stores the followed points, the initial values and the impulses at the previous row.
 
-    `data` is what a checkpoint kept; periods: of the grid, see `GridCase.periods`. Users' functions get fields in the order of
-    the points' numbers, those of the package as they are stored: their sums need not be sorted first.
+    data: state from a checkpoint. periods: periods of the grid, see `GridCase.periods`. Functions of users receive fields
+    in the order of the point numbers; functions of the package receive fields in storage order, because their sums need no
+    sorting.
     """
 
     def __init__(self, probes: Sequence[Probe], data: Mapping[str, Any] | None = None, periods: Vector = NOT_PERIODIC) -> None:
@@ -56,9 +57,11 @@ class ProbeReader:
         time: float,
         turning: Mapping[str, np.ndarray] = NOTHING_TURNED,
     ) -> list[float]:
-        """The value of each probe at a time [s]; each field that is needed is fetched once. `impulses` [N s] are those so far
-        of supports and motions, `turning` angular impulses [N m s]; a reaction or torque is their mean since the row before,
-        zero in the first row."""
+        """Return the value of each probe at a time [s].
+
+        impulses: total impulses of supports and motions so far [N s]; turning: total angular impulses [N m s]. A reaction
+        or torque is the mean since the previous row, zero in the first row. Each field is computed at most once.
+        """
         fetch = _fetches(bodies)
         values = []
         for probe in self._probes:
@@ -84,7 +87,7 @@ class ProbeReader:
         self._time = time
 
     def units(self) -> dict[str, str]:
-        """The unit of each probe's column."""
+        """Return the unit of each probe's column."""
         return {probe.name: probe.unit for probe in self._probes}
 
     def to_data(self) -> dict[str, Any]:
@@ -112,7 +115,7 @@ class ProbeReader:
 
 
 def _rigid_arrays(bodies: Sequence[Any], name: str) -> Mapping[str, np.ndarray] | None:
-    """The arrays of a body that moves as a rigid one; None of others."""
+    """Return the arrays of a rigid body; None for other bodies."""
     arrays: Mapping[str, np.ndarray] = next((getattr(body, "arrays", {}) for body in bodies if body.name == name), {})
     return arrays if {"start", "angle"} <= arrays.keys() else None
 
@@ -129,7 +132,7 @@ def carried_by(start: np.ndarray, now: np.ndarray, place: np.ndarray) -> np.ndar
 
 
 def check_probes(probes: Sequence[Probe], bodies: Sequence[Any], periods: Vector = NOT_PERIODIC) -> None:
-    """Read every probe once at the start, before anything is written. Raises CaseError for those that cannot be read."""
+    """Read every probe once in the initial state, before any output is written. Raises CaseError if a probe cannot be read."""
     problems = []
     for probe in probes:
         reader = ProbeReader([probe], periods=periods)
@@ -143,7 +146,8 @@ def check_probes(probes: Sequence[Probe], bodies: Sequence[Any], periods: Vector
 
 
 def _fetches(bodies: Sequence[Any]) -> Callable[[Probe], Fetch]:
-    """The fields of the body that a probe reads; each is worked out once for all probes that see it in one order."""
+    """Return a function that gives access to the fields of a probe's body. Each field is computed once for all probes that
+    need it in the same order."""
     named = {body.name: body for body in bodies}
 
     @cache
@@ -154,7 +158,8 @@ def _fetches(bodies: Sequence[Any]) -> Callable[[Probe], Fetch]:
 
 
 def _fields_of(body: Any, field: Fetch) -> Fetch:
-    """The fields of a body by name, each worked out once; they may be the body's own arrays and cannot be written to."""
+    """Return a function that returns a field of a body by name. Each field is computed once; arrays are read-only because
+    they may be the body's own."""
 
     def fetch(name: str) -> np.ndarray:
         if name == TRIANGLES:
@@ -168,11 +173,11 @@ def _fields_of(body: Any, field: Fetch) -> Fetch:
 
 
 def reduce(probe: Probe, field: Fetch, periods: Vector = NOT_PERIODIC) -> float:
-    """The value of a probe on the fields that `field` gives by name.
+    """Return the value of a probe; field: returns a field of the body by name.
 
-    Without a component a vector counts with its length and a stress with von Mises' equivalent. "nearest" takes the
-    point that is nearest to the place at the moment, not one that is followed. Where all points have left, counts and sums are
-    zero, and what else is asked is no number.
+    Without a component, a vector is reduced to its length and a stress to von Mises' equivalent stress. "nearest" selects
+    the point that is currently nearest to the position; the point is not followed. If all points have left the grid, counts
+    and sums are zero and other values are NaN.
     """
     values = scalar(probe.values(field), probe.component, probe.field().names)
     if not len(values):
@@ -204,10 +209,10 @@ def scalar(values: np.ndarray, component: str | None = None, names: Sequence[str
 
 
 def _nearest(field: Fetch, at: Any, periods: Vector) -> int:
-    """The point nearest to a place, or to an image of it along periodic axes; of several the one with the lowest number,
-    whatever the order in which they are stored.
+    """Return the index of the point nearest to a position or to its periodic images.
 
-    Points whose position is no number any more, as where a run stopped itself, are infinitely far away.
+    Of equally near points, the one with the lowest number is returned, independent of the storage order. Points whose
+    position is not finite, e.g. after an error stop, are ignored.
     """
     way = field("position") - np.asarray(at)
     for axis, period in enumerate(periods):

@@ -1,4 +1,4 @@
-"""The recorder: writes what is due after every step. It never changes a step."""
+"""The recorder: writes the output that is due after each step. It never changes the state of the simulation."""
 
 import hashlib
 import time as clock
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 class Recorder:
-    """Writes history, frames, checkpoints and the facts of a run to its folder.
+    """Writes the history, frames, checkpoints and facts of a run to its folder.
 
-    `compiling` says how long kernels were compiled so far [s]; `numbers` are those of the checkpoint that the run goes on from,
-    None for a run from the start.
+    `compiling` returns the total compilation time of kernels so far [s]. `numbers` are the numbers of the checkpoint from
+    which the run continues; None for a new run.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Recorder:
     ) -> None:
         self.folder, self.case, self._start = folder, case, start_digest(start or {})
         self.resumes_record = numbers is not None and bool(numbers.get("begun", True))
-        """True if the run goes on from a record; not where it is to settle first."""
+        """True if the run continues from recorded output; False if it settles first."""
         self._begun = False  # not while bodies settle
         self._equilibrium = 0.0
         recorded = numbers or {"rows": {}, "frames": {}, "wall_seconds": 0.0}
@@ -115,14 +115,14 @@ class Recorder:
         self.facts = self._facts(sim)
 
     def keep_last(self, sim: Any) -> None:
-        """A last row and frame, where the last step wrote none."""
+        """Write a last row and frame if the last step wrote none."""
         if self._rows.last_step != sim.n_steps:
             self._write_row(sim)
         if self._frames.last_step != sim.n_steps:
             self._write_frame(sim)
 
     def checkpoint(self, sim: Any) -> None:
-        """Write a checkpoint from which the run goes on bit for bit."""
+        """Write a checkpoint from which the run can be resumed with bitwise identical results."""
         with explained(self.folder.path):
             for path in self._files(sim).values() if self._begun and self._writes else ():
                 sync(path)
@@ -147,7 +147,8 @@ class Recorder:
         self._checkpointed = clock.monotonic()
 
     def _write_with_others(self, sim: Any, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
-        """A checkpoint of which every process that shares the simulation writes what it has."""
+        """Write a checkpoint of a simulation shared by several processes; each process writes its own rows of the shared
+        arrays."""
         folder, group = self.folder.checkpoint, domain.group
         serial = group.told(checkpoint.next_serial(folder))
         shared, part = sim.spread_arrays(), ""
@@ -158,7 +159,8 @@ class Recorder:
             checkpoint.write(folder, arrays, numbers, parts, serial)
 
     def failed(self, sim: Any, error: RunStopped) -> None:
-        """The run stopped itself: leave what is needed to find out why. Never hides the error behind one of its own."""
+        """Write the reason and the state of an error stop for diagnosis. Errors while writing do not replace the original
+        error."""
         what = {"message": str(error), "step": sim.n_steps, "time": sim.time} | error.place
         self.facts = self._facts(sim)
         with domain.joining(IN_FIRST):
@@ -174,7 +176,7 @@ class Recorder:
             error.add_note(f"The last row of the history could not be written: {trouble}")
 
     def wall_seconds(self) -> float:
-        """Wall-clock time spent on the run so far but not on compilation, by every process that had a part in it [s]."""
+        """Return the wall-clock time of the run so far without compilation [s], summed over all sessions of a resumed run."""
         return self._wall_before + clock.monotonic() - self._compiling() - self._started
 
     def _columns(self, sim: Any) -> dict[str, str]:
@@ -226,7 +228,7 @@ class Recorder:
         return frames.append(path, sim.time, frame, body.constant_fields)
 
     def _files(self, sim: Any) -> dict[str, Path]:
-        """The history and the fields of the bodies, by what `_written` calls them."""
+        """Return the paths of the history and of the bodies' fields, by the keys of `_written`."""
         history_file = {self.folder.history.name: self.folder.history}
         return {body.name: self.folder.fields(body.name) for body in sim.bodies} | history_file
 
@@ -235,7 +237,7 @@ class Recorder:
         return {name: digest.hexdigest() for name, digest in self._written.items()}
 
     def _check_what_is_there(self, sim: Any) -> None:
-        """Raise OutputError where rows or frames are not those that were written before the checkpoint."""
+        """Raise OutputError if rows or frames differ from those written before the checkpoint."""
         for name, path in self._files(sim).items():
             is_history = path == self.folder.history
             found = history.first(path, self._rows.done) if is_history else frames.first(path, self._frames.done)
@@ -268,7 +270,8 @@ class Recorder:
 
 
 def _row_interval(case: "Case") -> float:
-    """Time between rows of the history [s]; unless the case states it, short enough for a row at each equilibrium."""
+    """Return the time between rows of the history [s]; if the case does not set it, in a steady analysis short enough for a
+    row at each equilibrium."""
     interval = case.output.rows_every(case.time.end)
     if case.steady is None or case.output.history is not None:
         return interval

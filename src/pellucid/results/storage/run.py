@@ -1,4 +1,4 @@
-"""A run that lies in a folder, opened for reading."""
+"""A run in a folder, opened for reading."""
 
 import shutil
 import warnings
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """Results in a run folder. The folder is deleted with this object if it is `temporary`.
+    """Results in a run folder. If `temporary`, the folder is deleted with this object.
 
-    Everything is read on first use. Unknown names of columns, fields, bodies and metrics raise `UnknownName`, a
-    `UsageError` and `KeyError` that lists the known names.
+    Files are read on first use. Unknown names of columns, fields, bodies and metrics raise `UnknownName`, a `UsageError`
+    and `KeyError` that lists the known names.
     """
 
     def __init__(self, out: Path | str, temporary: bool = False) -> None:
@@ -45,7 +45,7 @@ class Run:
 
     @cached_property
     def case(self) -> "Case":
-        """The resolved case. Raises `CaseError` where a file is gone that it needs, or that registers a kind that it names."""
+        """The resolved case. Raises `CaseError` if a file that the case reads or that registers a kind no longer exists."""
         return self.folder.read_case()
 
     @cached_property
@@ -55,7 +55,7 @@ class Run:
 
     @cached_property
     def history(self) -> dict[str, np.ndarray]:
-        """Columns of `history.csv` by name, each of shape (rows,)."""
+        """Columns of `history.csv` by name, each of shape (rows,), in SI units."""
         return Named(self._without("the history", "column"), history.read(self.folder.history))
 
     @cached_property
@@ -64,10 +64,10 @@ class Run:
         return Readings(self.history, self.stored.means, self.stored.steady is not None)
 
     def curve(self, y: str, x: str = "time") -> tuple[np.ndarray, np.ndarray]:
-        """Return a column of the history against another one, at the instants at which both hold.
+        """Return a column of the history against another one, at times at which both values hold.
 
-        A reaction or torque is the mean since the row before: it holds in the middle of that interval, where the other column
-        is averaged too. Returns abscissae and ordinates, each of shape (n,).
+        A reaction or torque is the mean since the previous row: it holds at the middle of that interval, and the other
+        column is averaged to this time. Returns abscissae and ordinates, each of shape (n,).
         """
         return self.readings.curve(y, x)
 
@@ -78,7 +78,7 @@ class Run:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """`summary.json`. Raises `UsageError` where the run has not ended."""
+        """Contents of `summary.json`. Raises `UsageError` if the run has not ended."""
         return self.folder.read_summary()
 
     @property
@@ -96,7 +96,7 @@ class Run:
 
     @property
     def so_far(self) -> dict[str, Any]:
-        """The summary, or, where the run has not ended, how far its history shows it to be."""
+        """The summary; if the run has not ended, the number of steps and the time [s] of the last history row."""
         if self.folder.ended:
             return self.summary
         steps = self.history["step"].tolist() if self.folder.history.is_file() else []
@@ -106,11 +106,10 @@ class Run:
 
     @cached_property
     def metrics(self) -> dict[str, Metric]:
-        """The metrics of a finished run by name: those of the checks of its case, and those that the module of its gallery
-        case computes from its files.
+        """Metrics of a finished run by name: from the checks of the case and from the module of the gallery case.
 
-        Empty for a run that is not finished. Without those of the module, with a warning, where it cannot judge the run:
-        settings may have made of the case what its reference does not cover.
+        Empty if the run is not finished. If the module cannot evaluate the run, e.g. because changed settings are outside
+        the range of its reference, its metrics are omitted with a warning.
         """
         module = catalogue.module(self.stored.id)
         found: dict[str, Metric] = {}
@@ -124,16 +123,17 @@ class Run:
         return Named(f"the run in {self.out} has no metric", found)
 
     def times(self, body: str) -> np.ndarray:
-        """Instants of the frames of a body [s], shape (frames,). Raises `UsageError` for a body that the case does not have."""
+        """Return the times of a body's frames [s], shape (frames,). Raises `UsageError` for a body that the case does not
+        have."""
         return frames.times(self._file(body))
 
     def fields(self, body: str, time: float | None = None, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Fields of a body at the frame nearest to `time` [s], the last by default; those of these names, or all.
+        """Return fields of a body at the frame nearest to `time` [s], by name; default: the last frame and all fields.
 
-        Shapes (n,), (n, 3) or (n, 6) in SI units; a stress has the order xx, yy, zz, yz, xz, xy. Points are in the order of the
-        body's mesh, of the vertices of its surface, or of its seeding, in every frame. Raises `UsageError` for a body or field
-        that the run does not have, and for a time further than half an interval between frames before the first or after the
-        last.
+        Shapes are (n,), (n, 3) or (n, 6) in SI units; a stress has the order xx, yy, zz, yz, xz, xy. In every frame, points
+        have the order of the body's mesh, of the vertices of its surface, or of its seeding. Raises `UsageError` for a body
+        or field that the run does not have, and for a time more than half a frame interval before the first or after the
+        last frame.
         """
         path, what = self._file(body), f"body {body} of the run in {self.out} has no field"
         wanted = [names] if isinstance(names, str) else names
@@ -142,18 +142,18 @@ class Run:
         return Named(what, frames.read(path, -1 if time is None else self._nearest(body, time), wanted))
 
     def cells(self, body: str) -> Cells:
-        """Cells of a body, which number its points in the order of `fields`, the same at all times."""
+        """Return the cells of a body, with points numbered in the order of `fields`; they are the same at all times."""
         return frames.read_cells(self._file(body))
 
     def triangles(self, body: str) -> np.ndarray:
-        """Triangles that show a membrane, shape (m, 3), see `Cells.surface`; bodies of points have none."""
+        """Return the triangles of a membrane, shape (m, 3), see `Cells.surface`; empty for bodies of points."""
         return self.cells(body).surface()
 
     def _without(self, part: str, what: str) -> str:
         return f"{part} of the run in {self.out} has no {what}"
 
     def _nearest(self, body: str, time: float) -> int:
-        """The number of the frame nearest to a time [s]."""
+        """Return the index of the frame nearest to a time [s]."""
         times = self.times(body)
         slack = 0.5 * self.stored.output.frames_every(self.stored.time.end) * (1.0 + 1e-9)
         try:

@@ -1,4 +1,4 @@
-"""The folder of a run: where everything lies, how it is begun, and its summary."""
+"""The folder of a run: paths of its files, creation, and summary."""
 
 import hashlib
 import json
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 SIGNATURE = "# written by pellucid, as SHA-256 "
-"""How the first line of a run's case begins; the digest is that of the lines below."""
+"""Start of the first line of a run's case file, followed by the SHA-256 digest of the lines below it."""
 
 
 class RunFolder:
@@ -43,11 +43,12 @@ class RunFolder:
         self._state = self.forensics / "state.npz"
 
     def fields(self, body: str) -> Path:
-        """The file of a body's frames."""
+        """Return the path of the file with a body's frames."""
         return self.path / "fields" / f"{body}.vtkhdf"
 
     def check_replaceable(self) -> None:
-        """Raise `UsageError` where a new run may not be written: a file, a folder with other files, one that is in use."""
+        """Raise `UsageError` if a new run must not be written here: the path is a file, the folder contains other files or
+        is in use."""
         with usable(self.path):
             if self.path.exists() and not self.path.is_dir():
                 raise UsageError(f"{self.path} is a file.\n    Choose a folder for the results.")
@@ -61,7 +62,8 @@ class RunFolder:
 
     @property
     def is_of_a_run(self) -> bool:
-        """True if a run has begun here, by what is in its first files: others have files of these names too."""
+        """True if a run was started in this folder, judged by the contents of its first files. File names alone are not
+        sufficient, because other programs use the same names."""
         if lock.is_signed(self.mark):
             return True
         if not self.mark.is_file():
@@ -72,12 +74,12 @@ class RunFolder:
 
     @property
     def _has_nothing_yet(self) -> bool:
-        """True if there is nothing in it but the mark of a run."""
+        """True if the folder contains only the lock file and the draft of the case."""
         return set(self.path.iterdir()) <= {self.mark, draft_of(self.case)}
 
     @property
     def was_held_here(self) -> bool:
-        """True if this process was the last that wrote into the folder as a run."""
+        """True if this process was the last one that held the lock of the folder."""
         return lock.is_mine(self.mark)
 
     def _lacking(self) -> str:
@@ -85,7 +87,7 @@ class RunFolder:
 
     @contextmanager
     def made(self) -> Iterator[None]:
-        """Make the folder for a new run, and keep others from writing into it. The mark is the first file in it."""
+        """Create the folder of a new run and hold its lock during the block. The lock file is the first file in the folder."""
         self.check_replaceable()
         with explained(self.path), usable(self.path):
             self.path.mkdir(parents=True, exist_ok=True)
@@ -94,7 +96,7 @@ class RunFolder:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Keep others from writing into the folder of a run. Raises `UsageError` where there is no run, or one that goes on."""
+        """Hold the lock of the folder during the block. Raises `UsageError` if the folder contains no run or is in use."""
         if not self.is_of_a_run:
             missing = self._without_case() if not self.case.is_file() else f"{self._lacking()}, the first file of a run"
             raise UsageError(f"{self.path} contains no run: {missing}")
@@ -102,9 +104,9 @@ class RunFolder:
             yield
 
     def start(self, case: "Case") -> None:
-        """Begin a new run of `case` in a folder that is held; the results of an earlier run in it are removed.
+        """Start a new run of `case` in a folder whose lock is held; results of an earlier run in it are removed.
 
-        Raises `UsageError` for a folder that cannot be written to, `OutputError` for a full disk.
+        Raises `UsageError` if the folder cannot be written to, `OutputError` on a full disk.
         """
         with explained(self.path), usable(self.path):
             _remove(checkpoint.files(self.checkpoint), self.checkpoint)  # first: nothing must resume from the earlier run
@@ -113,7 +115,7 @@ class RunFolder:
                 self.write_case(case)
 
     def discard_record(self, case: "Case") -> None:
-        """Remove all results but checkpoints: of an earlier run, or of bodies that could not be brought to rest before it."""
+        """Remove all results except checkpoints: results of an earlier run, or of a start whose settling failed."""
         with explained(self.path), usable(self.path):
             bodies = {*self._stored_bodies(), *(body.name for body in case.body)}
             _remove(_with_drafts([self.history]))
@@ -121,7 +123,7 @@ class RunFolder:
             self.reopen()
 
     def _stored_bodies(self) -> list[str]:
-        """Names of the bodies of an earlier run here; none where there was none."""
+        """Return the names of the bodies of an earlier run in this folder; empty if there was none."""
         from pellucid.results.storage import stored_case
 
         try:
@@ -137,14 +139,14 @@ class RunFolder:
             write_text(self.case, _signed(dumps(case)))
 
     def reopen(self) -> None:
-        """Remove what only a finished or a failed run leaves: it is written again when the run ends."""
+        """Remove the files that only a finished or failed run has. They are written again when the run ends."""
         with explained(self.path), usable(self.path):
             _remove(_with_drafts([self.summary, self.report]))
             _remove(drawn.files(self.figures), self.figures)
             _remove(_with_drafts([self._failure, self._state]), self.forensics)
 
     def read_case(self, settings: Mapping[str, Any] | None = None) -> "Case":
-        """Read the resolved case, with settings as `load` puts them. Raises `UsageError` where the folder holds no run."""
+        """Read the resolved case, with settings applied as in `load`. Raises `UsageError` if the folder contains no run."""
         from pellucid.case import load
 
         if not self.case.is_file():
@@ -160,7 +162,8 @@ class RunFolder:
         return "it is not a folder" if self.path.exists() else "the folder does not exist"
 
     def read_stored(self) -> "StoredCase":
-        """The case without the kinds that it names, which results do not need. Raises `UsageError` where there is no run."""
+        """Read the part of the case that results need, without the kinds that it names. Raises `UsageError` if there is no
+        run."""
         from pellucid.results.storage import stored_case
 
         try:
@@ -170,7 +173,7 @@ class RunFolder:
             raise
 
     def write_summary(self, facts: Mapping[str, Any], metrics: Mapping[str, Metric]) -> None:
-        """Write `summary.json`: the facts of the run as they are, and its metrics."""
+        """Write `summary.json`: the facts of the run, unchanged, and its metrics."""
         data = _json_safe(facts) | {"metrics": {name: metric.to_data() for name, metric in metrics.items()}}
         with explained(self.path):
             write_text(self.summary, json.dumps(data, indent=2, allow_nan=False) + "\n")
@@ -181,7 +184,7 @@ class RunFolder:
         return self.summary.is_file()
 
     def read_summary(self) -> dict[str, Any]:
-        """The summary. Raises `UsageError` where the run has not ended."""
+        """Read `summary.json`. Raises `UsageError` if the run has not ended."""
         if not self.path.is_dir():
             raise UsageError(f"The folder {self.path} does not exist.")
         if not self.ended:
@@ -217,7 +220,7 @@ class RunFolder:
             }
 
     def read_state(self) -> dict[str, np.ndarray]:
-        """The state in which a run stopped itself, arrays as `<body>/<name>`; empty where there is none."""
+        """Read the state at an error stop: arrays by `<body>/<name>`; empty if there is none or if it is damaged."""
         try:
             with np.load(self._state, allow_pickle=False) as arrays:
                 return dict(arrays)
@@ -226,7 +229,7 @@ class RunFolder:
 
 
 def _remove(files: Iterable[Path], folder: Path | None = None) -> None:
-    """Remove files of the program's own, and their folder where nothing else is in it."""
+    """Remove files written by the program, and their folder if it is then empty."""
     for path in files:
         path.unlink(missing_ok=True)
     if folder is not None:
@@ -243,7 +246,7 @@ def _signed(text: str) -> str:
 
 
 def _is_signed(data: bytes) -> bool:
-    """Return True if a case is still as a run wrote it."""
+    """Return True if a case file is unchanged since a run wrote it."""
     return data == _signed(data.partition(b"\n")[2].decode(errors="replace")).encode()
 
 

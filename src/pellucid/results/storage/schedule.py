@@ -4,12 +4,15 @@ import math
 from dataclasses import dataclass
 
 CLOSE = 1e-9
-"""Share of the interval within which an instant counts as reached: sums of steps do not hit multiples exactly."""
+"""Tolerance for output times, as a fraction of the interval: sums of time steps do not hit multiples exactly."""
 
 
 @dataclass
 class Schedule:
-    """Instants 0, `interval`, 2 `interval`, ...; `done` counts what was written, the last of it at `last_time` [s]."""
+    """Output at times 0, `interval`, 2 `interval`, ... [s].
+
+    `done`: number of outputs so far. `last_step`, `last_time`: step and time [s] of the last output.
+    """
 
     interval: float
     done: int = 0
@@ -18,7 +21,7 @@ class Schedule:
 
     @property
     def next(self) -> int:
-        """Number of the next instant: those that one step passed together are served together."""
+        """Index of the next output time. If one step passes several output times, one output covers them all."""
         return math.floor(self.last_time / self.interval + CLOSE) + 1 if self.done else 0
 
     def due(self, time: float) -> bool:
@@ -26,7 +29,7 @@ class Schedule:
         return time >= (self.next - CLOSE) * self.interval
 
     def mark(self, time: float, step: int) -> None:
-        """Something was written at `time`."""
+        """Record that an output was written at `time` [s] in a step."""
         self.done += 1
         self.last_step, self.last_time = step, time
 

@@ -1,4 +1,4 @@
-"""A file whose changes wait in memory until they are written together."""
+"""A file whose changes stay in memory until they are written together."""
 
 from typing import BinaryIO
 
@@ -17,13 +17,14 @@ class StagedFile:
         self._place = 0
 
     def commit(self) -> None:
-        """Write the changes one after the other. Raises OSError where the system cannot."""
+        """Write the changes one after the other. Raises OSError if a write fails."""
         self._raw.truncate(self._size)
         for start, data in self._changes:
             put(self._raw, start, data)
 
     def commit_at_once(self) -> None:
-        """Write everything from the first to the last place that changed with one write: all changes count, or none."""
+        """Write the whole range from the first to the last changed byte in a single write, so that either all changes take
+        effect or none."""
         start = min(first for first, _ in self._changes)
         end = max(first + len(data) for first, data in self._changes)
         put(self._raw, start, self._read(start, end))
@@ -36,7 +37,7 @@ class StagedFile:
         return self._place
 
     def tell(self) -> int:
-        """The place in the file."""
+        """Return the position in the file."""
         return self._place
 
     def read(self, size: int) -> bytes:
@@ -46,14 +47,14 @@ class StagedFile:
         return data
 
     def write(self, data: memoryview) -> int:
-        """Keep a change."""
+        """Keep a change in memory; return its length."""
         self._changes.append((self._place, bytes(data)))
         self._place += len(data)
         self._size = max(self._size, self._place)
         return len(data)
 
     def truncate(self, size: int) -> int:
-        """The size of the file from now on."""
+        """Set the size of the file and return it."""
         self._size = size
         return size
 

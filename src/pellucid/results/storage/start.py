@@ -1,4 +1,4 @@
-"""The state of an earlier run that a case goes on from, from its last checkpoint or from a frame."""
+"""Initial state of a case from an earlier run: from its last checkpoint or from a frame."""
 
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -22,9 +22,10 @@ State = dict[str, np.ndarray]
 
 
 def read_start(case: "Case", say: Callable[[str], object]) -> dict[str, State]:
-    """Arrays of the bodies that go on, by name and in the order of the numbers of the points; none where a case begins anew.
+    """Return the arrays of the bodies that continue an earlier run, by name, with points in the order of their numbers.
 
-    Raises `CaseError` naming the key where the earlier run has no such body, state or instant.
+    The result is empty if the case does not continue a run. Raises `CaseError` with the key if the earlier run has no such
+    body, state or time.
     """
     start = case.start
     if start is None:
@@ -61,7 +62,7 @@ def read_start(case: "Case", say: Callable[[str], object]) -> dict[str, State]:
 
 
 def _stored_tables(run: Run) -> dict[str, dict[str, Any]]:
-    """The bodies of the earlier run by name, as its case has them. Raises `CaseError` where that cannot be read."""
+    """Return the bodies of the earlier run by name, as tables of its case. Raises `CaseError` if the case cannot be read."""
     try:
         bodies = run.stored.bodies
         data = tomllib.loads(run.folder.case.read_text(encoding="utf-8"))
@@ -94,7 +95,7 @@ def _contradictions(case: "Case", name: str, before: Mapping[str, Any], folder: 
 
 
 def _check_thickness(case: "Case", run: Run) -> None:
-    """Raise `CaseError` where the points stand for slices of another thickness than in the earlier run."""
+    """Raise `CaseError` if the thin axes or the slice thickness of the grid differ from the earlier run."""
     grid, before = case.grid_or_none, run.stored.grid
     if grid is None or before is None or not (any(grid.thin()) or any(before.thin())):
         return
@@ -120,7 +121,7 @@ def _data(body: Any) -> dict[str, Any]:
 
 
 def _at(table: Mapping[str, Any], key: str) -> Any:
-    """The value at a dotted key; None where there is none."""
+    """Return the value at a dotted key; None if there is none."""
     value: Any = table
     for part in key.split("."):
         value = value.get(part) if isinstance(value, Mapping) else None

@@ -1,4 +1,4 @@
-"""The case of a run as its results need it: read without the kinds that it names, which may be gone."""
+"""The part of a case that results need. It can be read even if kinds that the case names are no longer registered."""
 
 import tomllib
 from pathlib import Path
@@ -17,8 +17,8 @@ from pellucid.results.readings import mean_columns
 
 
 class StoredBody(NamedTuple):
-    """A body by its name, with the kinds of body, material and equation of state, and its density [kg/m³], of a
-    fluid film that in its surface [kg/m²]."""
+    """A body: its name, kind, kinds of material and equation of state, and density [kg/m³]; for a fluid film the surface
+    density [kg/m²]."""
 
     name: str
     kind: str
@@ -26,14 +26,14 @@ class StoredBody(NamedTuple):
     equation_of_state: str
     density: float
     thickness: float | None = None
-    """Of a membrane [m]."""
+    """Thickness of a membrane [m]."""
     contact_offset: float | None = None
-    """Distance from the mid-surface of a membrane at which others touch it [m]."""
+    """Distance from the mid-surface of a membrane at which other bodies are in contact with it [m]."""
 
 
 class StoredWall(NamedTuple):
-    """A plane without a body: its name in pictures, a point at time 0 [m], its unit normal to the side of the bodies, and its
-    velocity [m/s], each of shape (3,)."""
+    """A plane wall: its name in pictures, a point on it at time 0 [m], its unit normal towards the bodies, and its velocity
+    [m/s], each of shape (3,)."""
 
     name: str
     point: np.ndarray
@@ -41,16 +41,16 @@ class StoredWall(NamedTuple):
     velocity: np.ndarray
 
     def level(self, time: float) -> float:
-        """Distance of the plane from the origin along its normal [m] at a time [s]."""
+        """Return the signed distance of the plane from the origin along its normal [m] at a time [s]."""
         return float(self.normal @ (self.point + time * self.velocity))
 
 
 SHOWN = ("body", "probe", "picture", "film", "plot", "check", "extensions")
-"""Lists of a case that the report shows by themselves."""
+"""Lists of a case that the report shows separately."""
 
 
 class StoredCase(BaseModel):
-    """A case as results need it; only texts where users may have kinds of their own."""
+    """The part of a case that results need. Kinds are stored as texts because users may define their own."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
@@ -66,12 +66,12 @@ class StoredCase(BaseModel):
     energy: EnergyCase = EnergyCase()
     bodies: tuple[StoredBody, ...]
     probes: tuple[str, ...]
-    """Their names."""
+    """Names of the probes."""
     means: tuple[str, ...] = ()
-    """Names of the probes whose values are means since the row before, see `pellucid.results.readings`."""
+    """Names of the probes whose values are means since the previous row, see `pellucid.results.readings`."""
     walls: tuple[StoredWall, ...] = ()
     others: dict[str, int] = {}
-    """Number of parts of each other kind, such as supports, by the keys of their tables."""
+    """Number of entries of the other tables, such as supports, by key."""
     picture: tuple[Picture, ...] = ()
     film: tuple[Film, ...] = ()
     plot: tuple[Plot, ...] = ()
@@ -84,7 +84,7 @@ class StoredCase(BaseModel):
 
 
 def read(path: Path) -> StoredCase:
-    """The case of a file that a run wrote. Raises KeyError or ValueError for another file."""
+    """Read the case file of a run. Raises KeyError or ValueError for another file."""
     data = tomllib.loads(path.read_text(encoding="utf-8"))
     bodies = [_body(table) for table in data["body"]]
     others = {key: len(tables) for key, tables in data.items() if isinstance(tables, list) and key not in SHOWN and tables}

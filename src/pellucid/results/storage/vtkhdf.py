@@ -1,11 +1,11 @@
-"""The layout of a temporal VTKHDF file, and where in the file its parts lie.
+"""The layout of a temporal VTKHDF file and the locations of its data.
 
-HDF5 lays the file out, reads it, and sets the number of frames, always by way of memory (`StagedFile`): HDF5 may end the
-whole process when a write fails on a full disk, and knows no change that is whole or not there. The fields of a frame are
-written into their places without HDF5.
+HDF5 creates and reads the file and sets the number of frames, always through memory (`StagedFile`): HDF5 may abort the
+process when a write fails on a full disk, and its changes are not atomic. The fields of a frame are written to their
+locations without HDF5.
 
-The number of frames is stored twice, as the attribute `NSteps` and as the length of `Values`, and VTK crashes where they
-differ. They are made first, so that they lie close together and change with one write.
+The number of frames is stored twice, as the attribute `NSteps` and as the length of `Values`, and VTK crashes if the two
+differ. Both are created first, so that they lie close together and change with one write.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -21,14 +21,15 @@ from pellucid.results.storage.staged import StagedFile
 from pellucid.state import FIELDS
 
 CONSTANT = ("id", "mass")
-"""Fields that mostly never change: stored once, and every frame refers to them. In fluid films mass flows between the nodes."""
+"""Fields that are usually constant: they are stored once, and every frame refers to them. In fluid films the mass of the
+nodes changes."""
 
 POLYGONS, GRID = b"PolyData", b"UnstructuredGrid"
 GROUPS = {"Vertices": ("points",), "Lines": ("lines",), "Polygons": ("quadrilaterals", "triangles"), "Strips": ()}
-"""Kinds of cells in the groups of POLYGONS, in their order."""
+"""Kinds of cells in the groups of a POLYDATA file, in order."""
 
 TYPES = {"points": 1, "lines": 3, "quadrilaterals": 9, "triangles": 5, "tetrahedra": 10}
-"""Numbers of the kinds of cells in a GRID, in their order."""
+"""VTK cell types of the kinds of cells in an unstructured grid, in order."""
 
 
 class Place(NamedTuple):
@@ -50,17 +51,17 @@ class Layout(NamedTuple):
 
 
 def opened(path: Path) -> AbstractContextManager[Any]:
-    """The file, for reading. HDF5 never opens it for more, so readers and the run do not lock each other out."""
+    """Open a file for reading. HDF5 never opens it for writing, so readers and the run do not lock each other out."""
     return h5py.File(path, "r")
 
 
 def lay_out(
     path: Path, capacity: int, frame: Mapping[str, np.ndarray], cells: Cells, constant: Collection[str] = CONSTANT
 ) -> None:
-    """Make a file with places for `capacity` frames of fields of the shapes and types of `frame`; one counts.
+    """Create a file with space for `capacity` frames; the number of frames is set to one.
 
-    The cells are the same in every frame, and so are the fields named `constant`.
-    Raises OSError where the system cannot write it.
+    frame: a frame with the shapes and types of the fields. The cells and the fields named in `constant` are the same in
+    every frame. Raises OSError if the file cannot be written.
     """
     n = len(frame["position"])
     once, starts = np.zeros(capacity, np.int64), np.arange(capacity, dtype=np.int64) * n
@@ -92,7 +93,7 @@ def lay_out(
 
 
 def layout(path: Path) -> Layout:
-    """Find the places in a file made by `lay_out`."""
+    """Return the locations of the data in a file created by `lay_out`."""
     with opened(path) as file:
         root, steps = file["VTKHDF"], file["VTKHDF/Steps"]
         n = int(root["NumberOfPoints"][0])
@@ -106,7 +107,7 @@ def layout(path: Path) -> Layout:
 
 
 def read_cells(path: Path) -> Cells:
-    """The cells of a file."""
+    """Read the cells of a file."""
     with opened(path) as file:
         root = file["VTKHDF"]
         if root.attrs["Type"] == GRID:
@@ -121,7 +122,7 @@ def read_cells(path: Path) -> Cells:
 
 @contextmanager
 def counting(path: Path, count: int) -> Iterator[BinaryIO]:
-    """The file, for writing places; when the block ends well, `count` frames count, all at once."""
+    """Yield the file for writing data in place; if the block succeeds, set the number of frames to `count` in one write."""
     with path.open("r+b", buffering=0) as raw:
         staged = StagedFile(raw)
         with h5py.File(staged, "r+", libver="earliest") as file:
@@ -164,7 +165,8 @@ def _corners(kind: str) -> int:
 
 
 def _place(group: Any, name: str, shape: tuple[int, ...], dtype: np.dtype, most: int | None = None) -> None:
-    """A dataset whose place in the file is fixed now and whose bytes are written later; a vector may grow to `most`."""
+    """Create a dataset with a fixed location in the file, whose bytes are written later; a vector may grow to `most`
+    entries."""
     plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     if most:
         plan.set_chunk((most,))  # one chunk with room for all, so that growing changes its length and nothing else

@@ -1,1 +1,1 @@
-"""The view that turns: what a run left, made small enough for a page, and the page's part that shows it."""
+"""The interactive view: reduced data of a run and the part of an HTML page that shows them."""

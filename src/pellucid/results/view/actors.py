@@ -1,4 +1,4 @@
-"""Bodies as the view shows them: which of their points, as what, and one number a point of each field."""
+"""Bodies in the interactive view: the selected points, their representation, and scalar fields."""
 
 from collections.abc import Sequence
 
@@ -17,16 +17,19 @@ from pellucid.results.storage.stored_case import StoredWall
 from pellucid.state import FIELDS
 
 GAPLESS = 1.3
-"""Of discs in a plane, whose radius is so many times that of their area: none of what is behind shows between them."""
+"""Factor on the radius of discs in a plane problem, relative to discs of the points' area, so that no gaps are visible."""
 UNSEEN = frozenset(("id", "position", "start", "mass", "volume", "driven", "prescribed", "angle", "failed", "in_plane"))
-"""Numbers of points and the like, of which colours tell nothing; failed points have a colour of their own."""
+"""Fields that are not offered as colours; failed points have a colour of their own."""
 
 Fields = dict[str, np.ndarray]
 
 
 class Actor:
-    """A body of which at most so many points are shown; where these are not all, the cells between them are not. They are
-    drawn by lot, the same in every page: each second or third of a lattice would be stripes."""
+    """A body in the view, with at most a given number of points.
+
+    If points are omitted, the cells are omitted too. The points are selected at random, the same in every page, because a
+    regular selection from a lattice would show stripes.
+    """
 
     def __init__(self, run: Run, name: str, most: int) -> None:
         self.name, self._run = name, run
@@ -42,19 +45,20 @@ class Actor:
 
     @property
     def kind(self) -> str:
-        """Drawn as "surface", "lines" or "points"."""
+        """Representation: "surface", "lines" or "points"."""
         return "surface" if len(self.surface.triangles) else "lines" if len(self.cells.lines) else "points"
 
     def at(self, time: float) -> Fields:
-        """The stored fields of the points that are shown."""
+        """Return the stored fields of the selected points at a time [s]."""
         return {name: values[self._chosen] for name, values in self._run.fields(self.name, time).items()}
 
     def in_box(self, position: np.ndarray) -> np.ndarray:
-        """Places in the box of a periodic grid [m], shape (n, 3)."""
+        """Return the positions moved into the box of a periodic grid [m], shape (n, 3)."""
         return position + way_into_box(position, self.cells, self._run.stored.grid)
 
     def shown(self, fields: Fields) -> Fields:
-        """Scalars, sizes of vectors, von Mises' equivalents of stresses, and how far points are from where they began."""
+        """Return the scalar fields of the points: scalars, lengths of vectors, von Mises stresses, and the displacement
+        [m]."""
         found = {"displacement": np.linalg.norm(fields["position"] - self.start, axis=1)}
         for name, values in fields.items():
             if name not in UNSEEN and (values.ndim == 1 or values.shape[1] in (3, 6)):
@@ -63,9 +67,9 @@ class Actor:
 
 
 class WallActor:
-    """A wall within a box [m] as a surface, or as a line in a plane problem. It moves as a whole, and has no fields.
+    """A wall clipped to a box [m], as a surface, or as a line in a plane problem. It moves as a whole and has no fields.
 
-    across: the axis across a plane problem, None in space.
+    across: axis normal to a plane problem, None in space.
     """
 
     radius = 0.0
@@ -73,7 +77,10 @@ class WallActor:
     def __init__(
         self, wall: StoredWall, box: tuple[np.ndarray, np.ndarray], across: int | None, times: Sequence[float]
     ) -> None:
-        """times: of the instants that are shown [s]; the wall has the outline that it has when it first meets the box."""
+        """Compute the outline of the wall where it first intersects the box.
+
+        times: times that are shown [s].
+        """
         self.name, self._wall, self.start = wall.name, wall, np.zeros((0, 3))
         for time in times:
             if not len(self.start):

@@ -1,4 +1,5 @@
-"""Numbers made small for a page: whole numbers of few bits, as differences, their bytes apart, deflated together.
+"""Compression of arrays for an HTML page: quantized to few bits, stored as differences, bytes transposed, deflated
+together.
 
 The reader is viewer/src/data.js.
 """
@@ -8,16 +9,19 @@ import zlib
 import numpy as np
 
 LEVELS = 8191
-"""Steps along the sides of a body's box between the places of its points: an eighth of a pixel where it fills the window."""
+"""Number of quantization steps of positions along each side of a body's box: about an eighth of a pixel if the box fills
+the window."""
 GONE = 65535
-"""In place of each coordinate of a point that is not there any more."""
+"""Value that replaces each coordinate of a point that has left the grid."""
 SHADES = 254
-"""Steps between the limits of a field; the one above stands for no number."""
+"""Number of quantization steps between the limits of a field; the next value represents NaN."""
 
 
 def places(position: np.ndarray, there: np.ndarray, low: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Positions [m], shape (n, 3), in steps from the corner `low` of a box with sides `span`, shape (3, n); GONE of those that
-    are not `there`, shape (n,)."""
+    """Return quantized positions, shape (3, n), in steps from the corner `low` of a box with sides `span` [m].
+
+    position: positions [m], shape (n, 3). there: mask of the points that exist, shape (n,); the others get the value GONE.
+    """
     sides = np.where(span > 0.0, span, 1.0)
     steps = np.where(there[:, None], (position - low) / sides, 0.0)
     found = np.rint(np.clip(steps, 0.0, 1.0) * LEVELS).astype(np.uint16)
@@ -26,7 +30,7 @@ def places(position: np.ndarray, there: np.ndarray, low: np.ndarray, span: np.nd
 
 
 def shades(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """A field, shape (n,), in steps between its limits; what is beyond them has the colour of the limit."""
+    """Return a quantized field, shape (n,), in steps between its limits; values beyond the limits are clipped."""
     known = np.isfinite(values)
     found = np.rint(np.clip((np.where(known, values, low) - low) / (high - low), 0.0, 1.0) * SHADES)
     found[~known] = SHADES + 1
@@ -34,8 +38,8 @@ def shades(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 class Pack:
-    """Arrays one after the other. Those of a `key` are stored as differences from the last of that key, others as
-    differences of each number from that before."""
+    """A sequence of compressed arrays. An array with a `key` is stored as the difference from the previous array with this
+    key; an array without a key as differences between consecutive numbers."""
 
     def __init__(self) -> None:
         self._deflate = zlib.compressobj(6)
@@ -55,7 +59,7 @@ class Pack:
         self._parts.append(self._deflate.compress(folded.view(np.uint8).reshape(-1, flat.itemsize).T.tobytes()))
 
     def forget(self) -> None:
-        """Begin anew with every key."""
+        """Forget the previous array of every key."""
         self._last.clear()
 
     def close(self) -> bytes:

@@ -1,4 +1,4 @@
-"""The view as a part of a page: its data, style and program, without anything from a network."""
+"""The interactive view as part of an HTML page: data, style and program, without network access."""
 
 import base64
 import json
@@ -13,11 +13,11 @@ from pellucid.results.storage.run import Run
 from pellucid.results.view.scene import scene_of
 
 BUDGET = 12_000_000
-"""Bytes that a page with a view is to have at most."""
+"""Largest size of a page with a view [bytes]."""
 LEAST = 1_500_000
-"""Bytes for the view where the rest of its page leaves fewer."""
+"""Smallest budget for the view, even if the rest of the page leaves less [bytes]."""
 SPARE = 300_000
-"""Bytes for the words and tables of the page, the case among them."""
+"""Bytes reserved for the texts and tables of the page, including the case."""
 COLOURS = 256
 
 PART = """<div class="pellucid-view"><p class="without">{without}</p>
@@ -38,9 +38,9 @@ WITHOUT = "The interactive view requires WebGL 2 and JavaScript; enable them or 
 
 
 def view_of(run: Run, taken: int = 0, without: str = "") -> str:
-    """The view of a run as HTML that needs nothing else; empty for a run in one dimension.
+    """Return the interactive view of a run as self-contained HTML; empty for a run in one dimension.
 
-    taken: bytes of the page beside it. without: what a reader is told besides where there is no WebGL.
+    taken: size of the rest of the page [bytes]. without: text that is added to the message for browsers without WebGL.
     """
     program = (files(__package__) / "view.js").read_text(encoding="utf-8")
     style = (files(__package__) / "view.css").read_text(encoding="utf-8")
@@ -69,5 +69,5 @@ def _palette(name: str) -> str:
 
 
 def _letters(data: bytes) -> str:
-    """Bytes as base64."""
+    """Return bytes as base64 text."""
     return base64.b64encode(data).decode("ascii")

@@ -17,27 +17,28 @@ from pellucid.results.view.packing import Pack, places, shades
 from pellucid.state import FIELDS
 
 MOST_POINTS = 200_000
-"""Of all bodies together. Of more, those of the largest bodies are left out by lot; the files have all."""
+"""Largest number of points of all bodies together. If there are more, points of the largest bodies are omitted at random;
+the result files contain all points."""
 MOST_INSTANTS = 250
 MOST_FIELDS = 8
 SEEN = 0.2, 99.8
-"""Percentiles between which the window has room for points: single ones fly far."""
+"""Percentiles of the positions that the window includes; single points may fly far away."""
 FIRST = ("velocity", "displacement", "stress", "pressure", "damage", "areal_density", "concentration", "density", "thickness")
 WALL_COLOUR = "#b4b8c0"
 WORDS = {"velocity": "speed", "stress": "von Mises stress"}
 FRONTS = (View(0.0, 0.0), View(-90.0, 0.0), View(-90.0, 90.0))
-"""From where a plane is seen, by the axis across it."""
+"""Views of a plane problem, by the axis normal to the plane."""
 
 
 class Scene(NamedTuple):
-    """Contents of the page: metadata as JSON values (`told`) and packed arrays."""
+    """Contents of the page: metadata as JSON values (`told`) and packed arrays (`packed`)."""
 
     told: dict[str, Any]
     packed: bytes
 
 
 class _Instant(NamedTuple):
-    """A body at an instant: positions [m], which points are there, which have failed, one number a point of each field."""
+    """A body at one time: positions [m], masks of existing and of failed points, and scalar fields."""
 
     position: np.ndarray
     there: np.ndarray
@@ -46,7 +47,8 @@ class _Instant(NamedTuple):
 
 
 def scene_of(run: Run, budget: int) -> Scene | None:
-    """The scene of a run in at most so many bytes, or of two instants where these take more; None of one in one dimension."""
+    """Return the scene of a run with at most `budget` bytes, or with two times if these need more; None for a run in one
+    dimension."""
     bodies = run.stored.bodies
     if sum(run.stored.thin) > 1:
         return None
@@ -71,7 +73,8 @@ def scene_of(run: Run, budget: int) -> Scene | None:
 
 
 def shares(sizes: list[int]) -> list[int]:
-    """Return the numbers of shown points of bodies of these sizes: small ones are whole, large ones share what is left."""
+    """Return the number of shown points of each body. Small bodies are shown completely; large bodies share the remaining
+    points equally."""
     left, found = MOST_POINTS, [0] * len(sizes)
     ascending = sorted(range(len(sizes)), key=sizes.__getitem__)
     for number, k in enumerate(ascending):
@@ -123,7 +126,7 @@ def _of_wall(wall: WallActor, time: float) -> _Instant:
 
 
 def _packed(pack: Pack, actor: Actor | WallActor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
-    """Return the description of a body; its arrays go into the pack, in the order in which viewer/src/data.js reads them."""
+    """Return the description of a body and add its arrays to the pack, in the order in which viewer/src/data.js reads them."""
     low, high = bounding_box(np.concatenate([at.position[at.there] for at in instants]))
     cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
     cells |= {"lines": actor.cells.lines, "tetrahedra": actor.cells.tetrahedra}
@@ -153,7 +156,8 @@ def _packed(pack: Pack, actor: Actor | WallActor, instants: list[_Instant], fiel
 
 
 def _window(instants: list[_Instant], axes: np.ndarray) -> dict[str, list[float]]:
-    """The box about what is shown at all times but for single points, and how far this reaches right and up of its middle."""
+    """Return the box around the points at all times except outliers, and its extent to the right and upwards from its
+    centre [m]."""
     positions = [at.position[at.there] for at in instants]
     positions = [position for position in positions if len(position)]
     ends = np.array([np.percentile(position, SEEN, axis=0) for position in positions])
@@ -169,7 +173,8 @@ def _instant(actor: Actor, time: float) -> _Instant:
 
 
 def _fields(states: list[list[_Instant]], without: set[str]) -> dict[str, Limits]:
-    """The fields that are shown and the limits of their colours, those first that tell most; none that is the same all over."""
+    """Return the limits of the colours of the shown fields, by name, the most informative first; uniform fields are
+    omitted."""
     names = {name for instants in states for at in instants for name in at.shown} - without
     ordered = sorted(names, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
     found: dict[str, Limits] = {}
@@ -201,7 +206,7 @@ def _surrounds_all(boxes: list[Box], k: int) -> bool:
 
 
 def _across(run: Run, actors: list[Actor]) -> int | None:
-    """The axis across a plane in which everything lies; None in space."""
+    """Return the axis normal to the plane that contains all bodies; None in space."""
     if any(run.stored.thin):
         return run.stored.thin.index(True)
     sides = _sides(actors)
@@ -214,7 +219,7 @@ def _sides(actors: list[Actor]) -> np.ndarray:
 
 
 def _notes(actors: list[Actor], instants: int, recorded: int, left_out: list[str]) -> list[str]:
-    """Return notes about what is not shown of the run."""
+    """Return notes about the parts of the run that are not shown."""
     notes = []
     for actor in actors:
         if len(actor.start) < actor.total:
