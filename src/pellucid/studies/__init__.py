@@ -1,1 +1,1 @@
-"""Studies: a case run many times, for the order of convergence, for the dependence on parameters, for fits to measurements."""
+"""Studies that run a case many times: orders of convergence, dependence on parameters, fits to measurements."""

@@ -1,4 +1,4 @@
-"""Convergence studies: a case run for several values of a field, the error of a metric, the observed order."""
+"""Convergence studies: run a case for several values of a field and compute the errors of a metric and the observed order."""
 
 import csv
 import math
@@ -27,10 +27,7 @@ class Step(NamedTuple):
 
 
 def read_sweep(texts: Sequence[str]) -> dict[str, list[Any]]:
-    """Values by key from "grid.cell=0.05,0.025" and the like.
-
-    Raises UsageError unless every key has the same number of values, and at least two.
-    """
+    """Return the values by key from texts such as "grid.cell=0.05,0.025"."""
     sweep = read_values(texts)
     for key, values in sweep.items():
         if isinstance(values, tuple):
@@ -53,10 +50,10 @@ def study(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> list[Step]:
-    """Run the case for each row of values and follow the error of `metric`; the first key of the sweep is the abscissa.
+    """Run the case for each row of values and return the errors of `metric`; the first key of the sweep is the abscissa.
 
-    The runs stay in folders of `out`, or are thrown away. Before anything runs it raises CaseError for an impossible value
-    and UsageError for a metric that the case does not have.
+    out: folder in which the runs are kept; default: a temporary folder. Before any run, raises CaseError for an invalid
+    value and UsageError for a metric that the case does not have.
     """
     from pellucid.running.launch import run_case
 
@@ -77,7 +74,7 @@ def study(
 
 
 def observed_order(steps: Sequence[Step]) -> float | None:
-    """Slope of log error against log value by least squares; None unless all are positive numbers."""
+    """Return the least-squares slope of log error against log value; None unless all are positive numbers."""
     numbers = [(step.value, step.error) for step in steps]
     if not all(_positive(value) and _positive(error) for value, error in numbers):
         return None
@@ -89,7 +86,7 @@ def observed_order(steps: Sequence[Step]) -> float | None:
 
 
 def write_study(steps: Sequence[Step], key: str, metric: str, folder: Path) -> None:
-    """Write convergence.csv and, where all values are positive numbers, the log-log figure convergence.png."""
+    """Write convergence.csv and, if all values are positive numbers, the log-log figure convergence.png."""
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "convergence.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

@@ -10,14 +10,15 @@ from pellucid.studies.ranges import Range
 
 CONFIDENCE = 0.95
 UNDETERMINED = 0.5
-"""Half the width of an interval, as a share of the range of the parameter, from which on the data say nothing new."""
+"""Half width of a confidence interval, as a fraction of the parameter's range, above which the parameter counts as
+undetermined."""
 TAKES_PART = 0.3
-"""Component of a direction in which nothing is determined, from which on its parameter is named."""
+"""Smallest component of a parameter in an undetermined direction for which the warning names the parameter."""
 AT_BOUND = 0.01
 
 
 class Estimate(NamedTuple):
-    """A parameter in SI units, with its 95 % interval."""
+    """Estimate of a parameter and its 95 % confidence interval, in SI units."""
 
     value: float
     low: float
@@ -26,24 +27,26 @@ class Estimate(NamedTuple):
 
 
 class Estimates(NamedTuple):
-    """Estimates of all free parameters; arrays are in their order."""
+    """Estimates of all free parameters; arrays are in the order of the parameters."""
 
     by_key: dict[str, Estimate]
     correlations: np.ndarray
-    """Shape (parameters, parameters)."""
+    """Correlation matrix of the estimates, shape (parameters, parameters)."""
     singular_values: np.ndarray
-    """Of the slopes of the weighted residuals by shares of the ranges, shape (parameters,)."""
+    """Singular values of the Jacobian of the weighted residuals with respect to shares of the ranges, shape (parameters,)."""
     chi_square: float
-    """Sum of squares of the weighted residuals over its degrees of freedom."""
+    """Sum of squares of the weighted residuals, divided by the degrees of freedom."""
     warnings: list[str]
 
 
 def estimated(
     free: Mapping[str, Range], shares: np.ndarray, residuals: np.ndarray, slopes: np.ndarray, are_stated: bool
 ) -> Estimates:
-    """Estimates from residuals of shape (values,) and their slopes by shares, (values, parameters), at the least misfit.
+    """Compute the estimates and their confidence intervals at the minimum of the misfit.
 
-    The covariance is that of the linear model, (JᵀJ)⁻¹; where standard deviations are not stated, the residuals tell them.
+    shares: parameters as shares of their ranges, shape (parameters,). residuals: weighted residuals, shape (values,).
+    slopes: Jacobian J of the residuals with respect to the shares, shape (values, parameters). The covariance is (JᵀJ)⁻¹,
+    as for a linear model; if standard deviations are not stated, it is scaled by the variance of the residuals.
     """
     from scipy.stats import norm, t
 
@@ -76,7 +79,8 @@ def estimated(
 
 
 def _undetermined(keys: list[str], halves: np.ndarray, directions: np.ndarray) -> list[str]:
-    """Directions in which an interval is as wide as the range."""
+    """Return a warning for each parameter whose confidence interval is as wide as its range, with the parameters in its
+    direction."""
     told = []
     for half, direction in zip(halves, directions, strict=True):
         if half > UNDETERMINED:

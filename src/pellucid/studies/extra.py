@@ -1,4 +1,4 @@
-"""Packages of the extra `sweep`, imported where they are needed."""
+"""Packages of the extra `sweep`, imported when they are needed."""
 
 from functools import partial
 

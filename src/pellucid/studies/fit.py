@@ -1,4 +1,4 @@
-"""Fits: the parameters with which a case follows measured curves best, and how well these determine them."""
+"""Fits: parameters for which a case matches measured curves best, and their uncertainty."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -33,16 +33,18 @@ class Fit:
     """Result of a fit."""
 
     estimates: dict[str, Estimate]
-    """By the key of the parameter: value, low and high end of its 95 % interval, in SI units."""
+    """Estimates by the key of the parameter: value, lower and upper end of the 95 % confidence interval, in SI units."""
     correlations: "np.ndarray"
-    """Of the estimates, in their order, shape (parameters, parameters)."""
+    """Correlation matrix of the estimates, in their order, shape (parameters, parameters)."""
     singular_values: "np.ndarray"
-    """Of the slopes of the weighted residuals by shares of the ranges, the largest first, shape (parameters,)."""
+    """Singular values of the Jacobian of the weighted residuals with respect to shares of the ranges, largest first, shape
+    (parameters,)."""
     chi_square: float
-    """Sum of squares of the weighted residuals over its degrees of freedom: about 1 where the stated deviations explain it."""
+    """Sum of squares of the weighted residuals, divided by the degrees of freedom: about 1 if the stated deviations explain
+    the residuals."""
     warnings: list[str]
     case: "Case"
-    """The case with the estimates."""
+    """The case with the estimated parameters."""
     members: Any
     """A pandas table of all runs."""
 
@@ -65,12 +67,12 @@ def fit(
 ) -> Fit:
     """Fit parameters of a case to measured curves.
 
-    `measured` has by the name of a probe a CSV file, or several; `free` has by dotted key the ends (low, high) of the range of
-    a parameter, gone through by its logarithm where it spans a decade. `deviation` has by probe the standard deviation of
-    values in files without a column of it. `method` is "least-squares" or "optuna", with at most `trials` steps or runs. Where
-    members run: see `sweep`. With `out` everything stays there, and the same call goes on where it was broken off.
+    `measured`: one or several CSV files, by name of a probe. `free`: ends (low, high) of the range of a parameter, by
+    dotted key; a range that spans a decade is searched on a logarithmic scale. `deviation`: standard deviation of the
+    values in files without such a column, by probe. `method`: "least-squares" or "optuna", with at most `trials` steps or
+    runs. For the workers see `sweep`. `out`: folder in which everything is kept; the same call resumes an interrupted fit.
 
-    Raises `CaseError` and `UsageError` before anything runs, and `UsageError` where runs in the ranges fail.
+    Raises `CaseError` and `UsageError` before any run, and `UsageError` if runs within the ranges fail.
     """
     pairs = [(probe, Path(path)) for probe, paths in measured.items() for path in _several(paths)]
     stated = dict(deviation or {})
@@ -96,7 +98,8 @@ def run_fit(
     trials: int | None,
     seed: int,
 ) -> Fit:
-    """The fit, written into `out`: `estimates.json`, `fitted.toml`, `fit.png`, `report.html`, the table of members."""
+    """Run the fit, write `estimates.json`, `fitted.toml`, `fit.png`, `report.html` and the table of members to `out`, and
+    return the result."""
     workers.check()
     for module in ("distributed", "pandas", "pyarrow", *(["optuna"] if method == "optuna" else [])):
         need(module)

@@ -1,4 +1,4 @@
-"""The page of a fit: estimates, correlations, the curves beside the measurements, what is left."""
+"""The page of a fit: estimates, correlations, fitted and measured curves, residuals."""
 
 from collections.abc import Sequence
 from html import escape
@@ -18,7 +18,7 @@ from pellucid.studies.page import figure, frame_table, titled, write_page
 
 
 def write_fit_page(out: Path, title: str, found: Estimates, curves: Sequence[Curve], run: Run, table: Any) -> Path:
-    """Write `report.html` and `fit.png` of a fit, of which `run` has the estimated parameters; return the path of the page."""
+    """Write `report.html` and `fit.png` of a fit; return the path of the page. `run` has the estimated parameters."""
     with house_style():
         drawn = _curves(curves, run)
         with replacing(out / "fit.png") as file:

@@ -1,4 +1,5 @@
-"""Measured curves: a CSV file with a row of names, a row of units and numbers, beside a probe of a case."""
+"""Measured curves: a CSV file with a row of names, a row of units and rows of numbers, for comparison with a probe of a
+case."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,39 +23,41 @@ TIME = "time"
 
 
 FINE = 2001
-"""Times between which an abscissa is linear when it is looked up."""
+"""Number of times at which an abscissa is sampled when it is inverted by linear interpolation."""
 EXTRAPOLATED = 0.1
-"""Share of the abscissae of a steady analysis by which it may be continued."""
+"""Largest extrapolation of a steady analysis, as a fraction of its range of abscissae."""
 
 
 class NotReached(UsageError):
-    """Measured values beyond the end of a run."""
+    """Error for measured values beyond the end of a run."""
 
 
 class Curve(NamedTuple):
-    """Values that a probe was measured to have, in SI units."""
+    """Measured values of a probe, in SI units."""
 
     path: Path
     probe: str
     against: str
-    """`time` or the name of another probe."""
+    """Name of the abscissa: `time` or another probe."""
     x: np.ndarray
-    """Of shape (n,), as `y` and `deviation`."""
+    """Abscissae, shape (n,), as `y` and `deviation`."""
     y: np.ndarray
     deviation: np.ndarray
-    """Standard deviations; where none are stated the spread of the values, so that curves weigh alike."""
+    """Standard deviations of the values; if none are stated, the spread of the values, so that all curves have equal
+    weight."""
     is_stated: bool
     unit: str
 
     def residuals(self, run: Run) -> np.ndarray:
-        """Differences of a run to the measurements over their deviations, shape (n,)."""
+        """Return the differences between a run and the measurements, divided by the standard deviations, shape (n,)."""
         return (self.values(run) - self.y) / self.deviation
 
     def values(self, run: Run) -> np.ndarray:
-        """The probe of a run where it was measured, shape (n,). Raises NotReached where the run does not get there.
+        """Return the probe of a run at the measured abscissae, shape (n,).
 
-        A steady analysis is continued linearly, by up to a tenth of the range that it has: how far it gets may depend on the
-        parameters, as a force does.
+        A steady analysis is extrapolated linearly by up to a tenth of its range, because the end of its range may depend on
+        the parameters, e.g. if the abscissa is a force. Raises NotReached if measured abscissae lie further outside the
+        run.
         """
         x, y = self._branch(run)
         if self._beyond(x) > (EXTRAPOLATED if _is_smooth(run) and self.against != TIME else 1e-6) * np.ptp(x):
@@ -93,7 +96,7 @@ class Curve(NamedTuple):
         return np.asarray(np.interp(sign * wanted, passed, fine))
 
     def _branch(self, run: Run, along: str = "") -> tuple[np.ndarray, np.ndarray]:
-        """The curve of a run by ascending abscissae, up to the first turn of a path that turns back."""
+        """Return abscissae and ordinates of a run in order of ascending abscissae, up to the first turning point."""
         x, y = run.readings.curve(along or self.probe, self.against, whole=True)
         known = np.isfinite(x) & np.isfinite(y)
         if not known.any():
@@ -121,8 +124,7 @@ def _is_smooth(run: Run) -> bool:
 
 
 def _read(x: np.ndarray, y: np.ndarray, at: np.ndarray, smooth: bool) -> np.ndarray:
-    """Read a curve between its values: by a cubic spline if it is smooth, else by a cubic that overshoots nowhere; beyond them
-    by straight lines."""
+    """Interpolate a curve: with a cubic spline if it is smooth, otherwise with a monotone cubic; extrapolate linearly."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     if len(x) < 2:
@@ -132,11 +134,12 @@ def _read(x: np.ndarray, y: np.ndarray, at: np.ndarray, smooth: bool) -> np.ndar
 
 
 def read_curve(path: Path, probe: str, case: "Case", deviation: str | float | None = None) -> Curve:
-    """A curve for a probe of a case.
+    """Read a measured curve for a probe of a case.
 
-    Its columns: `time` or another probe, by name, or the first one; the probe by name, or the second one; `deviation`, or
-    `<probe>_deviation`, the standard deviation. Without that column `deviation` is that of all values, a number in SI units or
-    a text with a unit. The second row has units, with or without # before them. Raises UsageError with file and line.
+    The abscissa is the column `time` or the name of another probe, by default the first column. The ordinate is the column
+    with the name of the probe, by default the second column. Standard deviations are in the column `deviation` or
+    `<probe>_deviation`; without it, the argument `deviation`, a number in SI units or a text with a unit, applies to all
+    values. The second row has the units, with or without a leading #. Raises UsageError with file and line.
     """
     units = {TIME: "s", **ProbeReader(case.probe).units()}
     if probe not in units or probe == TIME:
@@ -181,7 +184,8 @@ def _curve(table: Table, probe: str, case: "Case", units: Mapping[str, str], dev
 
 
 def _columns(table: Table, across: str, along: str, probe: str, case: "Case", units: Mapping[str, str]) -> list[np.ndarray]:
-    """Abscissae and values; those of the history of a run at the instants at which both hold, as in the run that is fitted."""
+    """Return abscissae and values of a table. If the table is the history of a run, columns that are means are evaluated at
+    the middles of their intervals, as in the fitted run."""
     x, y = table.column(across, units[across]), table.column(along, units[probe])
     if along != probe or not {TIME, "step", "dt"} <= table.values.keys():
         return [x, y]

@@ -1,4 +1,4 @@
-"""The members of a study: each a case of its own, known by a digest of all that it is, and its places in the study's folder."""
+"""The members of a study: cases identified by a digest of their contents, and their paths in the study's folder."""
 
 import hashlib
 import json
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 TEXTS = ("title", "source", "description", "times", "quick")
-"""Keys of a case that change nothing of its results."""
+"""Keys of a case that have no effect on its results."""
 DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 
 
@@ -47,8 +47,10 @@ class Places(NamedTuple):
 
 
 def members_of(case: "Case", rows: Sequence[Mapping[str, Any]], until: float | None = None) -> list[Member]:
-    """The members of these settings, each once. Raises CaseError with everything that is wrong with any of them, UsageError
-    for an `until` after their end."""
+    """Return the members for these settings, without duplicates.
+
+    Raises CaseError with all problems of all members, and UsageError if `until` is after the end of a case.
+    """
     from pellucid.running.launch import check_until
 
     found: dict[str, Member] = {}
@@ -60,7 +62,7 @@ def members_of(case: "Case", rows: Sequence[Mapping[str, Any]], until: float | N
 
 
 def _digest(case: "Case", until: float | None) -> str:
-    """Twelve digits of the SHA-256 of the case, without texts that change nothing, and of the files that it reads."""
+    """Return twelve digits of the SHA-256 digest of the case, without its texts, and of the files that it reads."""
     from pellucid.case.inputs import digests
 
     data = {key: value for key, value in case.to_data().items() if key not in TEXTS}
@@ -74,7 +76,7 @@ def places(out: Path, digest: str) -> Places:
 
 
 def prepare(out: Path, members: Sequence[Member]) -> None:
-    """Make the folder of a study, with the cases of its members. Raises UsageError for the folder of a run."""
+    """Create the folder of a study with the cases of its members. Raises UsageError for the folder of a run."""
     from pellucid.case import dumps
 
     if RunFolder(out).is_of_a_run:
@@ -89,8 +91,8 @@ def prepare(out: Path, members: Sequence[Member]) -> None:
 
 
 def outcome(out: Path, digest: str) -> Outcome | None:
-    """Return the outcome of a member from its files: done, or stopped by itself, which it would do again. None if it has
-    not ended."""
+    """Return the outcome of a member from its files: done, or failed with the message of the error stop, which would occur
+    again; None if it has not ended."""
     run = Run(places(out, digest).run)
     if stopped := run.stopped:
         return Outcome(FAILED, str(stopped.get("message", "the run stopped with an error")))

@@ -1,4 +1,5 @@
-"""The misfit of a case to measured curves, as a function of its free parameters; each value is a member that is kept."""
+"""The misfit between a case and measured curves as a function of the free parameters. Each evaluation is a member that is
+kept."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,23 +19,24 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 STEP = 0.02
-"""Of differences, as a share of the range of a parameter."""
+"""Step of finite differences, as a share of the range of a parameter."""
 MOST_EQUILIBRIA = 60
-"""Equilibria that a fit adds to a steady analysis; curves are interpolated between them."""
+"""Largest number of equilibria that a fit adds to a steady analysis; curves are interpolated between them."""
 SEARCHES, NEAR = 2, 2e-3
-"""Runs at most that find when the abscissae are measured, and the share of their range by which these may be missed."""
+"""Largest number of runs that locate the measured abscissae in load time, and the tolerance as a share of their range."""
 CLOSEST = 1e-4
-"""Share of the time of the loads by which these lie apart."""
+"""Smallest distance of added equilibria, as a fraction of the load time."""
 NOTICEABLE = 0.2
-"""Error of the interpolation that is reported, of the deviations."""
+"""Interpolation error, relative to the standard deviation, above which a warning is issued."""
 SMALLEST = 1e-3
-"""Share of the spread of the measured values below which differences do not count."""
+"""Interpolation error, as a fraction of the spread of the measured values, below which it is ignored."""
 FEWEST_ROWS, MOST_ROWS = 200, 5000
-"""Rows of the history that a fit asks of a motion in time."""
+"""Smallest and largest number of history rows that a fit requests for a motion in time."""
 
 
 class Misfit:
-    """Residuals by shares of the ranges of the free parameters, arrays of shape (parameters,) from 0 to 1."""
+    """The weighted residuals as a function of the free parameters, given as shares of their ranges: arrays of shape
+    (parameters,) from 0 to 1."""
 
     def __init__(
         self, case: "Case", free: Mapping[str, Range], curves: Sequence[Curve], out: Path, pool: Pool, progress: Progress
@@ -43,7 +45,7 @@ class Misfit:
         self.members: dict[str, Member] = {}
         self.ended: dict[str, Outcome] = {}
         self.short: NotReached | None = None
-        """Why a run could not be compared that did not get to the measured values."""
+        """Error of a run that did not reach the measured values; None if all did."""
         self._known: dict[tuple[float, ...], Member | None] = {}
         self._pool, self._progress = pool, progress
         last = max(float(curve.x.max()) for curve in curves)
@@ -51,11 +53,11 @@ class Misfit:
         self._until = last if only_time and not case.time.reached(last) else None
 
     def observe_where_measured(self) -> None:
-        """Add history rows at the measured abscissae, instead of interpolating between the rows of the case.
+        """Add history rows at the measured abscissae, so that no interpolation between the rows of the case is needed.
 
         A steady analysis gets equilibria at the load times of the measured abscissae. For curves against another probe,
-        these times are those of a first run with values in the middle of the ranges. A motion in time gets rows at the
-        spacing of the measured times.
+        these times are determined from a first run with all parameters in the middle of their ranges. A motion in time gets
+        rows at the spacing of the measured times.
         """
         times = [curve.x for curve in self.curves if curve.against == TIME]
         if self.case.steady is None:
@@ -104,18 +106,19 @@ class Misfit:
             self.case = self.case.with_settings({"output.history": min(rows, interval)})
 
     def settings(self, shares: np.ndarray) -> dict[str, Any]:
-        """The values of the parameters."""
+        """Return the values of the parameters by key."""
         return {key: each.at(float(share)) for (key, each), share in zip(self.free.items(), shares, strict=True)}
 
     def run(self, shares: np.ndarray) -> Run | None:
-        """The run with these values; None of one that failed, or of a case that cannot be."""
+        """Return the run with these parameters; None if it failed or if the case is invalid."""
         member = self._member(shares)
         if member is None or self.ended[member.digest].state != DONE:
             return None
         return Run(places(self.out, member.digest).run)
 
     def residuals(self, several: Sequence[np.ndarray]) -> list[np.ndarray | None]:
-        """The residuals at several places at once, each of shape (values,); None where there is no run."""
+        """Return the residuals at several parameter vectors, computed in parallel, each of shape (values,); None for a
+        failed run."""
         members, new = self._run_members(several)
         found = [self._of_run(self.run(shares)) for shares in several]
         for member, values in zip(members, found, strict=True):
@@ -126,7 +129,7 @@ class Misfit:
         return found
 
     def _run_members(self, several: Sequence[np.ndarray]) -> tuple[list[Member | None], dict[str, Member]]:
-        """Run the members of these places; return them, and by digest those that were not known."""
+        """Run the members of these parameter vectors; return all members, and the new members by digest."""
         members = [self._member(shares) for shares in several]
         new = {member.digest: member for member in members if member is not None and member.digest not in self.ended}
         if new:
@@ -142,13 +145,15 @@ class Misfit:
             return None
 
     def one(self, shares: np.ndarray) -> np.ndarray | None:
-        """The residuals at one place."""
+        """Return the residuals at one parameter vector, shape (values,); None if the run failed."""
         return self.residuals([shares])[0]
 
     def jacobian(self, shares: np.ndarray, central: bool = False) -> np.ndarray:
-        """Slopes of the residuals by the shares, shape (values, parameters), from members that run at once.
+        """Return the Jacobian of the residuals with respect to the shares, shape (values, parameters), by finite
+        differences of parallel runs.
 
-        Raises UsageError where no run beside the place gets to its end.
+        central: use central instead of one-sided differences. Raises UsageError if too few of the neighbouring runs
+        succeed.
         """
         at, width = self._rounded(shares), len(shares)
         inward = np.where(at + STEP <= 1.0, 1.0, -1.0)
@@ -170,7 +175,7 @@ class Misfit:
         return np.column_stack(columns)
 
     def _rounded(self, shares: np.ndarray) -> np.ndarray:
-        """The shares of the values that are run."""
+        """Return the shares of the rounded parameter values, which are the values used in runs."""
         pairs = zip(self.free.values(), shares, strict=True)
         return np.array([each.share(each.at(float(share))) for each, share in pairs])
 

@@ -1,4 +1,4 @@
-"""Parts of the pages of studies: figures in the text, tables of numbers, the frame."""
+"""Elements of the pages of studies: embedded figures, tables of numbers, page frame."""
 
 import base64
 from collections.abc import Iterable
@@ -13,7 +13,7 @@ from pellucid.studies.ranges import with_units
 
 
 def write_page(path: Path, title: str, sections: Iterable[str]) -> Path:
-    """Write one file that needs no others."""
+    """Write a self-contained HTML page; return its path."""
     body = "\n".join([f"<h1>{escape(title)}</h1>", *filter(None, sections)])
     with explained(path.parent):
         write_text(path, page_of(title, body))
@@ -21,7 +21,7 @@ def write_page(path: Path, title: str, sections: Iterable[str]) -> Path:
 
 
 def figure(drawn: Any, caption: str) -> str:
-    """A figure of matplotlib, drawn into the page."""
+    """Return a matplotlib figure as HTML with an embedded image."""
     picture = BytesIO()
     drawn.savefig(picture, format="png")
     data, text = base64.b64encode(picture.getvalue()).decode("ascii"), escape(caption)
@@ -30,7 +30,7 @@ def figure(drawn: Any, caption: str) -> str:
 
 
 def cell(value: Any) -> str:
-    """A number or text for a cell; empty for what is not there."""
+    """Return a number or text as HTML for a table cell; empty for a missing value."""
     if isinstance(value, str):
         return escape(value)
     if value is None or value != value:
@@ -39,13 +39,13 @@ def cell(value: Any) -> str:
 
 
 def frame_table(table: Any, columns: Iterable[str]) -> str:
-    """Columns of a pandas table."""
+    """Return columns of a pandas table as an HTML table."""
     names = list(columns)
     rows = ([cell(value) for value in row] for row in table[names].itertuples(index=False, name=None))
     return table_of(map(escape, with_units(names, table.attrs.get("units", {}))), rows, "numbers")
 
 
 def titled(title: str, *parts: str) -> str:
-    """A section of the parts that are not empty; nothing without any."""
+    """Return an HTML section with the parts that are not empty; an empty text if there are none."""
     body = "".join(parts)
     return section(title, body) if body else ""

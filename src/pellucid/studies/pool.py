@@ -1,4 +1,4 @@
-"""The members of a study brought to their ends by dask.distributed: on this machine, on a cluster, by Slurm."""
+"""Execution of the members of a study by dask.distributed: on this machine, on a cluster, or as Slurm jobs."""
 
 import logging
 import uuid
@@ -33,7 +33,7 @@ class Workers:
     slurm: Mapping[str, str] = field(default_factory=dict)
 
     def check(self) -> None:
-        """Raises UsageError for what cannot be."""
+        """Raise UsageError for an invalid combination of options."""
         if self.threads is not None:
             check_threads(self.threads)
         if self.at_once is not None and self.at_once < 1:
@@ -43,7 +43,8 @@ class Workers:
 
 
 def read_slurm(text: str | None) -> dict[str, str]:
-    """Options of `dask_jobqueue.SLURMCluster` from "queue=short,cores=8,memory=16GB,walltime=02:00:00". Raises UsageError."""
+    """Return the options of `dask_jobqueue.SLURMCluster` from a text such as
+    "queue=short,cores=8,memory=16GB,walltime=02:00:00". Raises UsageError for an invalid text."""
     found: dict[str, str] = {}
     for item in (text or "").split(","):
         key, equals, value = item.partition("=")
@@ -58,8 +59,11 @@ def read_slurm(text: str | None) -> dict[str, str]:
 
 
 class Pool:
-    """Brings members to their ends in the folder `out`. Workers are started for the first member that has to run, and go with
-    the block; interrupted, they let the members of this machine leave checkpoints."""
+    """Runs members to their ends in the folder `out`.
+
+    Workers are started for the first member that has to run, and stop at the end of the block. When interrupted, members on
+    this machine write checkpoints first.
+    """
 
     def __init__(self, out: Path, workers: Workers, progress: Progress) -> None:
         self._out, self._workers, self._progress = out, workers, progress
@@ -76,11 +80,11 @@ class Pool:
 
     @property
     def at_once(self) -> int:
-        """Members that run at once on this machine."""
+        """Number of members that run in parallel on this machine."""
         return self._workers.at_once or max(1, _cores() // (self._workers.threads or 1))
 
     def compute(self, members: Sequence[Member], told: Callable[[Member, Outcome], None] | None = None) -> dict[str, Outcome]:
-        """The outcome of each member by its digest; those that are not done yet are run, the costly ones first."""
+        """Return the outcome of each member by its digest. Members that are not done are run, the most expensive first."""
         found = {member.digest: known for member in members if (known := outcome(self._out, member.digest)) is not None}
         left = [member for member in members if member.digest not in found]
         if left and self._client is None:
@@ -150,7 +154,8 @@ def _cores() -> int:
 
 
 def _share(cost: float) -> int:
-    """Threads of a member that has this share of the cost of all: as many as its share of the cores, at least one."""
+    """Return the number of threads of a member with this share of the total cost: the same share of the cores, at least
+    one."""
     return max(1, int(_cores() * cost))
 
 

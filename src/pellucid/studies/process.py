@@ -1,4 +1,5 @@
-"""A member as a process of its own, which ends with the worker that began it and leaves a checkpoint."""
+"""Execution of a member in a separate process. If the worker that started it ends, the process writes a checkpoint and
+ends."""
 
 import subprocess
 import sys
@@ -27,7 +28,8 @@ _ending = Event()
 
 
 def run_member(out: Path, digest: str, threads: int, until: float | None) -> Outcome:
-    """Bring a member to its end: from the start, or from its last checkpoint; what is done is left as it is."""
+    """Run a member to its end, from the start or from its last checkpoint, and return its outcome; a finished member is not
+    run again."""
     where = places(out, digest)
     while _is_held(where.run):  # by the process of a study that was killed just now, or by another study
         time.sleep(PAUSE)
@@ -44,7 +46,7 @@ def run_member(out: Path, digest: str, threads: int, until: float | None) -> Out
 
 
 def allow_running() -> None:
-    """Members may begin again, after `end_running`."""
+    """Allow members to start again after `end_running`."""
     _ending.clear()
 
 
@@ -69,7 +71,7 @@ def _is_held(folder: Path) -> bool:
 
 
 def _call(arguments: list[str], log: Path) -> int:
-    """The exit status of a command in a process of its own; what it says goes to `log`."""
+    """Run a command in a separate process and return its exit status; its output goes to `log`."""
     command = [sys.executable, "-c", BEGIN, *arguments]
     with log.open("wb") as said:
         with _changing:

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 DECADES = 10.0
-"""A range of positive numbers whose ends have this ratio, or a larger one, is gone through by its logarithm."""
+"""Ratio of the ends of a positive range from which on the range is sampled on a logarithmic scale."""
 
 
 class Range(NamedTuple):
-    """Interval from `low` to `high`, in SI units."""
+    """A range from `low` to `high`, in SI units."""
 
     low: float
     high: float
@@ -29,13 +29,14 @@ class Range(NamedTuple):
         return self.low > 0.0 and self.high >= DECADES * self.low
 
     def at(self, share: float) -> float:
-        """The number at a share of the range from 0 to 1, to seven digits: more would make other runs of equal ones."""
+        """Return the value at a share of the range from 0 to 1, rounded to seven digits so that equal values give the same
+        member."""
         value = self.beyond(share)
         size = max(abs(value), 1e-7 * (self.high - self.low))
         return min(max(round(value, 6 - math.floor(math.log10(size))), self.low), self.high)
 
     def beyond(self, share: float) -> float:
-        """The number at any share, outside of the range too."""
+        """Return the value at any share, also outside the range."""
         if self.is_logarithmic:
             return math.exp(math.log(self.low) + share * math.log(self.high / self.low))
         return self.low + share * (self.high - self.low)
@@ -48,7 +49,7 @@ class Range(NamedTuple):
 
 
 def split_setting(option: str, text: str, example: str) -> tuple[str, str]:
-    """Key and value of KEY=VALUE. Raises UsageError with an example."""
+    """Return key and value of a text KEY=VALUE. Raises UsageError, with an example, for another form."""
     key, equals, value = text.partition("=")
     if not equals or not key.strip() or not value.strip():
         raise UsageError(f"{option} {text}: must have the form {example}")
@@ -56,7 +57,8 @@ def split_setting(option: str, text: str, example: str) -> tuple[str, str]:
 
 
 def read_values(texts: Sequence[str]) -> dict[str, Any]:
-    """Values by key from `--over`: a list, or the two ends (low, high) of a range as they are written. Raises UsageError."""
+    """Return the values by key from `--over`: a list, or the two ends (low, high) of a range as written. Raises UsageError
+    for an invalid text."""
     found: dict[str, Any] = {}
     for text in texts:
         key, values = split_setting("--over", text, "KEY=V1,V2,... or KEY=LOW:HIGH, for example grid.cell=0.05,0.025")
@@ -73,7 +75,7 @@ def read_values(texts: Sequence[str]) -> dict[str, Any]:
 
 
 def read_ends(option: str, text: str, values: str) -> tuple[Any, Any]:
-    """The ends of LOW:HIGH as they are written. Raises UsageError."""
+    """Return the ends of a text LOW:HIGH as written. Raises UsageError for another form."""
     low, colon, high = values.partition(":")
     if not colon or not low.strip() or not high.strip() or ":" in high:
         example = "body.tissue.material.young_modulus=1kPa:50kPa"
@@ -82,7 +84,8 @@ def read_ends(option: str, text: str, values: str) -> tuple[Any, Any]:
 
 
 def range_of(case: "Case", key: str, low: Any, high: Any, option: str = "--over") -> Range:
-    """A range in SI units, of a field of the case. Raises UsageError for ends that are no numbers or not in order."""
+    """Return the range of a field of the case in SI units. Raises UsageError if the ends are not numbers or not in
+    ascending order."""
     ends = [at_key(case.with_settings({key: end}), key) for end in (low, high)]
     if not all(isinstance(end, (int, float)) and not isinstance(end, bool) for end in ends):
         text = f"{option} {key}={low}:{high}: {key} is not a number, so it cannot have a range"
@@ -104,7 +107,7 @@ def at_key(case: "Case", key: str) -> Any:
 
 
 def unit_at(case: "Case", key: str) -> str:
-    """The SI unit of what stands in a case at a dotted key, "" for pure numbers, words and tables."""
+    """Return the SI unit of the value at a dotted key of a case; "" for pure numbers, texts and tables."""
     here: Any = case
     unit = ""
     for part in find(case.to_data(), key):
@@ -122,12 +125,12 @@ def unit_at(case: "Case", key: str) -> str:
 
 
 def with_units(names: Sequence[str], units: Mapping[str, str]) -> list[str]:
-    """Names of columns with their units, "grid.cell [m]"."""
+    """Return column names with their units, such as "grid.cell [m]"."""
     return [f"{name} [{unit}]" if (unit := units.get(name, "")) and unit != "1" else name for name in names]
 
 
 def read_rows(path: Path) -> list[dict[str, Any]]:
-    """Settings from a CSV file: a row of keys, then a row for each member. Raises UsageError with file and line."""
+    """Read settings from a CSV file with a row of keys and one row per member. Raises UsageError with file and line."""
     with readable(path, "--from"), path.open(newline="", encoding="utf-8-sig") as file:
         lines = [(number, row) for number, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
     if len(lines) < 2:
@@ -145,7 +148,7 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
 
 @contextmanager
 def readable(path: Path, option: str) -> Iterator[None]:
-    """Turn what the system says of a file that cannot be read into a UsageError."""
+    """Raise UsageError instead of an error of the system for a file that cannot be read."""
     try:
         yield
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -154,12 +157,12 @@ def readable(path: Path, option: str) -> Iterator[None]:
 
 
 def named(settings: Mapping[str, Any]) -> str:
-    """Settings in a line, for messages."""
+    """Return settings as one line of text for messages."""
     return ", ".join(f"{key} = {value}" for key, value in settings.items())
 
 
 def all_checked(case: "Case", rows: Sequence[Mapping[str, Any]]) -> "list[Case]":
-    """The case with each row of settings. Raises CaseError with everything that is wrong with any of them."""
+    """Return the case with each row of settings. Raises CaseError with all problems of all rows."""
     cases, problems = [], {}
     for row in rows:
         try:

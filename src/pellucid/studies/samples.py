@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pellucid.case import Case
 
 MOST = 100_000
-"""Members of one sweep."""
+"""Largest number of members of one sweep."""
 
 
 def rows_of(
@@ -21,11 +21,11 @@ def rows_of(
     listed: Sequence[Mapping[str, Any]] = (),
     seed: int = 0,
 ) -> list[dict[str, Any]]:
-    """Settings of each member.
+    """Return the settings of each member.
 
-    `over` has by key a list of values or the ends (low, high) of a range. Without `samples` every value is combined with every
-    other; with it that many members are drawn as a Latin hypercube. Each row of `listed` is combined with each of these.
-    Raises UsageError, and CaseError for ends that a field cannot have.
+    `over`: a list of values or the ends (low, high) of a range, by key. Without `samples`, all values are combined with
+    each other; with it, this number of members is drawn as a Latin hypercube. Each row of `listed` is combined with each of
+    these. Raises UsageError, and CaseError for ends that are invalid for a field.
     """
     if not over and not listed:
         raise UsageError("No key varies.\n    Add --over KEY=V1,V2,... or --from TABLE.csv.")

@@ -1,4 +1,4 @@
-"""Ways to the parameters with the least misfit: least squares, and Optuna where the misfit is rough."""
+"""Searches for the parameters with the smallest misfit: least squares, and Optuna for rough misfits."""
 
 from collections.abc import Callable, Mapping
 
@@ -10,17 +10,20 @@ from pellucid.studies.misfit import STEP, Misfit
 from pellucid.studies.ranges import named
 
 FAILED_RUN = 1e3
-"""Times as large as those at the start are the residuals of a run that fails, so that the search turns back from there."""
+"""Factor by which residuals at the start are multiplied to give the residuals of a failed run, so that the search turns
+back."""
 RESOLVED = 0.1
-"""Of the differences by which slopes are found: shorter steps say nothing."""
+"""Smallest step of the search relative to the step of finite differences; shorter steps cannot be resolved."""
 GAINED = 0.01
-"""Of the squared deviation of one value: what a last step may gain, which is a seventh of the deviation of a parameter."""
+"""Smallest decrease of the squared weighted residuals in a step of the search; it corresponds to a seventh of a parameter's
+standard deviation."""
 
 
 def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np.ndarray:
-    """Shares of the ranges by scipy's bounded least squares, from the middle of the ranges on; `trials` bounds its steps.
+    """Return the parameters, as shares of their ranges, from scipy's bounded least squares, started in the middle of the
+    ranges.
 
-    Raises UsageError where the run in the middle fails.
+    trials: largest number of steps. Raises UsageError if the run in the middle fails.
     """
     from scipy.optimize import least_squares
 
@@ -52,9 +55,10 @@ def by_least_squares(misfit: Misfit, trials: int, seed: int, at_once: int) -> np
 
 
 def by_optuna(misfit: Misfit, trials: int, seed: int, at_once: int) -> np.ndarray:
-    """Shares of the ranges of the best of so many trials of Optuna's tree-structured Parzen estimator, `at_once` a time.
+    """Return the best parameters, as shares of their ranges, of `trials` trials of Optuna's tree-structured Parzen
+    estimator, with `at_once` trials in parallel.
 
-    Raises UsageError where all runs fail.
+    Raises UsageError if all runs fail.
     """
     optuna = need("optuna")
     optuna.logging.set_verbosity(optuna.logging.ERROR)
@@ -81,4 +85,4 @@ def by_optuna(misfit: Misfit, trials: int, seed: int, at_once: int) -> np.ndarra
 
 Search = Callable[[Misfit, int, int, int], np.ndarray]
 METHODS: Mapping[str, tuple[Search, int]] = {"least-squares": (by_least_squares, 50), "optuna": (by_optuna, 100)}
-"""By name: the search, and its trials if nobody says how many."""
+"""Search functions by name, with their default numbers of trials."""

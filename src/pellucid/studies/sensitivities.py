@@ -8,23 +8,24 @@ from pellucid.studies.members import DONE
 
 HARMONICS = 4
 LEAST = 40
-"""Members below which the indices say nothing: half of them, in the resampling, must show the harmonics."""
+"""Smallest number of members for which indices are computed: in the resampling, half of them must resolve the harmonics."""
 
 
 class Sensitivity(NamedTuple):
-    """The share of the variance of an output that one parameter explains alone."""
+    """First-order sensitivity index: the share of the variance of an output that one parameter alone explains."""
 
     output: str
     key: str
     share: float
     interval: float
-    """Half the width of its 95 % interval, by resampling."""
+    """Half width of the 95 % confidence interval, by resampling."""
 
 
 def sensitivities(table: Any, keys: Sequence[str], outputs: Sequence[str]) -> list[Sensitivity]:
-    """Indices by RBD-FAST (Tarantola, Gatelli & Mara 2006), of members that are done; empty where these are too few.
+    """Compute sensitivity indices of finished members by RBD-FAST (Tarantola, Gatelli & Mara 2006); empty for too few
+    members.
 
-    `keys` are the parameters that were drawn as numbers; the sample must be one at random, such as a Latin hypercube.
+    `keys` are the parameters that were sampled as numbers; the sample must be random, such as a Latin hypercube.
     """
     done = table[table["state"] == DONE]
     if len(done) < LEAST or not keys:

@@ -1,4 +1,4 @@
-"""Sweeps: a case run for many values of its parameters; one table, one page."""
+"""Sweeps: run a case for many values of its parameters; results in one table and one page."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -37,14 +37,15 @@ def sweep(
 ) -> Any:
     """Run a case for many settings; return a pandas table with a row for each member.
 
-    `over` has by dotted key a list of values, or a tuple (low, high), from which `samples` members are drawn as a Latin
-    hypercube of that `seed`; `rows` are settings of their own. Members run `workers` at once on this machine, each with
-    `threads`, or on the cluster of a dask `scheduler`, or as jobs of `slurm` (arguments of `dask_jobqueue.SLURMCluster`), to
-    `until` [s] or the end of the case. With `out` everything stays there, with `members.csv`, `members.parquet` and
-    `report.html`; given again, what is done is not run again, and what was killed goes on.
+    `over`: a list of values, or a tuple (low, high), by dotted key. From ranges, `samples` members are drawn as a Latin
+    hypercube with `seed`. `rows`: explicit settings of members. Members run `workers` at a time on this machine, each with
+    `threads` threads, on the cluster of a dask `scheduler`, or as jobs of `slurm` (arguments of
+    `dask_jobqueue.SLURMCluster`), up to the time `until` [s] or the end of the case. `out`: folder in which everything is
+    kept, with `members.csv`, `members.parquet` and `report.html`. A repeated call skips finished members and resumes
+    interrupted ones.
 
-    Columns: `member`, `state` ("done" or "failed"), the settings in SI units, `steps`, `wall_seconds`, metrics, for each probe
-    `_last`, `_min`, `_max` and `_mean`, and `message`. Raises `CaseError` and `UsageError` before anything runs.
+    Columns: `member`, `state` ("done" or "failed"), the settings in SI units, `steps`, `wall_seconds`, metrics, for each
+    probe `_last`, `_min`, `_max` and `_mean`, and `message`. Raises `CaseError` and `UsageError` before any run.
     """
     parts = Workers(workers, threads, scheduler, dict(slurm or {}))
     drawn = rows_of(required(case), over or {}, samples, rows, seed)
@@ -63,7 +64,8 @@ def run_sweep(
     progress: Progress | None,
     at_random: bool,
 ) -> Any:
-    """The table of members with these settings, written into `out`; at_random: whether the settings are a random sample."""
+    """Run the members with these settings, write the results to `out` and return the table of members. at_random: True if
+    the settings are a random sample."""
     workers.check()
     for module in ("distributed", "pandas", "pyarrow", *(["SALib"] if at_random else [])):
         need(module)

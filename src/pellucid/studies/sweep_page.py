@@ -1,4 +1,4 @@
-"""The page of a sweep: its members, curves overlaid, the dependence on each parameter, sensitivities."""
+"""The page of a sweep: members, overlaid curves, dependence on each parameter, sensitivities."""
 
 from collections.abc import Sequence
 from html import escape
@@ -21,7 +21,7 @@ WORDS = dict(zip(LINES, ("solid", "dashed", "dash-dotted", "dotted"), strict=Fal
 def write_sweep_page(
     out: Path, title: str, members: Sequence[Member], table: Any, keys: Sequence[str], found: Sequence[Sensitivity]
 ) -> Path:
-    """Write `report.html` of a sweep; return its path. `keys` vary."""
+    """Write `report.html` of a sweep; return its path. keys: keys of the varied parameters."""
     done = table[table["state"] == DONE]
     failed = table[table["state"] != DONE]
     outputs = outputs_of(done, keys)[:MOST_OUTPUTS]
@@ -45,8 +45,10 @@ def write_sweep_page(
 
 
 def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[str]) -> list[str]:
-    """Every probe over time, a line for each member, coloured by the first parameter that is a number; the kind of line tells
-    the values of a second one that has few."""
+    """Return figures, as HTML, of every probe against time with a line for each member.
+
+    The colour shows the first numeric parameter; the line style shows the second one if it has few values.
+    """
     import matplotlib
 
     probes = [probe.name for probe in members[0].case.probe] if members else []
@@ -82,7 +84,8 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
 
 
 def _kinds(table: Any, numeric: Sequence[str]) -> dict[str, str]:
-    """The kind of line of each member, by the values of the first of some parameters; none where it has too many or is none."""
+    """Return the line style of each member by its value of the first parameter in `numeric`; empty if it has too many
+    values or is missing."""
     values = sorted(set(table[numeric[0]])) if numeric else []
     if not 1 < len(values) <= len(LINES):
         return {}
@@ -90,7 +93,7 @@ def _kinds(table: Any, numeric: Sequence[str]) -> dict[str, str]:
 
 
 def _dependence(table: Any, outputs: Sequence[str], keys: Sequence[str]) -> str:
-    """Every result against every parameter, all members."""
+    """Return a figure, as HTML, of every result against every parameter for all members."""
     if not outputs:
         return ""
     units = table.attrs.get("units", {})

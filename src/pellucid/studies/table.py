@@ -17,9 +17,11 @@ REDUCED = ("last", "min", "max", "mean")
 
 
 def tabulated(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]) -> Any:
-    """A pandas table, its rows in the order of the members: `member`, `state`, settings by their keys in SI units, `steps`,
-    `wall_seconds`, metrics by name, probes as `<probe>_last`, `_min`, `_max` and `_mean` over time, and `message`;
-    the units in `attrs["units"]`."""
+    """Return a pandas table with a row per member, in the order of the members.
+
+    Columns: `member`, `state`, settings by key in SI units, `steps`, `wall_seconds`, metrics by name, probes as
+    `<probe>_last`, `_min`, `_max` and `_mean` over time, and `message`; the units are in `attrs["units"]`.
+    """
     rows = [_row(out, member, ended[member.digest]) for member in members]
     columns = dict.fromkeys(name for row in rows for name in row if name != "message")
     table = need("pandas").DataFrame(rows, columns=[*columns, "message"])
@@ -31,7 +33,7 @@ def tabulated(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]
 
 
 def units_of(out: Path, members: Sequence[Member], ended: Mapping[str, Outcome]) -> dict[str, str]:
-    """The SI units of the columns that have one."""
+    """Return the SI units of the columns that have a unit."""
     units = {"wall_seconds": "s"} | {key: unit_at(members[0].case, key) for key in keys_of(members)}
     done = next((member for member in members if ended[member.digest].state == DONE), None)
     if done is not None:
@@ -53,12 +55,12 @@ def write_table(table: Any, out: Path) -> list[Path]:
 
 
 def keys_of(members: Sequence[Member]) -> list[str]:
-    """The keys that vary, in their order."""
+    """Return the keys of the varied parameters, in order."""
     return list(dict.fromkeys(key for member in members for key in member.settings))
 
 
 def outputs_of(table: Any, keys: Sequence[str]) -> list[str]:
-    """Columns of the table that are results, numbers of which not all are the same."""
+    """Return the names of numeric result columns whose values vary among the members."""
     inner = {"member", "state", "message", "steps", "wall_seconds", *keys}
     found = [name for name in table.columns if name not in inner and table[name].dtype.kind in "fiu"]
     return [name for name in found if table[name].nunique() > 1]
@@ -75,13 +77,14 @@ def _row(out: Path, member: Member, ended: Outcome) -> dict[str, Any]:
 
 
 def _plain(value: Any, said: Any) -> Any:
-    """A setting as one cell: a number or a word as it stands in the case, anything else as its user would write it."""
+    """Return a setting as a table cell: numbers and texts as in the case, other values in the form that a user would write."""
     value = said if value is None else value
     return value if isinstance(value, (int, float, str)) else shown(value, 200)
 
 
 def metrics_of(run: Run) -> dict[str, float]:
-    """The metrics of a run that its summary has, or, where it was killed before it wrote them, that its files give."""
+    """Return the metrics of a run from its summary; if the run was killed before they were written, compute them from its
+    files."""
     stored = run.summary["metrics"]
     try:
         found: Mapping[str, Any] = stored or {name: metric.to_data() for name, metric in run.metrics.items()}

@@ -176,7 +176,7 @@ class Recorder:
             error.add_note(f"The last row of the history could not be written: {trouble}")
 
     def wall_seconds(self) -> float:
-        """Return the wall-clock time of the run so far without compilation [s], summed over all sessions of a resumed run."""
+        """Return the wall-clock time of the run so far without compilation [s], including the time before it was resumed."""
         return self._wall_before + clock.monotonic() - self._compiling() - self._started
 
     def _columns(self, sim: Any) -> dict[str, str]:

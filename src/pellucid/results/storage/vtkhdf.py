@@ -26,7 +26,7 @@ nodes changes."""
 
 POLYGONS, GRID = b"PolyData", b"UnstructuredGrid"
 GROUPS = {"Vertices": ("points",), "Lines": ("lines",), "Polygons": ("quadrilaterals", "triangles"), "Strips": ()}
-"""Kinds of cells in the groups of a POLYDATA file, in order."""
+"""Kinds of cells in each group of a `PolyData` file, in order."""
 
 TYPES = {"points": 1, "lines": 3, "quadrilaterals": 9, "triangles": 5, "tetrahedra": 10}
 """VTK cell types of the kinds of cells in an unstructured grid, in order."""
