@@ -1,1 +1,1 @@
-"""The gallery: cases that are at once example, test and convergence study. `pellucid.catalogue` lists and reads them."""
+"""The gallery: cases that are examples, tests and convergence studies. `pellucid.catalogue` lists and reads them."""

@@ -1,4 +1,4 @@
-"""Curves of a run beside exact ones, and metrics of numbers that have an exact value."""
+"""Comparison of curves of a run with exact curves, and metrics of numbers with an exact value."""
 
 from collections.abc import Mapping
 
@@ -12,27 +12,27 @@ from pellucid.results.pictures.annotations import Axes, Run
 
 
 def column(run: Run, name: str) -> Array:
-    """A column of the history."""
+    """Return a column of the history."""
     return np.asarray(run.history[name], dtype=float)
 
 
 def compared(value: float, exact: float, tolerance: float, unit: str, meaning: str) -> Metric:
-    """A number beside its exact value, by the relative error."""
+    """Return the metric of a number with a known exact value; the error is relative."""
     return Metric(value, exact, abs(value / exact - 1.0), tolerance, unit, meaning)
 
 
 def vanishing(value: float, tolerance: float, meaning: str, unit: str = "") -> Metric:
-    """A number that is zero if all is right."""
+    """Return the metric of a number whose exact value is zero."""
     return Metric(value, 0.0, abs(value), tolerance, unit, meaning)
 
 
 def worst_balance(run: Run, tolerance: float, meaning: str = "largest relative error of the energy balance") -> Metric:
-    """The error of the energy balance where it is largest."""
+    """Return the metric of the largest relative error of the energy balance during the run."""
     return vanishing(float(np.abs(run.history["energy_error"]).max()), tolerance, meaning)
 
 
 def energy_metric(run: Run, tolerance: float) -> Metric:
-    """The relative error of the energy balance at the end."""
+    """Return the metric of the relative error of the energy balance at the end."""
     error = abs(float(run.summary["conservation"]["energy"]))
     return vanishing(error, tolerance, "relative error of the energy balance at the end")
 
@@ -40,10 +40,11 @@ def energy_metric(run: Run, tolerance: float) -> Metric:
 def deviations(
     run: Run, table: str, columns: Mapping[str, tuple[str, str]], tolerance: float, known: str = ""
 ) -> dict[str, Metric]:
-    """Largest deviations of columns of the history from finite elements over the largest change of these.
+    """Return metrics of the largest deviations of history columns from finite elements, relative to the largest change of
+    the reference.
 
-    columns: of each metric the column and what that is; known: how the columns of the table begin that are the reference.
-    Raises ValueError for another problem than that of the gallery, for which alone the finite elements are.
+    columns: column and its description, by name of the metric. known: prefix of the reference columns in the table. Raises
+    ValueError if the problem differs from the gallery's, because the reference is not valid for it.
     """
     if not finite_elements.same_problem(run.case, load(run.stored.id)):
         raise ValueError("the finite elements are for bodies and materials as the gallery's case has them")
@@ -58,7 +59,8 @@ def deviations(
 
 
 def beside(axes: Axes, time: Array, found: Array, exact: Array, name: str, colour: str) -> None:
-    """A curve in colour over the exact one, which is wide and grey; later ones are dashed, so that none hides another."""
+    """Draw a curve in colour over the exact curve, which is wide and grey; later curves are dashed so that none hides
+    another."""
     first = not axes.lines
     axes.plot(time, exact, color="#bbb", linewidth=4.0, zorder=1.5, label="exact" if first else None)
     axes.plot(time, found, color=colour, linewidth=1.2, linestyle="-" if first else (0, (4, 3)), label=name)

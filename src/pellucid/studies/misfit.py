@@ -29,7 +29,7 @@ CLOSEST = 1e-4
 NOTICEABLE = 0.2
 """Interpolation error, relative to the standard deviation, above which a warning is issued."""
 SMALLEST = 1e-3
-"""Interpolation error, as a fraction of the spread of the measured values, below which it is ignored."""
+"""Smallest deviation with which the interpolation error is compared, as a fraction of the spread of the measured values."""
 FEWEST_ROWS, MOST_ROWS = 200, 5000
 """Smallest and largest number of history rows that a fit requests for a motion in time."""
 

@@ -1,1 +1,1 @@
-"""Small problems with exact solutions or classical experiments: what the core is checked against."""
+"""Small verification problems with exact solutions or classical experiments."""

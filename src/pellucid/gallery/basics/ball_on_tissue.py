@@ -1,7 +1,8 @@
-"""Compare a rigid ball that is pressed into a block with the exact solution for a layer: force, and distance of the face.
+"""Rigid ball pressed into a block, compared with the exact solution for a layer: force, and distance of the face from the
+ball.
 
-A quarter, x and y above 0, is computed; the block is as wide as high, which beside a layer without end changes the force by
-0.3 % (validation/sphere-on-layer).
+A quarter, x > 0 and y > 0, is computed. The block is as wide as it is high, which changes the force by 0.3 % relative to an
+infinite layer (validation/sphere-on-layer).
 """
 
 from typing import NamedTuple
@@ -27,7 +28,7 @@ METRICS = ("force", "gap", "energy", "momentum")
 
 
 class Pressed(NamedTuple):
-    """The ball, the layer, and how the ball moves."""
+    """The layer, the radius of the ball, and the initial height of its centre."""
 
     layer: Layer
     radius: float  # of the ball, with half of the thickness of its membrane [m]
@@ -45,7 +46,7 @@ class Pressed(NamedTuple):
         return cls(layer, sphere.radius + 0.5 * ball.thickness, sphere.centre[2])
 
     def middle(self, run: Run, time: float) -> float:
-        """Height of the middle of the ball at a time [m]."""
+        """Return the height of the centre of the ball at a time [m]."""
         return float(self.centre + run.case.motion[0].functions()[2](time))
 
     def depth(self, run: Run, time: float) -> float:
@@ -54,7 +55,7 @@ class Pressed(NamedTuple):
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Force at rest, how far the face is off the ball, energy, momentum."""
+    """Compute the metrics: force at rest, distance of the face from the ball, energy and momentum errors."""
     exact, end = Pressed.of(run), float(run.history["time"][-1])
     depth = exact.depth(run, end)
     known, found = force(exact.layer, exact.radius, depth), _force(run)[np.asarray(run.history["time"]) > AT_REST * end].mean()
@@ -74,12 +75,12 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _force(run: Run) -> Array:
-    """On the whole ball at each row of the history [N]."""
+    """Return the force on the whole ball at each row of the history [N]."""
     return np.asarray(4.0 * np.asarray(run.history["force"], dtype=float))
 
 
 def _tissue(run: Run) -> tuple[Array, Array]:
-    """Places of the tissue's nodes [m] at the start and at the end, shape (n, 3) each."""
+    """Return the positions of the tissue's nodes [m] at the start and at the end, shape (n, 3) each."""
     times = run.times("tissue")
     begun, now = (run.fields("tissue", float(times[frame]))["position"] for frame in (0, -1))
     return begun, now

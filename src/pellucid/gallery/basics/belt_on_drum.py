@@ -1,4 +1,4 @@
-"""A belt on a drum: forces and tensions beside the capstan equation with the drag of the belt."""
+"""Belt on a drum: forces and tensions compared with the capstan equation including the drag of the belt."""
 
 from typing import Any
 
@@ -35,9 +35,10 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 class Capstan:
-    """A belt that slides over a quarter of a drum against friction and drag: T' = μ T + q R with the angle.
+    """Capstan equation of a belt that slides over a quarter of a drum with friction and drag: dT/dφ = μ T + q R.
 
-    q: drag of the belt by unit of its length [N/m]; R: radius of its mid-surface [m]. Angles count from where the weight hangs.
+    T: tension [N]; φ: angle from the end where the weight hangs; q: drag of the belt per unit length [N/m]; R: radius of
+    the mid-surface [m].
     """
 
     def __init__(self, run: Run) -> None:
@@ -60,18 +61,19 @@ class Capstan:
 
     @property
     def pull(self) -> float:
-        """Force at the end that is pulled [N]."""
+        """Return the force at the pulled end [N]."""
         return float(self.tension(np.array(0.5 * np.pi))) + self._drag * self._straight
 
     @property
     def ratio(self) -> float:
-        """Horizontal over vertical force of the drum: its ends' tensions, less the drag on the quarter and with it."""
+        """Return the ratio of horizontal to vertical force on the drum, from the tensions at its ends and the drag on the
+        quarter."""
         drag = self._drag * self.radius
         return (float(self.tension(np.array(0.5 * np.pi))) - drag) / (self._hangs + drag)
 
 
 def tension_along(run: Run) -> tuple[Array, Array]:
-    """Return angles from where the weight hangs, and the belt's mean tension there while it slides [N]."""
+    """Return angles from the end where the weight hangs [rad], and the mean tension of the belt there while it slides [N]."""
     angles, found = np.linspace(0.02, 0.98, 41) * 0.5 * np.pi, []
     for time in run.times("belt"):
         if time < SLIDES:

@@ -1,4 +1,4 @@
-"""Strong explosions beside their similarity solution: radius of the shock, density about the centre, total energy."""
+"""Strong explosions compared with the similarity solution: radius of the shock, density about the centre, total energy."""
 
 import numpy as np
 
@@ -27,7 +27,8 @@ METRICS = ("radius", "worst_radius", "density_l1", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """The radius at the end and the worst of the later half, the error of the density, and of the balance of energy."""
+    """Compute the metrics: shock radius at the end and its largest error in the second half, errors of density and energy
+    balance."""
     blast, cell = Blast.of(run.case), run.case.grid.cell
     times, found = fronts(run, blast)
     exact = blast.radius(times)
@@ -58,13 +59,14 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def rings(run: Run) -> Array:
-    """Radii between rings of one cell [m], from the centre to the wall."""
+    """Return the edges of rings that are one cell wide [m], from the centre to the wall."""
     cell, width = run.case.grid.cell, float(run.case.grid.extent_upper()[0] - run.case.grid.lower[0])
     return np.arange(0.0, width + 0.5 * cell, cell)
 
 
 def gas(run: Run, blast: Blast, time: float) -> tuple[Array, Array, Array, Array]:
-    """Radius [m], mass [kg], volume [m³] and pressure [Pa] of all points at a time of a frame, shape (n,) each."""
+    """Return radius [m], mass [kg], volume [m³] and pressure [Pa] of all points in the frame at a time [s], shape (n,)
+    each."""
     frames = [run.fields(body.name, time) for body in run.case.body]
     names = ("position", "mass", "density", "pressure")
     position, mass, density, pressure = (np.concatenate([np.asarray(frame[name]) for frame in frames]) for name in names)
@@ -72,7 +74,7 @@ def gas(run: Run, blast: Blast, time: float) -> tuple[Array, Array, Array, Array
 
 
 def ring_density(run: Run, blast: Blast, edges: Array, time: float) -> Array:
-    """Mass in rings over their volume [kg/m³]."""
+    """Return the density in rings, i.e. mass divided by volume [kg/m³]."""
     radius, mass, _, _ = gas(run, blast, time)
     n = blast.dimensions
     across = run.case.grid.slice_thickness() ** (3 - n)
@@ -81,7 +83,7 @@ def ring_density(run: Run, blast: Blast, edges: Array, time: float) -> Array:
 
 
 def exact_density(blast: Blast, edges: Array, time: float, displaced: float = 0.0) -> Array:
-    """Mean density of the exact solution in rings [kg/m³], also where it is displaced outwards [m]."""
+    """Return the mean density of the exact solution in rings [kg/m³], optionally displaced outwards by a distance [m]."""
     width = edges[1] - edges[0]
     radius = (edges[:-1, None] + width * (np.arange(SAMPLES) + 0.5) / SAMPLES).ravel()
     weight = (radius ** (blast.dimensions - 1)).reshape(-1, SAMPLES)
@@ -90,7 +92,7 @@ def exact_density(blast: Blast, edges: Array, time: float, displaced: float = 0.
 
 
 def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
-    """Times of the frames after the start [s] and the radius of the shock in each [m]."""
+    """Return the times of the frames after the start [s] and the radius of the shock in each frame [m]."""
     edges, times = rings(run), np.asarray(run.times(run.case.body[0].name), dtype=float)[1:]
     middles, found = 0.5 * (edges[1:] + edges[:-1]), []
     for time in times:
@@ -105,7 +107,7 @@ def fronts(run: Run, blast: Blast) -> tuple[Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Radius against time, and density over the radius."""
+    """Draw the radius against time, and the density against the radius."""
     blast = Blast.of(run.case)
     figure, (fronts_axes, profile) = new_panels(1, 2, width=10.0, height=3.6)
     times, found = fronts(run, blast)

@@ -1,4 +1,4 @@
-"""The spherical blast is measured as the cylindrical one is."""
+"""Spherical blast, with the same metrics as the cylindrical one."""
 
 from pellucid.gallery.basics.blast import CAPTIONS, METRICS, figures, metrics
 

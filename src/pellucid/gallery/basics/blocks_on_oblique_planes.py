@@ -1,4 +1,4 @@
-"""Blocks that slide down planes turned about two axes: along the steepest descent, as Coulomb's law says."""
+"""Blocks that slide down planes turned about two axes: motion along the steepest descent by Coulomb's law."""
 
 import numpy as np
 
@@ -23,12 +23,12 @@ BLOCKS = {"on_plate": "on the plate", "on_wall": "on the wall"}
 
 
 def vectors(run: Run, block: str, quantity: str = "") -> Array:
-    """Displacements [m] or, with "v", velocities [m/s] of a block, shape (n, 3)."""
+    """Return the displacements [m] or, with quantity "v", the velocities [m/s] of a block, shape (n, 3)."""
     return np.stack([column(run, f"{block}_{quantity}{axis}") for axis in "xyz"], axis=1)
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Speeds down the slope, how far the blocks leave the line of the steepest descent, energy."""
+    """Compute the metrics: speeds down the slope, distances from the line of steepest descent, energy error."""
     end = float(column(run, "time")[-1])
     result = {}
     for block in BLOCKS:
@@ -47,7 +47,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Speeds, ways from above, and what is aside."""
+    """Draw the speeds, the paths from above, and the lateral distances."""
     time = column(run, "time")
     figure, (speed, above, aside) = new_panels(1, 3, height=3.4)
     for colour, (block, name) in zip(COLOURS, BLOCKS.items(), strict=False):

@@ -20,13 +20,14 @@ def softness(run: Run) -> float:
 
 
 def shear_and_compression(run: Run) -> tuple[float, float]:
-    """Mean displacements of a block that bears its weight, ρ g H²/3G and ρ g H²/3M [m]."""
+    """Return the mean displacements of a block under its own weight by shear and compression, ρ g H²/3G and ρ g H²/3M [m]."""
     weight = DENSITY * HEIGHT**2 * softness(run) / (3.0 * YOUNG)
     return weight * ALONG * 2.6, weight * 9.81 * 0.52 / 0.7  # ν = 0.3
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Speeds of what slides, ways of what sticks, height and motion of what rests, energy."""
+    """Compute the metrics: speeds of sliding blocks, displacements of sticking blocks, height and motion of the resting
+    block, energy."""
     time = column(run, "time")
     end, (sheared, pressed) = float(time[-1]), shear_and_compression(run)
     result = {}

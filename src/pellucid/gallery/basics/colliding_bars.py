@@ -1,4 +1,4 @@
-"""Two bars in one dimension: one gives the other all of its speed."""
+"""Two bars colliding in one dimension: one transfers its whole velocity to the other."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ TOUCH, DURATION, FORCE = GAP / SPEED, 2.0 * LENGTH / WAVE_SPEED, 0.5 * IMPEDANCE
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Force and duration of the touch, speeds afterwards, energy."""
+    """Compute the metrics: contact force and duration, speeds after the impact, energy error."""
     time, force = column(run, "time"), column(run, "force")
     since = (time - TOUCH) / DURATION
     middle = float(np.mean(force[(since > 0.2) & (since < 0.8)]))

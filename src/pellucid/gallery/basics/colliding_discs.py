@@ -16,7 +16,8 @@ METRICS = ("momentum", "mirror", "diagonal", "energy", "energy_swing", "contact_
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Momentum, mirror symmetry, energy; where the case is Sulsky's, also when and how long they touch, and rebound."""
+    """Compute the metrics: momentum, mirror symmetry and energy; for Sulsky's problem also start and duration of contact,
+    and rebound."""
     times, lower, upper = _mean_velocities(run)
     speed = float(np.linalg.norm(lower[0]))
     bodies = [run.fields(body.name) for body in run.case.body]
@@ -39,7 +40,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _contact(run: Run, times: Array, lower: Array, speed: float) -> dict[str, Metric]:
-    """Contact is when the mean velocity changes: from 1 % off the approach to within 1 % of the rebound."""
+    """Compute the metrics of contact. Contact lasts from a change of 1 % of the approach velocity to within 1 % of the
+    rebound velocity."""
     along = lower @ lower[0] / speed**2
     begins = _crossing(times, along, 0.99)
     rebound = float(np.mean(along[times > times[-1] - 0.4]))

@@ -1,4 +1,4 @@
-"""Cylinders that swing in a trough, gliding and rolling: as pendulums do."""
+"""Cylinders that oscillate in a trough, sliding or rolling, compared with pendulums."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -16,11 +16,11 @@ METRICS = ("glides", "rolls", "glides_energy", "rolls_energy", "slip", "spin", "
 LENGTH, RADIUS, GRAVITY = 0.5, 0.2, 9.81  # difference of the radii [m], of the cylinders [m], [m/s²]
 START = np.arctan2(4.0, 3.0)
 INERTIA = {"glides": 1.0, "rolls": 1.5}
-"""What moves, over the mass: what rolls turns as well, with a moment of inertia of m R²/2."""
+"""Effective inertia divided by mass; a rolling cylinder also rotates, with a moment of inertia of m R²/2."""
 
 
 def exact(run: Run, name: str) -> Array:
-    """Angle of a pendulum from the lowest point [rad]."""
+    """Return the angle of the equivalent pendulum from the lowest point at each row of the history [rad]."""
     time, pull = column(run, "time"), GRAVITY / LENGTH / INERTIA[name]
     found = solve_ivp(
         lambda _, s: [s[1], -pull * np.sin(s[0])], (0.0, time[-1]), [START, 0.0], t_eval=time, rtol=1e-9, atol=1e-9
@@ -34,14 +34,16 @@ def angle(run: Run, name: str) -> Array:
 
 
 def energy_change(run: Run, name: str) -> Array:
-    """Change of kinetic energy, with the spin of what rolls, and potential energy, over what is freed on the way down."""
+    """Return the change of kinetic and potential energy, divided by the energy released on the way down; a rolling
+    cylinder's kinetic energy includes its spin."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     energy = 0.5 * INERTIA[name] * squared + GRAVITY * column(run, f"{name}_y")
     return np.asarray((energy - energy[0]) / (GRAVITY * LENGTH * (1.0 - np.cos(START))))
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Angles and energies beside those of pendulums, spin and slip, ways along the trough, energy."""
+    """Compute the metrics: angles and energies compared with pendulums, spin and slip, displacements along the trough,
+    energy."""
     # A cylinder sinks in by 0.01 to 0.025 cells, most where it presses most, and the start leaves it free by the sagittas of
     # facets: the pendulum is longer by some cell/50, and what that frees is damped. What rolls winds up springs of friction
     # across the width of the contact, and leaves them behind: twice as much.
@@ -65,7 +67,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Angles, what is missing of them, energies."""
+    """Draw the angles, their errors and the energies."""
     time = column(run, "time")
     figure, (swing, off, energy) = new_panels(1, 3, height=3.4)
     for colour, name in zip(COLOURS, INERTIA, strict=False):

@@ -29,7 +29,8 @@ METRICS = ("start", "front", "front_speed", "wall_height", "ritter_bound", "dens
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Front, its speed and the height at the wall against the experiment; Ritter's bound; how nearly incompressible."""
+    """Compute the metrics: front position and speed and height at the wall against the experiment; Ritter's bound; density
+    deviation."""
     column = Column.of(run.case)
     times, front = run.history["time"], run.history["front"] / column.width
     result: dict[str, Metric] = {}
@@ -78,7 +79,8 @@ def _against_experiment(run: Run, column: Column) -> dict[str, Metric]:
 
 
 def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
-    """tau = t sqrt(g/a) of the frames, and the height of the water in the cells at the wall over the first one."""
+    """Return tau = t sqrt(g/a) of the frames, and the height of the water in the cells at the wall divided by the initial
+    height."""
     name, cell = run.case.body[0].name, run.case.grid.cell
     times = np.asarray(run.times(name), dtype=float)
     heights = []
@@ -90,7 +92,7 @@ def wall_height(run: Run, column: Column) -> "tuple[NDArray[np.float64], NDArray
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Front and height against the experiment."""
+    """Draw the front position and the height against the experiment."""
     column = Column.of(run.case)
     curves, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     times = run.history["time"]

@@ -1,6 +1,6 @@
-"""The drop on tissue: nothing passes through the face, what contact gives is what the water gets, and the balances hold.
+"""Drop on tissue: the water does not penetrate the face, contact impulses equal the momentum of the water, balances hold.
 
-A quarter, x and y above 0, is computed.
+A quarter, x > 0 and y > 0, is computed.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ METRICS = ("clearance", "impulse", "momentum", "mass", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Least height of the water above the face, what contact gave the water, momentum, mass, energy."""
+    """Compute the metrics: smallest height of the water above the face, contact impulse, momentum, mass and energy errors."""
     kept, cells = run.summary["conservation"], min(clearance(run, float(time)) for time in run.times("water"))
     cells /= run.case.grid.cell
     given = -float(np.asarray(run.history["force"]) @ np.diff(run.history["time"], prepend=0.0))
@@ -39,9 +39,9 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def clearance(run: Run, time: float) -> float:
-    """Least height [m] of the water's points above the face in the frame nearest to a time [s].
+    """Return the smallest height [m] of the water's points above the face, in the frame nearest to a time [s].
 
-    The face is flat between the nodes on it; beside it counts the height of the nearest.
+    The face is interpolated linearly between its nodes; outside, the height of the nearest node is used.
     """
     water, begun, now = (run.fields(name, at)["position"] for name, at in (("water", time), ("tissue", 0.0), ("tissue", time)))
     face = now[begun[:, 2] > begun[:, 2].max() * (1.0 - 1e-9)]

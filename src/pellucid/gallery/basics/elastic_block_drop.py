@@ -1,4 +1,4 @@
-"""A block without lateral strain bounces on a floor: the exact impact of a bar on a rigid wall."""
+"""Block without lateral strain that bounces on a floor: the exact impact of a bar on a rigid wall."""
 
 from typing import NamedTuple
 
@@ -13,9 +13,11 @@ METRICS = ("force", "turn", "rebound", "energy")
 
 
 class Impact(NamedTuple):
-    """A bar that meets a rigid wall: from the touch until 2 L/c it feels the force ρ c v A, and leaves as fast as it came.
+    """Impact of an elastic bar on a rigid wall: during the time 2 L/c the force is ρ c v A, and the bar rebounds with its
+    initial speed.
 
-    Source: Timoshenko & Goodier, Theory of Elasticity, section 167.
+    L: length, c: wave speed, ρ: density, v: speed, A: cross-section. Source: Timoshenko & Goodier, Theory of Elasticity,
+    section 167.
     """
 
     length: float  # [m]
@@ -47,18 +49,21 @@ class Impact(NamedTuple):
 
     @property
     def force(self) -> float:
-        """On the floor [N]."""
+        """Force on the floor [N]."""
         return self.density * self.wave_speed * self.speed * self.area
 
     @property
     def front(self) -> float:
-        """Fraction of the duration that the front takes at its end. Lumped masses at a distance h slow waves by (kh)²/24,
-        which widens a front to (c t h²/8)^(1/3) (as an Airy function, Whitham, Linear and Nonlinear Waves, section 11.5)."""
+        """Return the rise time of the wave front at the end of the impact, as a fraction of the duration.
+
+        Lumped masses at a distance h slow waves of wave number k by (kh)²/24, which widens a front to (c t h²/8)^(1/3) (as
+        an Airy function, Whitham, Linear and Nonlinear Waves, section 11.5).
+        """
         return float((0.125 * (self.spacing / (2.0 * self.length)) ** 2) ** (1.0 / 3.0))
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Force on the floor, when the block stands still, how fast it leaves, energy."""
+    """Compute the metrics: force on the floor, time of reversal, rebound velocity, energy error."""
     exact, history = Impact.of(run), run.history
     time, velocity, push = (np.asarray(history[name], dtype=float) for name in ("time", "velocity_z", "force"))
     step = np.diff(time, prepend=0.0)  # a row has the mean force since the row before

@@ -1,4 +1,4 @@
-"""Standing wave of an elastic bar against the exact solution."""
+"""Standing wave of an elastic bar compared with the exact solution."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ METRICS = ("velocity_l2", "displacement_l2", "period")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Relative L2 errors of velocity and displacement at the end, and the error of the period."""
+    """Compute the relative L2 errors of velocity and displacement at the end, and the error of the period."""
     wave = StandingWave.of(run.case)
     x, displacement, velocity, time = _state(run)
     # Second order in kh: a lumped mass slows the wave by (kh)²/24, and the grid's smoothing of the points' velocities by
@@ -38,7 +38,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Velocity and displacement along the bar at the end, and the velocity of the antinode against time."""
+    """Draw velocity and displacement along the bar at the end, and the velocity of the antinode against time."""
     wave = StandingWave.of(run.case)
     x, displacement, velocity, time = _state(run)
     order = np.argsort(x)
@@ -59,7 +59,7 @@ def figures(run: Run) -> dict[str, Figure]:
 
 
 def _state(run: Run) -> "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]":
-    """Initial position, displacement [m], velocity [m/s] along x, each (n,), and the time [s] at the end."""
+    """Return initial position [m], displacement [m] and velocity [m/s] along x, each (n,), and the time [s] at the end."""
     name = run.case.body[0].name
     times = run.times(name)
     start, end = run.fields(name, float(times[0])), run.fields(name, float(times[-1]))

@@ -1,4 +1,4 @@
-"""Discs that glide without friction on a plate and over a disc: speed and energy are kept, the way is that of a bead."""
+"""Discs that slide without friction on a plate and over a disc: speed and energy are conserved, the path is that of a bead."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -18,7 +18,7 @@ CENTRES, GRAVITY = 0.8, 9.81  # distance of the centres [m], [m/s²]
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Speed on the plate, work of contact, energy of both discs, where the second one is."""
+    """Compute the metrics: speed on the plate, work of contact, energies of both discs, position of the second disc."""
     time, speed, work = column(run, "time"), column(run, "flat_vx"), float(run.history["contact_work"][-1])
     moving = float(run.history["kinetic_energy"][0])
     place, exact = np.column_stack([column(run, "round_x"), column(run, "round_y")]), bead(run, time)
@@ -42,13 +42,14 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def energy_of(run: Run, name: str, level: float) -> Array:
-    """Kinetic and potential energy of a disc over its mass [J/kg], above a level [m]."""
+    """Return the specific kinetic and potential energy of a disc [J/kg]; level: reference height [m]."""
     squared = column(run, f"{name}_vx") ** 2 + column(run, f"{name}_vy") ** 2
     return np.asarray(0.5 * squared + GRAVITY * (column(run, f"{name}_y") - level))
 
 
 def bead(run: Run, time: Array) -> Array:
-    """Exact places of the centre [m], shape (n, 2): on a circle about the hill until its weight no longer holds it there."""
+    """Return the exact positions of the centre [m], shape (n, 2): on a circle about the hill until it loses contact, then
+    in free flight."""
     first = np.array([column(run, "round_x")[0], column(run, "round_y")[0]]) - HILL
     speed = float(np.hypot(column(run, "round_vx")[0], column(run, "round_vy")[0]))
     start = [np.arctan2(first[0], first[1]), speed / CENTRES]
@@ -73,7 +74,7 @@ def bead(run: Run, time: Array) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Energies."""
+    """Draw the changes of energy against time."""
     time = column(run, "time")
     figure, axes = new_panels(height=3.0)
     for name, level, what, colour in (("flat", 0.6, "on the plate", 0), ("round", HILL[1], "over the hill", 1)):

@@ -1,4 +1,4 @@
-"""A column at rest under its own weight: places, stresses and speeds of its points beside the exact solution."""
+"""Column at rest under its own weight: displacements, stresses and speeds of its points compared with the exact solution."""
 
 import numpy as np
 
@@ -25,7 +25,8 @@ METRICS = ("displacement", "stress", "fastest", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Displacement of the top, the worst stress of a point, the fastest point, the ledger."""
+    """Compute the metrics: displacement of the top, largest stress error of a point, largest speed of a point, energy
+    balance."""
     column = HeavyColumn.of(run.case)
     rest, place, stress = points(run)
     exact = column.place(rest) - rest
@@ -45,9 +46,10 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def points(run: Run) -> tuple[Array, Array, Array]:
-    """Heights of the points in the stress-free column and in the last frame [m], stress along the column [Pa], (n,) each.
+    """Return the heights of the points in the stress-free column and in the last frame [m] and the axial stress [Pa], (n,)
+    each.
 
-    The points are seeded in equal layers, whose order is that of the heights.
+    The points are created in equal layers; sorting by height therefore identifies the layer of each point.
     """
     body = run.case.body[0]
     fields = run.fields(body.name)
@@ -61,7 +63,7 @@ def points(run: Run) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Displacement and stress over the height, speed against time."""
+    """Draw displacement and stress against the height, and the speed against time."""
     column = HeavyColumn.of(run.case)
     figure, (displacement, stress, speed) = new_panels(1, 3, width=10.0, height=3.6)
     rest, place, found = points(run)

@@ -1,4 +1,4 @@
-"""An oscillating drop against Rayleigh's frequency and the pressure of Laplace."""
+"""Oscillating drop compared with Rayleigh's frequency and Laplace's pressure."""
 
 import numpy as np
 
@@ -14,7 +14,8 @@ METRICS = ("period", "pressure", "surface", "balance")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """The period, the mean pressure of the drop, the area at the start by its energy, what the balance misses."""
+    """Compute the metrics: period, mean pressure, initial surface area from the surface energy, error of the energy
+    balance."""
     rate, fading, radius, tension = _exact(run)
     time, stretch = _stretch(run)
     share = run.case.grid.cell / radius
@@ -39,7 +40,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _exact(run: Run) -> tuple[float, float, float, float]:
-    """Rayleigh's rate and Lamb's [1/s], radius [m], tension [N/m]."""
+    """Return Rayleigh's angular frequency and Lamb's decay rate [1/s], the radius [m] and the surface tension [N/m]."""
     body, tension = run.case.body[0], run.case.surface_tension[0].tension
     lower, upper = body.bounds()
     radius, law = float(upper[2] - lower[2]) / 2.0, body.material
@@ -48,7 +49,7 @@ def _exact(run: Run) -> tuple[float, float, float, float]:
 
 
 def _stretch(run: Run) -> tuple[Array, Array]:
-    """Times [s], and how far the drop is stretched along z, as a share of its radius."""
+    """Return the times [s], and the elongation of the drop along z divided by its radius."""
     name = run.case.body[0].name
     times, radius = np.asarray(run.times(name), float), _exact(run)[2]
     found = []
@@ -70,7 +71,7 @@ def _mean_pressure(points: dict[str, Array]) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The stretch against time."""
+    """Draw the elongation against time."""
     rate, fading, _, _ = _exact(run)
     time, stretch = _stretch(run)
     swing = float(np.sqrt(rate**2 - fading**2))

@@ -1,4 +1,4 @@
-"""A ball that rolls down a plate in space, against a rigid body."""
+"""Ball that rolls down a plate in space, compared with a rigid body."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ from pellucid.results.pictures.annotations import Run
 METRICS = ("way", "speed", "aside", "energy")
 
 SHARE = 5.0 / 7.0
-"""Of the acceleration along the slope: the moment of inertia is 2/5 m R²."""
+"""Acceleration divided by the gravity component along the slope; the moment of inertia is 2/5 m R²."""
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Way and speed at the end, how far it leaves its line, energy."""
+    """Compute the metrics: distance and speed at the end, lateral deviation, energy error."""
     end, pull = float(run.history["time"][-1]), SHARE * float(run.case.gravity[0])
     way, aside = float(column(run, "ball_x")[-1]), float(np.max(np.abs(column(run, "ball_y"))))
     # four cells to the radius: as far as a disc of eight may err, twice over

@@ -1,4 +1,4 @@
-"""Soft balls on a slope, solid and blown up, that roll or glide, against rigid ones."""
+"""Soft balls on a slope, solid and inflated, rolling and sliding, compared with rigid balls."""
 
 from typing import Any
 
@@ -9,7 +9,8 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Run
 
 SHARES = {"solid_rolls": 5.0 / 7.0, "hollow_rolls": 3.0 / 5.0, "solid_glides": 1.0, "hollow_glides": 1.0}
-"""Of the acceleration along the slope: moments of inertia are 2/5 and 2/3 m R², and what glides does not turn."""
+"""Acceleration divided by the gravity component along the slope: moments of inertia are 2/5 and 2/3 m R²; sliding balls do
+not rotate."""
 ROLLS, GLIDES, ASIDE, ENERGY = 0.02, 0.005, 0.002, 0.005
 LAST = 0.1  # s at the end, over which the speed is taken: a ball of flat faces rolls on unevenly
 
@@ -17,7 +18,7 @@ METRICS = (*(f"{name}_{what}" for name in SHARES for what in ("way", "speed")), 
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Return ways and speeds at the end, how far the balls leave their lines, and the energy balance."""
+    """Return the metrics: distances and speeds at the end, lateral deviations, energy balance."""
     time = column(run, "time")
     end, result, aside = float(time[-1]), {}, 0.0
     for name, share in SHARES.items():
@@ -33,7 +34,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def exact_way(run: Run, time: np.ndarray) -> np.ndarray:
-    """Return the way of what glides down the slope [m] while gravity grows linearly, as the case has it."""
+    """Return the distance that a frictionless body slides down the slope [m] while gravity first increases, as in the case."""
     case: Any = run.case
     grown, pull = float(case.gravity_amplitude.times[1]), float(case.gravity[0])
     late = np.maximum(time - grown, 0.0)

@@ -1,4 +1,4 @@
-"""Discs that roll without slip and glide without friction down a slope, against rigid bodies."""
+"""Discs that roll without slip or slide without friction down a slope, compared with rigid bodies."""
 
 from pellucid.gallery.exact_curves import column, compared, energy_metric
 from pellucid.results.metrics import Metric
@@ -7,7 +7,8 @@ from pellucid.results.pictures.annotations import Run
 METRICS = ("rigid", "elastic", "gliding", "gliding_speed", "energy")
 
 SHARES = {"rigid": 2.0 / 3.0, "elastic": 2.0 / 3.0, "gliding": 1.0}
-"""Of the acceleration along the slope: what rolls turns as well, with a moment of inertia of m R²/2."""
+"""Acceleration divided by the gravity component along the slope; a rolling disc also rotates, with a moment of inertia of m
+R²/2."""
 RADIUS = 0.4
 
 

@@ -1,4 +1,4 @@
-"""The roof of Scordelis and Lo, against its deflection by shell theory."""
+"""The Scordelis-Lo roof, compared with the deflection by shell theory."""
 
 from math import pi
 
@@ -16,14 +16,14 @@ CAPTIONS = {"section": "Deflection of the roof across its middle, and the refere
 METRICS = ("deflection", "weight", "energy")
 
 DEFLECTION, WEIGHT = 0.3024, 90.0
-"""In the middle of the free edge, under this weight of unit area."""
+"""Deflection in the middle of the free edge, and weight per unit area, in the units of the benchmark."""
 LIMIT = 0.006
 """Relative difference between the reference and deep shell theory (0.3006), to which meshes converge."""
 SPAN, HALF_ANGLE = 25.0, 40.0 / 180.0 * pi
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Deflection of the free edge, the force on the diaphragm, energy."""
+    """Compute the metrics: deflection of the free edge, force on the diaphragm, energy error."""
     body = run.case.body[0]
     if not isinstance(body, MembraneElementsCase):
         raise ValueError(f"body {body.name} is no membrane of elements")
@@ -45,7 +45,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Deflection across the middle of the roof."""
+    """Draw the deflection across the middle of the roof."""
     start, end = (run.fields("roof", float(time)) for time in (run.times("roof")[0], run.times("roof")[-1]))
     x, place = np.asarray(start["position"]), np.asarray(end["position"])
     middle = np.abs(x[:, 1] - SPAN) < 1e-9

@@ -1,4 +1,4 @@
-"""A strip of cloth held like a shelf, against the heavy elastica."""
+"""Strip of cloth clamped horizontally, compared with the heavy elastica."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The middle of the strip at rest."""
+    """Draw the middle line of the strip at rest."""
     start, end = (run.fields("strip", float(time)) for time in (run.times("strip")[0], run.times("strip")[-1]))
     x, place = np.asarray(start["position"]), np.asarray(end["position"])
     middle = np.abs(x[:, 1] - 0.1) < 1e-9
@@ -61,7 +61,7 @@ def _strip(run: Run) -> MembraneElementsCase:
 
 
 def _elastica(run: Run, along: "NDArray[np.float64]") -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
-    """Reach and drop of places of the strip [m]."""
+    """Return the horizontal and vertical distances of positions on the strip from the clamp [m]."""
     body = _strip(run)
     material: object = body.material
     if not isinstance(material, ElasticMaterial) or body.bending is None:

@@ -1,4 +1,4 @@
-"""Sod's tube is measured as any other tube is."""
+"""Sod's shock tube, with the metrics of all shock tubes."""
 
 from pellucid.gallery.gan2011.shock_tube import METRICS, figures, metrics
 

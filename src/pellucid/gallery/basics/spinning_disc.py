@@ -15,7 +15,8 @@ METRICS = ("mean_stress", "breathing_period", "angle", "angular_momentum", "ener
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Mean stress (virial theorem), first breath, turned angle, angular momentum, energy."""
+    """Compute the metrics: mean stress (virial theorem), first breathing oscillation, rotation angle, angular momentum,
+    energy."""
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times = np.asarray(run.times(name), dtype=float)
     frames = [run.fields(name, float(time)) for time in times]
@@ -49,7 +50,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _mean_pull(run: Run) -> tuple[Array, Array]:
-    """Times [s] and the points' mean of σxx + σyy [Pa]."""
+    """Return the times [s] and the mean of σxx + σyy over the points [Pa]."""
     history = run.history
     return np.asarray(history["time"]), np.asarray(history["stress_xx"]) + np.asarray(history["stress_yy"])
 
@@ -66,14 +67,15 @@ def _angular_momentum(points: dict[str, Array]) -> float:
 
 
 def _angle(start: dict[str, Array], end: dict[str, Array], guess: float) -> float:
-    """Mean angle [rad] through which the points turned about the origin; the whole turns are taken from the guess."""
+    """Return the mean rotation angle of the points about the origin [rad]; guess: approximate angle, which determines the
+    number of whole turns."""
     a, b = np.asarray(start["position"]), np.asarray(end["position"])
     turned = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]))
     return float(turned + 2.0 * np.pi * np.round((guess - turned) / (2.0 * np.pi)))
 
 
 def _polar_stresses(points: dict[str, Array]) -> tuple[Array, Array, Array]:
-    """Radius [m], radial and hoop stress [Pa] of the points."""
+    """Return radius [m], radial and hoop stress [Pa] of the points."""
     x, y = np.asarray(points["position"])[:, :2].T
     s = np.asarray(points["stress"])
     angle = np.arctan2(y, x)
@@ -83,7 +85,7 @@ def _polar_stresses(points: dict[str, Array]) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Mean stress against time, and the stresses over the radius, averaged over the frames of the run."""
+    """Draw the mean stress against time, and the stresses against the radius, averaged over the frames of the run."""
     disc, name = SpinningDisc.of(run.case), run.case.body[0].name
     times, pull = _mean_pull(run)
     shown = times <= min(times[-1], 10.0 * 2.0 * np.pi / disc.breathing[2][0])

@@ -1,4 +1,4 @@
-"""Water that should stay at rest: speeds of its points, and their pressure beside that of their depth."""
+"""Water that should stay at rest: speeds of its points, and their pressure compared with the hydrostatic pressure."""
 
 from typing import Any
 
@@ -26,7 +26,8 @@ METRICS = ("fastest", "pressure", "column", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """The fastest point, the worst pressure of a point beside ρ₀ g depth and beside a compressible column, the ledger."""
+    """Compute the metrics: largest speed of a point, largest pressure error relative to ρ₀ g depth and to a compressible
+    column, energy balance."""
     fastest = float(np.max(run.history["fastest"]))
     weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
     text = "speed of the fastest point in any row of the history"
@@ -55,12 +56,12 @@ def pressure_errors(run: Run) -> tuple[Array, Array]:
 
 
 def simple(run: Run, depth: Array) -> Array:
-    """ρ₀ g depth [Pa]."""
+    """Return the hydrostatic pressure of a liquid of constant density, ρ₀ g depth [Pa]."""
     return np.asarray(run.case.body[0].material.density * -run.case.gravity[1] * depth)
 
 
 def column(run: Run, depth: Array) -> Array:
-    """Pressure of Tait's liquid [Pa] of which c² grows by (n-1) g depth, as dp = ρ g ds has it."""
+    """Return the hydrostatic pressure of Tait's liquid [Pa]. From dp = ρ g ds with the depth s, c² increases by (n-1) g s."""
     material: Any = run.case.body[0].material
     eos, n = material.eos, material.eos.exponent
     growth = 1.0 - (n - 1.0) * run.case.gravity[1] * depth / eos.sound_speed**2  # of c², from its value at the level
@@ -69,7 +70,7 @@ def column(run: Run, depth: Array) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Pressure over height, and the largest error of the pressure against time."""
+    """Draw the pressure against height, and the largest pressure error against time."""
     water: Any = run.case.body[0]
     figure, (profile, errors) = new_panels(1, 2, width=10.0, height=3.6)
     name, points = water.name, run.fields(water.name)

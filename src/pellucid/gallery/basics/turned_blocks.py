@@ -1,4 +1,4 @@
-"""Blocks on plates that are turned against the grid: they slide and stick as Coulomb's law says, however the plates lie."""
+"""Blocks on plates that are rotated relative to the grid: they slide and stick by Coulomb's law for all orientations."""
 
 import numpy as np
 
@@ -18,14 +18,14 @@ PLATES = {"east": (np.radians(17.0), 1.0), "west": (np.radians(-33.0), -1.0)}
 
 
 def along_and_off(run: Run, block: str, quantity: str = "") -> tuple[Array, Array]:
-    """Ways [m] or, with "v", velocities [m/s] of a block along its plate and off it."""
+    """Return the displacements [m] or, with quantity "v", the velocities [m/s] of a block along its plate and normal to it."""
     angle, sign = PLATES[block[:4]]
     x, y = column(run, f"{block}_{quantity}x"), column(run, f"{block}_{quantity}y")
     return sign * (np.cos(angle) * x + np.sin(angle) * y), np.cos(angle) * y - np.sin(angle) * x
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Speeds along the plates, how far off their lines, ways of what sticks, energy."""
+    """Compute the metrics: speeds along the plates, lateral deviations, displacements of sticking blocks, energy error."""
     end, cell = float(column(run, "time")[-1]), run.case.grid.cell
     sheared, _ = shear_and_compression(run)
     result = {}
@@ -46,7 +46,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Speeds of what slides, ways of what sticks, and the bodies at the end."""
+    """Draw the speeds of sliding blocks, the displacements of sticking blocks, and the bodies at the end."""
     time = column(run, "time")
     figure, (speed, slip, place) = new_panels(1, 3, width_ratios=(1.0, 1.0, 1.6), height=3.4)
     slip.axhline(1e3 * shear_and_compression(run)[0], color="#bbb", linewidth=4.0, label="own shear, mean")

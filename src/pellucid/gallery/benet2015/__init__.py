@@ -1,1 +1,1 @@
-"""Cases of Benet 2015 and around them."""
+"""Cases of Benet 2015 and related cases."""

@@ -1,4 +1,4 @@
-"""Compressed sphere in space against the exact motion."""
+"""Compressed sphere in space compared with the exact motion."""
 
 from pellucid.gallery.benet2015.growing import CAPTIONS, METRICS, figures, metrics
 

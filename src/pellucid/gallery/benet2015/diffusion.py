@@ -1,4 +1,4 @@
-"""Diffusion along a bar against the Fourier series."""
+"""Diffusion along a bar compared with the Fourier series."""
 
 import numpy as np
 
@@ -25,11 +25,11 @@ CAPTIONS = {
 METRICS = ("relative_error", "amount")
 
 THESIS = 6e-5
-"""Largest relative error of the thesis with 41 particles."""
+"""Largest relative error in the thesis with 41 particles."""
 
 
 def _bar(run: Run) -> tuple[DiffusingFieldCase, Line]:
-    """The field and its line. Raises ValueError for a case that the reference does not cover."""
+    """Return the diffusing field and its line. Raises ValueError for a case without a reference."""
     body = run.case.body[0]
     line = body.domain.line if isinstance(body, DiffusingFieldCase) else None
     if (
@@ -42,7 +42,7 @@ def _bar(run: Run) -> tuple[DiffusingFieldCase, Line]:
 
 
 def _exact(run: Run, x: Array, time: float) -> Array:
-    """The concentration at x [m] along the bar."""
+    """Return the exact concentration at positions x [m] along the bar at a time [s]."""
     body, line = _bar(run)
 
     def start(y: Array) -> Array:
@@ -55,7 +55,7 @@ def _exact(run: Run, x: Array, time: float) -> Array:
 
 
 def _profiles(run: Run) -> tuple[Array, Array, Array, float]:
-    """Places [m], concentrations of the nodes and exact ones at the end, each (n,), and the time [s]."""
+    """Return positions [m], concentrations and exact concentrations of the nodes at the end, each (n,), and the time [s]."""
     name = run.case.body[0].name
     time = float(run.times(name)[-1])
     fields = run.fields(name, time)
@@ -64,7 +64,7 @@ def _profiles(run: Run) -> tuple[Array, Array, Array, float]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """The largest error over the largest concentration, and the amount that is left."""
+    """Compute the metrics: largest error relative to the largest concentration, and the remaining amount."""
     x, found, exact, time = _profiles(run)
     error = float(np.abs(found - exact).max() / np.abs(exact).max())
     # the thesis's error, and of the order of the polynomials for other numbers of nodes
@@ -80,7 +80,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Profiles, errors, and why windows must not be wide."""
+    """Draw the profiles, the errors, and the stability of the averaging windows as a function of their width."""
     return {"profiles": _profile_figure(run), "errors": _error_figure(run), "windows": _window_figure(run)}
 
 
@@ -108,7 +108,8 @@ def _error_figure(run: Run) -> Figure:
 
 
 def _window_figure(run: Run) -> Figure:
-    """The symbol of windows, and the largest real part of the eigenvalues of -M⁻¹ D K for many widths, ends closed."""
+    """Draw the Fourier symbol of averaging windows, and the largest real part of the eigenvalues of -M⁻¹ D K for many
+    widths, with closed ends."""
     body, bar = _bar(run)
     x = bar.places()
     figure, (left, right) = new_panels(1, 2, width=9.5, height=3.6)
@@ -127,7 +128,7 @@ def _window_figure(run: Run) -> Figure:
 
 
 def _fastest_growth(x: Array, width: float, body: DiffusingFieldCase) -> float:
-    """[1/s], of the equations of the nodes; 0 is that of a uniform concentration."""
+    """Return the largest growth rate of the nodal equations [1/s]; it is 0 for a uniform concentration."""
     content, outflow = (part.toarray() for part in windows_on_line(x, body.radial, width))
     rates = np.linalg.eigvals(np.linalg.solve(content, -body.material.diffusivity * outflow).astype(complex))
     return float(rates.real.max())

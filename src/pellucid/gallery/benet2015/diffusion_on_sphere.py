@@ -1,4 +1,4 @@
-"""Spherical harmonics that fade on a sphere, each at its exact rate."""
+"""Spherical harmonics that decay on a sphere by diffusion, each at its exact rate."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ METRICS = ("decay_2", "decay_3", "amount", "area")
 
 
 def _field(run: Run) -> tuple[DiffusingFieldCase, float]:
-    """The field and the radius of its sphere [m]. Raises ValueError for a case that the reference does not cover."""
+    """Return the diffusing field and the radius of its sphere [m]. Raises ValueError for a case without a reference."""
     body = run.case.body[0]
     surface = body.domain.surface if isinstance(body, DiffusingFieldCase) else None
     if not isinstance(body, DiffusingFieldCase) or surface is None or surface.icosphere is None:
@@ -26,7 +26,7 @@ def _field(run: Run) -> tuple[DiffusingFieldCase, float]:
 
 
 def _amplitudes(run: Run) -> tuple[Array, dict[int, Array]]:
-    """Instants [s], and at each of these the part of each harmonic in the field over that at the start, by its degree."""
+    """Return the times [s], and by degree the amplitude of each harmonic at these times divided by its initial amplitude."""
     body, _ = _field(run)
     times = run.times(body.name)
     at_start = run.fields(body.name, 0.0)
@@ -41,7 +41,7 @@ def _amplitudes(run: Run) -> tuple[Array, dict[int, Array]]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Rates of decay, the amount, the area."""
+    """Compute the metrics: decay rates, total amount, surface area."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
     area = float(np.sum(run.fields(body.name)["volume"]))
@@ -63,7 +63,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Amplitudes of the harmonics."""
+    """Draw the amplitudes of the harmonics against time."""
     body, radius = _field(run)
     times, amplitudes = _amplitudes(run)
     figure, (left, right) = new_panels(1, 2, width=9.5, height=3.4)

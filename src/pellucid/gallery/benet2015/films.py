@@ -1,4 +1,4 @@
-"""The film of a case of vesicles, and what acts on it."""
+"""Films of vesicle cases, their loads and conserved quantities."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ def films_of(run: Run) -> list[FluidFilmCase]:
 
 
 def film_of(run: Run) -> FluidFilmCase:
-    """The only film of the case."""
+    """Return the film of a case with one film."""
     (film,) = films_of(run)
     return film
 
@@ -35,7 +35,7 @@ def lipid_of(film: FluidFilmCase) -> LipidFilm:
 
 
 def radius_of(film: FluidFilmCase) -> float:
-    """Radius at the start [m] of a circle or sphere. Raises TypeError for another shape."""
+    """Return the initial radius [m] of a circle or sphere. Raises TypeError for another shape."""
     shape = film.shape.surface.chosen() if film.shape.surface else film.shape.chosen()
     if not isinstance(shape, Ellipse | Spheroid | Icosphere):
         raise TypeError(f"the exact motion is that of a circle or sphere, and {film.name} is none")
@@ -43,25 +43,24 @@ def radius_of(film: FluidFilmCase) -> float:
 
 
 def pressures_of(run: Run) -> list[FilmPressure]:
-    """The pressures on it."""
+    """Return the pressure loads on films."""
     return [load for load in run.case.load if isinstance(load, FilmPressure)]
 
 
 def shapes_of(run: Run, name: str) -> list[Ellipsoid]:
-    """The ellipse of a closed film in the plane in each frame."""
+    """Return the ellipse fitted to a closed film in the plane, for each frame."""
     return [of_curve(run.fields(name, float(time))["position"][:, :2]) for time in run.times(name)]
 
 
 def enclosed_area(run: Run, name: str, time: float) -> float:
-    """Area inside a closed film in the plane [m²], of the polygon through its nodes."""
+    """Return the area enclosed by a film in the plane [m²], i.e. of the polygon through its nodes."""
     x, y = run.fields(name, time)["position"][:, :2].T
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def kept(run: Run, name: str) -> dict[str, Metric]:
-    """Largest relative changes of what a closed film has inside, the `area` of a curve or the `volume` of a surface, and of its
-    mass, `film_mass`.
-    """
+    """Return the metrics of conservation of a closed film: largest relative changes of the enclosed `area` of a curve or
+    `volume` of a surface, and of the film's mass, `film_mass`."""
     times = [float(time) for time in run.times(name)]
     triangles = run.triangles(name)
     inside = "volume" if len(triangles) else "area"

@@ -15,7 +15,7 @@ METRICS = ("radius", "density", "energy")
 
 
 def exact(run: Run, film: FluidFilmCase) -> Growing:
-    """The exact motion of a film of the case."""
+    """Return the exact motion of a film of the case."""
     material = lipid_of(film)
     load = next((load for load in pressures_of(run) if load.body == film.name), None)
     pressure, dead = (load.value, load.on == "initial-area") if load else (0.0, False)
@@ -27,13 +27,14 @@ def exact(run: Run, film: FluidFilmCase) -> Growing:
 
 
 def _columns(run: Run, film: FluidFilmCase) -> tuple[str, str, str]:
-    """Names of its radius, density and speed in the history; those of the first film have no ending."""
+    """Return the names of the history columns of a film's radius, density and radial velocity; names of the first film have
+    no suffix."""
     ending = "" if film is films_of(run)[0] else f"-{film.name}"
     return f"radius{ending}", f"density{ending}", f"radial_velocity{ending}"
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Errors of the radius and the density of each film at the end, and of the balance of power."""
+    """Compute the errors of radius and density of each film at the end, and of the balance of power."""
     allowed = 1e-3  # the steps keep errors of this share of the distance of nodes; that of the curve's geometry is far below
     result = {}
     for film in films_of(run):
@@ -47,7 +48,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Radius, density and speed against time with the exact ones."""
+    """Draw radius, density and radial velocity against time with the exact solutions."""
     films, times = films_of(run), run.history["time"]
     figure, panels = new_panels(1, 3, width=10.0, height=3.2, title=run.case.title)
     for film, colour in zip(films, COLOURS[1:], strict=False):

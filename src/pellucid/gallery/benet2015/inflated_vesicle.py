@@ -1,4 +1,4 @@
-"""Inflated vesicle against the exact motion."""
+"""Inflated vesicle compared with the exact motion."""
 
 from pellucid.gallery.benet2015.growing import CAPTIONS, METRICS, figures, metrics
 

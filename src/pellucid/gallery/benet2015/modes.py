@@ -1,4 +1,4 @@
-"""Small disturbances of round films: the rates at which they die away, against linear theory."""
+"""Small disturbances of round films: decay rates compared with linear theory."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from pellucid.results.pictures.style import COLOURS, label, new_panels
 CAPTIONS = {"decay": "Amplitudes over that at the start against time, with the exact rates."}
 
 WAVES = {"two-waves": 2, "three-waves": 3, "sphere": 2}
-"""Waves about the circle, or the degree of the spherical harmonic."""
+"""Number of waves about the circle, or degree of the spherical harmonic, by name of the film."""
 
 METRICS = tuple(WAVES)
 
@@ -27,7 +27,7 @@ ALLOWED = 0.01  # of the rate: linear theory is off by some amplitudes over the 
 
 
 class Decay(NamedTuple):
-    """Decay of a mode."""
+    """Decay of a mode: times, relative amplitudes, measured and exact rates."""
 
     times: np.ndarray  # [s]
     amplitudes: np.ndarray  # over the radius
@@ -36,7 +36,8 @@ class Decay(NamedTuple):
 
 
 def _waves(places: np.ndarray, waves: int) -> float:
-    """Amplitude of so many waves in the radius of a curve about its middle, over the radius; places: shape (n, 2)."""
+    """Return the amplitude of the radius of a curve about its centroid at a number of waves, divided by the mean radius;
+    places: shape (n, 2)."""
     x, y = (places - places.mean(axis=0)).T
     angle, radius = np.unwrap(np.arctan2(y, x)), np.hypot(x, y)
     closed = np.append(angle, angle[0] + 2.0 * np.pi), np.append(radius, radius[0])
@@ -46,7 +47,8 @@ def _waves(places: np.ndarray, waves: int) -> float:
 
 
 def _harmonic(places: np.ndarray) -> float:
-    """Amplitude of the Legendre polynomial of degree 2 about z in the radii of nodes, over the radius; places: shape (n, 3)."""
+    """Return the amplitude of the Legendre polynomial of degree 2 about z in the radii of nodes, divided by the mean
+    radius; places: shape (n, 3)."""
     from_middle = places - places.mean(axis=0)
     radius = np.linalg.norm(from_middle, axis=1)
     wave = 1.5 * (from_middle[:, 2] / radius) ** 2 - 0.5
@@ -69,8 +71,8 @@ def _exact(run: Run, film: FluidFilmCase) -> float:
 
 
 def decay_of(run: Run, film: FluidFilmCase) -> Decay:
-    """Return the decay of one film: the slope of ln(amplitude) in the frames after the start, in which its tension is that
-    of the load."""
+    """Return the decay of one film: the slope of ln(amplitude) in the frames after the start, when the tension has adapted
+    to the load."""
     times = run.times(film.name)
     amplitudes = np.array([_amplitude(run, film, float(time)) for time in times])
     slope = np.polyfit(times[1:], np.log(amplitudes[1:]), 1)[0]
@@ -78,7 +80,7 @@ def decay_of(run: Run, film: FluidFilmCase) -> Decay:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """The rates."""
+    """Compute the decay rates of all films."""
     result = {}
     for film in films_of(run):
         of = decay_of(run, film)
@@ -88,7 +90,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Amplitudes against time."""
+    """Draw the amplitudes against time."""
     figure, axes = new_panels(height=3.8, title=run.case.title)
     for film, colour in zip(films_of(run), COLOURS, strict=False):
         of = decay_of(run, film)

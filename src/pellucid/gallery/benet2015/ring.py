@@ -1,4 +1,4 @@
-"""A vesicle squeezed by a belt: waist, density and flow."""
+"""Vesicle constricted by a belt: waist, density and flow."""
 
 import numpy as np
 
@@ -15,11 +15,12 @@ CAPTIONS = {
 METRICS = ("waist", "energy", "mass")
 
 BANDS = {10.0: (0.41, 0.43), 0.01: (0.36, 0.37)}
-"""Radius of the waist [m] at t = 0.35 by a, of a separate low-order solution of the same problem, good to 5 %."""
+"""Range of the waist radius [m] at t = 0.35 for each stiffness a, from a separate low-order solution of the same problem,
+accurate to 5 %."""
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Radius of the waist at the end against a separate solution; balance of power; mass."""
+    """Compute the metrics: radius of the waist at the end against a separate solution; balance of power; mass."""
     mass = abs(float(run.summary["conservation"]["mass"]))
     result = {
         "energy": worst_balance(run, 5e-3, "of the load and of what is stored and dissipated"),
@@ -34,7 +35,8 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _half(run: Run, time: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths along the meridian [m] from the waist to the nodes above it, and the masses between [kg], shapes (m,)."""
+    """Return the arc lengths along the meridian [m] from the waist to the nodes above it, and the film masses in between
+    [kg], shape (m,) each."""
     fields = run.fields(film_of(run).name, time)
     place, mass = fields["position"][:, [0, 2]], fields["mass"]
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1)))
@@ -45,14 +47,15 @@ def _half(run: Run, time: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _moved(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths from the waist at the start, and how much farther from it along the meridian that film is at the end [m]."""
+    """Return the initial arc lengths from the waist, and the displacements of the film along the meridian away from the
+    waist at the end [m]."""
     start, before = _half(run, 0.0)
     end, after = _half(run, float(run.times(film_of(run).name)[-1]))
     return start, np.interp(before, after, end) - start
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Density, velocity and displacement along the meridian at the end, waist against time."""
+    """Draw density, velocity and displacement along the meridian at the end, and the waist against time."""
     fields = run.fields(film_of(run).name)
     place, velocity = fields["position"][:, [0, 2]], fields["velocity"][:, [0, 2]]
     along = np.gradient(place, axis=0)

@@ -1,4 +1,4 @@
-"""A vesicle squeezed by a belt: as a surface in space beside that of revolution."""
+"""Vesicle constricted by a belt: a surface in space compared with a surface of revolution."""
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -18,26 +18,29 @@ SIDE = 0.6  # height up to which profiles are compared: nearer to the poles radi
 
 
 def _films(run: Run) -> tuple[str, str]:
-    """The names of the film of revolution and of that in space."""
+    """Return the names of the film of revolution and of the film in space."""
     revolved, in_space = sorted(films_of(run), key=lambda film: film.shape.span == "space")
     return revolved.name, in_space.name
 
 
 def _profiles(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """r and z of the nodes at the end [m], shape (n, 2): of the film of revolution from pole to pole, of that in space."""
+    """Return r and z of the nodes at the end [m], shape (n, 2): of the film of revolution, from pole to pole, and of the
+    film in space."""
     revolved, in_space = (run.fields(name)["position"] for name in _films(run))
     around = np.stack([np.hypot(in_space[:, 0], in_space[:, 1]), in_space[:, 2]], axis=1)
     return revolved[:, [0, 2]], around
 
 
 def _differences(revolved: np.ndarray, in_space: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Heights of the nodes in space beside the poles, and what their radii differ by from those of revolution there [m]."""
+    """Return the heights of the nodes of the film in space, without the poles, and the differences of their radii from the
+    film of revolution at these heights [m]."""
     side = in_space[np.abs(in_space[:, 1]) <= SIDE]
     return side[:, 1], side[:, 0] - CubicSpline(revolved[:, 1], revolved[:, 0])(side[:, 1])
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """The waist in space against that of revolution, all of the profile, balance of power, mass."""
+    """Compute the metrics: waist and profile of the film in space compared with the film of revolution, balance of power,
+    mass."""
     revolved, in_space = _profiles(run)
     height, off = _differences(revolved, in_space)
     waist = float(CubicSpline(revolved[:, 1], revolved[:, 0])(0.0))

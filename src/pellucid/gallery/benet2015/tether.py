@@ -1,4 +1,4 @@
-"""A tether pulled from a vesicle against the force and radius of a tube."""
+"""Tether pulled from a vesicle, compared with the force and radius of a tube."""
 
 import numpy as np
 
@@ -15,15 +15,16 @@ METRICS = ("force", "radius", "thin_force", "energy")
 
 
 def _tube(run: Run) -> tuple[Tether, Tether]:
-    """The tube at the tension at the end, with the pressure inside and without."""
+    """Return the exact tube at the final tension, with the inner pressure and without it."""
     rigidity, tension = film_of(run).material.bending_rigidity, float(run.history["tension"][-1])
     return tether(tension, rigidity, pressures_of(run)[0].value), tether(tension, rigidity)
 
 
 def _radius(run: Run) -> float:
-    """Radius of the tube [m], the mean of its middle third: towards both ends it swings about that of a long tube.
+    """Return the mean radius of the middle third of the tube [m]; towards both ends the radius oscillates about the radius
+    of a long tube.
 
-    The tube goes from its narrowest place by the vesicle to its widest by the pole.
+    The tube extends from its narrowest position near the vesicle to its widest position near the pole.
     """
     r, z = run.fields(film_of(run).name)["position"][:, [0, 2]].T
     widest = len(r) - 1 - int(np.argmax(np.diff(r[::-1]) < 0.0))
@@ -35,7 +36,7 @@ def _radius(run: Run) -> float:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Force and radius against a tube of the tension that the film has then; balance of power."""
+    """Compute the metrics: force and radius compared with a tube at the same tension; balance of power."""
     tube, thin = _tube(run)
     force, radius = float(run.history["force"][-1]), _radius(run)
     share = 0.5 * thin.radius / radius_of(film_of(run))  # πr²P/F with P = 2σ/R
@@ -49,7 +50,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Force against way, meridian at the end."""
+    """Draw the force against the displacement, and the meridian at the end."""
     tube, thin = _tube(run)
     figure, (left, right) = new_panels(1, 2, width_ratios=(3, 2), width=10.0, height=4.2, title=run.case.title)
     speed = run.case.support[0].velocity[2]

@@ -15,7 +15,7 @@ METRICS = ("velocity", "rigidity", "tension", "energy")
 
 
 def _drive(run: Run) -> tuple[float, float, int]:
-    """Pressure inside P and load p along an axis [Pa], and the axis of motion in space."""
+    """Return the inner pressure P and the driving load p along an axis [Pa], and the axis of motion in space."""
     inside = next(load.value for load in pressures_of(run) if load.along is None)
     driving, along = next((load.value, load.along) for load in pressures_of(run) if load.along is not None)
     axis = int(np.flatnonzero(along)[0])
@@ -23,13 +23,17 @@ def _drive(run: Run) -> tuple[float, float, int]:
 
 
 def _velocity(run: Run) -> float:
-    """The exact one [m/s]: p/2ζ of a circle, p/3ζ of a sphere."""
+    """Return the exact velocity [m/s]: p/2ζ for a circle, p/3ζ for a sphere, with the load p and the drag ζ."""
     film = film_of(run)
     return _drive(run)[1] / ((2.0 if film.shape.span == "plane" else 3.0) * film.drag.normal)
 
 
 def _tensions(run: Run) -> "tuple[np.ndarray, np.ndarray]":
-    """Tension at the nodes at the end [N/m], and the exact one: R (P + (p/2) n·e), of a sphere R (P/2 + (p/3) n·e)."""
+    """Return the tension at the nodes at the end [N/m], and the exact tension: R (P + (p/2) n·e) for a circle, R (P/2 +
+    (p/3) n·e) for a sphere.
+
+    R: radius, P: inner pressure, p: load, n: unit normal, e: direction of the load.
+    """
     film = film_of(run)
     inside, load, axis = _drive(run)
     fields = run.fields(film.name)
@@ -41,7 +45,7 @@ def _tensions(run: Run) -> "tuple[np.ndarray, np.ndarray]":
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Velocity, how far from rigid the motion is, tension, balance of power."""
+    """Compute the metrics: velocity, deviation from rigid motion, tension, balance of power."""
     film = film_of(run)
     axis = _drive(run)[2]
     exact, found = _velocity(run), float(run.history["velocity"][-1])
@@ -63,7 +67,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Error of the velocity against time, and the tension along the axis of motion."""
+    """Draw the velocity error against time, and the tension along the axis of motion."""
     axis = _drive(run)[2]
     figure, (left, right) = new_panels(1, 2, width=10.0, height=3.4, title=run.case.title)
     exact = _velocity(run)

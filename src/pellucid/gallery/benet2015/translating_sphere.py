@@ -1,4 +1,4 @@
-"""Translating sphere against the exact steady motion."""
+"""Translating sphere compared with the exact steady motion."""
 
 from pellucid.gallery.benet2015.translating import CAPTIONS, METRICS, figures, metrics
 

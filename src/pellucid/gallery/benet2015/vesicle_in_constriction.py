@@ -1,4 +1,4 @@
-"""The vesicle in a constriction: it passes with the flow, stays off the walls and keeps its mass and the area inside."""
+"""Vesicle in a constriction: it passes with the flow, stays off the walls, and conserves its mass and enclosed area."""
 
 from typing import Any
 
@@ -26,8 +26,8 @@ METRICS = ("passage", "beyond", "clearance", "sideways", "area", "film_mass")
 def metrics(run: Run) -> dict[str, Metric]:
     """Return the metrics: displaced flow at the throat, final position, smallest distance from the walls, losses.
 
-    In the middle of a channel the vesicle moves faster than the mean flow and slower than its maximum. Until it is in the
-    throat, the piston displaces between 1/1.5 and the whole of the volume in between.
+    In the middle of a channel the vesicle moves faster than the mean flow and slower than its maximum. Until the vesicle is
+    in the throat, the piston therefore displaces between 1/1.5 of and the whole volume between both positions.
     """
     times = run.times(NAME)
     places = [run.fields(NAME, float(time))["position"][:, :2] for time in times]
@@ -60,7 +60,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _room(run: Run, start: float, end: float) -> float:
-    """Area of the channel from one place along x to another [m²]."""
+    """Return the area of the channel between two positions along x [m²]."""
     x = np.linspace(start, end, 2001)
     low, high = (np.full(len(x), side) for side in (run.case.grid.lower[1], run.case.grid.upper[1]))
     for wall in _walls(run):
@@ -74,7 +74,7 @@ def _room(run: Run, start: float, end: float) -> float:
 
 
 def _walls(run: Run) -> list[Any]:
-    """The cylinders whose nodes are held."""
+    """Return the cylinders whose nodes are fixed."""
     regions = [support.region() for support in run.case.support]
     return [region.cylinder for region in regions if isinstance(region, Region)]
 

@@ -1,4 +1,5 @@
-"""The drop in a shear: its deformation beside Taylor's theory; the film keeps its mass and the volume inside."""
+"""Drop in a shear flow: deformation compared with Taylor's theory; conservation of the film's mass and of the enclosed
+volume."""
 
 from typing import Any, NamedTuple
 
@@ -20,7 +21,7 @@ METRICS = ("deformation", "volume", "film_mass")
 
 
 class Drop(NamedTuple):
-    """The numbers of the problem."""
+    """Parameters of the drop problem."""
 
     radius: float  # [m]
     capillary: float
@@ -29,7 +30,7 @@ class Drop(NamedTuple):
     shear: float  # [1/s]
 
     def expected(self, time: float) -> float:
-        """Deformation after a time [s]."""
+        """Return the expected deformation at a time [s]."""
         steady = deformation(self.capillary, self.ratio, self.confinement)
         return steady * approach(self.capillary, self.ratio, self.shear * time)
 
@@ -48,7 +49,7 @@ def _body(run: Run, name: str) -> Any:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Deformation at the end; largest changes of the volume inside the film and of its mass."""
+    """Compute the metrics: deformation at the end; largest changes of the enclosed volume and of the film's mass."""
     times, drop, triangles = run.times("film"), drop_of(run), run.triangles("film")
     end = float(times[-1])
     found, expected = of_surface(run.fields("film", end)["position"], triangles).deformation, drop.expected(end)
@@ -62,7 +63,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The deformation against time."""
+    """Draw the deformation against time."""
     return {"deformation": _deformation(run)}
 
 

@@ -1,4 +1,4 @@
-"""The plane vesicle in a shear beside boundary integrals; its mass and the area inside are kept."""
+"""Plane vesicle in a shear flow, compared with boundary integrals; conservation of mass and enclosed area."""
 
 import numpy as np
 
@@ -20,7 +20,8 @@ METRICS = ("deformation", "inclination", "area", "film_mass")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Deformation and inclination at the end; largest changes of the area inside and of the film's mass."""
+    """Compute the metrics: deformation and inclination at the end; largest changes of the enclosed area and of the film's
+    mass."""
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
     end, cells = float(times[-1]), 1.0 / run.case.grid.cell
     expected, angle = (float(np.interp(end, reference["time"], reference[key])) for key in ("deformation", "angle"))
@@ -36,7 +37,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Shape against time."""
+    """Draw the deformation and inclination against time."""
     times, reference, shapes = run.times(NAME), read("vesicle_in_shear"), shapes_of(run, NAME)
     figure, (left, right) = new_panels(1, 2, height=3.4)
     found = [shape.deformation for shape in shapes], [shape.inclination for shape in shapes]

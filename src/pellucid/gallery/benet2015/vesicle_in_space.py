@@ -1,4 +1,4 @@
-"""The bending energy of a vesicle in space against that of the shape equations."""
+"""Bending energy of a vesicle in space, compared with the solution of the shape equations."""
 
 from pellucid.gallery.benet2015.vesicle_shapes import metrics
 

@@ -1,4 +1,4 @@
-"""Shapes of vesicles and their bending energies against those of the shape equations."""
+"""Shapes of vesicles and their bending energies, compared with solutions of the shape equations."""
 
 from math import pi
 
@@ -19,7 +19,7 @@ METRICS = tuple(f"{branch}-{round(100 * reduced)}" for branch, reduced in SHAPE_
 
 
 def _energies(run: Run) -> dict[str, float]:
-    """Bending energy at the end over 8πκ of each film."""
+    """Return the bending energy of each film at the end, divided by 8πκ."""
     return {
         film.name: float(run.history[f"bending-{film.name}"][-1]) / (8.0 * pi * film.material.bending_rigidity)
         for film in films_of(run)
@@ -27,7 +27,7 @@ def _energies(run: Run) -> dict[str, float]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Energies at the end."""
+    """Compute the bending energies at the end."""
     result = {}
     for name, found in _energies(run).items():
         branch, hundredths = name.split("-")
@@ -37,7 +37,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The shapes at the end."""
+    """Draw the shapes at the end."""
     energies = _energies(run)
     places = {film.name: run.fields(film.name)["position"] for film in films_of(run)}
     across = -(-len(energies) // 2)

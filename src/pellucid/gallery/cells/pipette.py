@@ -9,7 +9,8 @@ from pellucid.extend import Load, PointsView, parameter, register
 
 @register
 class Pipette(Load):
-    """A rigid plate with a round hole about the z axis, which pushes the nodes of a membrane out: by k d from a depth d."""
+    """A rigid plate with a round hole about the z axis. It pushes nodes of a membrane out of the plate with the force k d
+    at the depth d."""
 
     kind: Literal["pipette"] = "pipette"
     radius: float = parameter("m", "radius of the hole", gt=0)

@@ -1,7 +1,8 @@
 """Tank-treading rate and inclination of a capsule, compared with the ellipsoid of Keller and Skalak.
 
-Its surface moves as (L cos φ, B sin φ) along its axes, with one rate of φ for all of it (Keller & Skalak 1982, J. Fluid
-Mech. 120, 27). With equal viscosities tan θ = B/L and φ' = -γ̇ L B/(L² + B²), for any width of the ellipsoid.
+The surface moves as (L cos φ, B sin φ) along its axes L and B, with the same rate of φ everywhere (Keller & Skalak 1982, J.
+Fluid Mech. 120, 27). With equal viscosities and the shear rate γ̇, tan θ = B/L and φ' = -γ̇ L B/(L² + B²) for any width of
+the ellipsoid.
 """
 
 import numpy as np
@@ -16,14 +17,14 @@ from pellucid.results.pictures.style import COLOURS, label, new_panels
 NAME, SHEAR_RATE = "capsule", 1.0
 DRAWN, STEADY = 1.0, 3.0  # from when on it has an inclination, and keeps its shape [s]
 SLOWER, SPREAD = 0.025, 0.1
-"""By boundary integrals it goes round 2.2 % slower than an ellipsoid. The grid spreads forces and velocities over a cell, at
-first order: with 4 cells a radius 5 % are allowed, with 8 cells 3.8 %."""
+"""Tolerances of the rate. Boundary integrals give a rate 2.2 % below the ellipsoid's. The grid smooths forces and
+velocities over a cell, an error of first order: 5 % are allowed with 4 cells per radius, 3.8 % with 8 cells."""
 CAPTIONS = {"tread": "How far the surface went round, in the mean, and how it is inclined, beside an ellipsoid of its axes."}
 METRICS = ("inclination", "tread_rate")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Inclination at the end, and rate of the tread while the shape is steady."""
+    """Compute the metrics: inclination at the end, and tank-treading rate while the shape is steady."""
     times, phases, axes = _course(run)
     late = times >= STEADY
     if np.count_nonzero(late) < 2:
@@ -45,7 +46,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Phase and inclination against time."""
+    """Draw phase and inclination against time."""
     times, phases, axes = _course(run)
     figure, (left, right) = new_panels(1, 2, height=3.4)
     ideal = -SHEAR_RATE * axes[:, 0] * axes[:, 1] / (axes[:, 0] ** 2 + axes[:, 1] ** 2)
@@ -60,7 +61,8 @@ def figures(run: Run) -> dict[str, Figure]:
 
 
 def _course(run: Run) -> tuple[Array, Array, Array]:
-    """Times; mean phase of nodes about the plane of the shear [rad]; half axes in it and inclination [rad], shape (n, 3)."""
+    """Return the times [s]; the mean phase of nodes near the plane of the shear [rad]; half axes in this plane and
+    inclination [rad], shape (n, 3)."""
     times, triangles = np.array([time for time in run.times(NAME) if time >= DRAWN]), run.triangles(NAME)
     rows: list[tuple[float, float, float]] = []
     phases: list[Array] = []
@@ -75,7 +77,8 @@ def _course(run: Run) -> tuple[Array, Array, Array]:
 
 
 def _ellipse(position: Array, triangles: Array) -> tuple[float, float, float, Array]:
-    """Half axes in the plane of the shear, inclination of the longer one in [0, π), and the nodes' φ."""
+    """Return the half axes in the plane of the shear [m], the inclination of the longer one in [0, π) [rad], and the phase
+    φ of the nodes [rad]."""
     ellipsoid = ellipsoid_of(position, triangles)
     first, second = (k for k in range(3) if abs(ellipsoid.directions[k, 2]) < 0.5)
     long, short = ellipsoid.axes[first], ellipsoid.axes[second]

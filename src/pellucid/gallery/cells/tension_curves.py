@@ -1,4 +1,4 @@
-"""Tension curves of membrane laws: tension against stretch in strips and sheets, beside the derivatives of the energies."""
+"""Tension curves of membrane laws: tension against stretch in strips and sheets, compared with derivatives of the energies."""
 
 import csv
 from pathlib import Path
@@ -16,7 +16,7 @@ CURVES = Path(__file__).parent / "tension-curves-exact.csv"
 LAWS = ("neo-hookean", "skalak", "evans-skalak", "arruda-boyce")
 STRETCHES = {"strip": (1.25, 1.5), "sheet": (1.25,)}
 AT_REST = {1.25: 7.75, 1.5: 15.75}
-"""When elements have come to rest at a stretch [s]."""
+"""Times at which the elements are at rest [s], by stretch."""
 TOLERANCES = {"elements": 1e-6, "points": 0.01}
 HOMOGENEOUS = 0.4  # m from the planes of symmetry at the start: of points, what the loaded ends do not reach
 
@@ -31,7 +31,7 @@ METRICS = (*(f"{name}-{stretch:g}" for name in NAMES for stretch in STRETCHES[na
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Tensions at the stretches of the references, and the energy balance."""
+    """Compute the metrics: tensions at the stretches of the references, and the energy balance."""
     exact, result = exact_curves(), {}
     for name in NAMES:
         law, pull, kind = name.rsplit("-", 2)
@@ -51,7 +51,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def exact_curves() -> dict[tuple[str, str], tuple[Array, Array]]:
-    """Stretches and tensions over the modulus by law and by strip or sheet."""
+    """Return the exact stretches and tensions divided by the modulus, by law and by specimen (strip or sheet)."""
     rows: dict[tuple[str, str], list[tuple[float, float]]] = {}
     with CURVES.open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
@@ -60,7 +60,7 @@ def exact_curves() -> dict[tuple[str, str], tuple[Array, Array]]:
 
 
 def curve(run: Run, name: str) -> tuple[Array, Array, Array]:
-    """Times [s], stretches along x, and tensions along x [N/m] of a body."""
+    """Return times [s], stretches along x, and tensions along x [N/m] of a body."""
     model: Any = next(body for body in run.case.body if body.name == name)
     times = run.times(name)
     start = run.fields(name, float(times[0]))["position"]
@@ -78,7 +78,7 @@ def curve(run: Run, name: str) -> tuple[Array, Array, Array]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The curves of strips and of sheets."""
+    """Draw the curves of strips and of sheets."""
     return {"curves": _curves(run)}
 
 

@@ -1,4 +1,4 @@
-"""The lid, its cube and the gas below against finite elements that are tied like them."""
+"""Lid, cube and gas, compared with finite elements with the same ties."""
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
@@ -14,7 +14,7 @@ METRICS = ("cube_z_deviation", "gas_pressure_deviation", "leak")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Largest deviations from the finite elements over the run, and leaks."""
+    """Compute the metrics: largest deviations from the finite elements over the run, and leaks."""
     columns = {
         "cube_z_deviation": ("cube_z", "the cube's displacement"),
         "gas_pressure_deviation": ("gas_pressure", "the mean pressure"),

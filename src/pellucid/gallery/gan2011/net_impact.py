@@ -1,4 +1,4 @@
-"""The cuboid on the net against finite elements that are tied like it."""
+"""Cuboid on a net, compared with finite elements with the same ties."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ METRICS = ("cuboid_deviation", "net_deviation", "lowest", "turning_time")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Largest deviations from the tied finite elements over the run, lowest point and its time."""
+    """Compute the metrics: largest deviations from the tied finite elements over the run, lowest point and its time."""
     reference, times = finite_elements.read("net_impact"), run.history["time"]
     tolerance = TOLERANCE * max(1.0, run.case.grid.cell / CELL)
     columns = {"cuboid_deviation": ("cuboid_z", "the cuboid's centre"), "net_deviation": ("net_z", "the net's middle")}

@@ -1,4 +1,4 @@
-"""Piezo-ICSI: where the zona fails, whether the cytoplasm stays inside, and whether energy is conserved."""
+"""Piezo-ICSI: position of the failure of the zona, leaks of the cytoplasm, and energy balance."""
 
 from collections.abc import Callable
 from functools import partial
@@ -62,13 +62,13 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _escaped(run: Run, time: float, zona: np.ndarray) -> int:
-    """Points of the cytoplasm outside the zona, of which the triangles are given."""
+    """Return the number of points of the cytoplasm outside the zona; zona: triangles of its surface."""
     surface, inner = (run.fields(body, time, ("position",))["position"] for body in ("zona", "cytoplasm"))
     return int(np.count_nonzero(~inside(inner, surface, zona)))
 
 
 def _facing(run: Run, time: float) -> float:
-    """Share of the failed points whose first place is on the side of the pipette; nan where none failed."""
+    """Return the share of the failed points that were initially on the side of the pipette; NaN if no point failed."""
     start = run.fields("zona", 0.0, ("position",))["position"][:, 0]
     failed = run.fields("zona", time, ("failed",))["failed"] > 0
     return float(np.mean(start[failed] > start.mean())) if failed.any() else float("nan")
@@ -80,7 +80,7 @@ def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
 
 
 def _failure(run: Run) -> Figure:
-    """The first places of the points that face the pipette, coloured by the instant at which they had failed."""
+    """Draw the initial positions of the points that face the pipette, coloured by the time of failure."""
     times = run.times("zona")
     start = run.fields("zona", 0.0)["position"]
     first = np.full(len(start), np.nan)

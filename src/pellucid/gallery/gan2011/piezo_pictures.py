@@ -19,7 +19,7 @@ from pellucid.results.pictures.rendering.sections import rim, section
 from pellucid.results.pictures.style import WIDTH, colour_bar, new_figure, panels, settle
 
 INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)
-"""Those of the paper's pictures [s]."""
+"""Times of the pictures in the paper [s]."""
 
 CAPTIONS = {
     "oocyte": "The zona, whole and cut open along the path of the pipette; failed parts in red.",
@@ -43,11 +43,11 @@ MEDIUM: Colour = (0.66, 0.77, 0.94)
 SWELL = 1.25  # of the balls under the pipette's skin, so that it has no holes
 DOT = 0.45e-6  # radius of a dot of the medium [m]
 PALETTE = "PuOr_r"
-"""Of the pressure: two hues about white, neither of them the membrane's or that of failure."""
+"""Colour map of the pressure: two hues about white, different from the colours of the membrane and of failure."""
 
 
 class Stage(NamedTuple):
-    """Common parts of the pictures at all times; `limits` of the pressure [Pa] belong to the cut."""
+    """Common settings of the pictures at all times; `limits` are the limits of the pressure [Pa] in the cut."""
 
     camera: Camera
     triangles: np.ndarray  # of the zona
@@ -62,7 +62,7 @@ def figures(run: Run) -> "dict[str, Callable[[], Figure]]":
 
 
 def films(run: Run) -> dict[str, Animation]:
-    """The oocyte whole and cut open side by side."""
+    """Return the film of the oocyte, whole and cut open side by side."""
     times = evenly(run.times("zona"), FILM_PICTURES)
     whole, cut = whole_stage(run, FILM_COLUMNS), cut_stage(run, FILM_COLUMNS, times)
 
@@ -84,13 +84,14 @@ def films(run: Run) -> dict[str, Animation]:
 
 
 def oocyte_whole(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
-    """Zona, pipette and plate at some instants [s]; failed parts of the zona in red."""
+    """Draw zona, pipette and plate at the given times [s]; failed parts of the zona are red."""
     stage = whole_stage(run, COLUMNS)
     return _panels(run, recorded(run.times("zona"), times), stage)
 
 
 def oocyte_cut(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
-    """The lower half at some instants [s], cut along the pipette's path: pressure in the cytoplasm, rim of the zona."""
+    """Draw the lower half at the given times [s], cut along the pipette's path: pressure in the cytoplasm and rim of the
+    zona."""
     shown = recorded(run.times("zona"), times)
     stage = cut_stage(run, COLUMNS, shown)
     figure = _panels(run, shown, stage)
@@ -100,12 +101,13 @@ def oocyte_cut(run: Run, times: Iterable[float] = INSTANTS) -> Figure:
 
 
 def whole_stage(run: Run, columns: int) -> Stage:
-    """The view from the side of the pipette."""
+    """Return the settings of the view from the side of the pipette."""
     return _stage(run, camera_for(WHOLE, _places(run), columns))
 
 
 def cut_stage(run: Run, columns: int, times: Iterable[float]) -> Stage:
-    """The view from above into the lower half; the pressures at these instants [s] set the colours."""
+    """Return the settings of the view from above into the lower half; the pressures at the given times [s] set the colour
+    limits."""
     middle = float(run.fields("zona", 0.0)["position"][:, 2].mean())
     plane = Plane((0.0, 0.0, 1.0), middle)
     places = _places(run)
@@ -176,7 +178,7 @@ def _plate(run: Run, time: float, stage: Stage) -> Mesh:
 
 
 def _medium(run: Run, time: float, cut: Plane) -> Balls:
-    """The points in the layer of cells below the cut, as dots."""
+    """Return the points of the medium in the layer of cells below the cut, as dots."""
     position = _position(run, "medium", time)
     beyond = cut.beyond(position)
     layer = position[(beyond <= 0.0) & (beyond > -run.case.grid.cell)]

@@ -1,4 +1,4 @@
-"""Shock tube against the exact solution of its Riemann problem. Serves every tube of ideal gases."""
+"""Shock tube compared with the exact solution of the Riemann problem, for all tubes of ideal gases."""
 
 import numpy as np
 
@@ -23,7 +23,8 @@ METRICS = (
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Errors of the four profiles, the states on both sides of the contact, shock position and largest density."""
+    """Compute the metrics: errors of the four profiles, states on both sides of the contact, shock position, largest
+    density."""
     time, tube = float(run.times(run.case.body[0].name)[-1]), Tube.of(run.case)
     points = points_of(run)
     exact, found = tube.mean_profile(time, CELLS), Profile.of_points(points, tube.edges(CELLS))
@@ -43,9 +44,10 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _densest(run: Run, tube: Tube) -> dict[str, Metric]:
-    """The largest density of the driven gas: of its means over four cells, as the paper plots, and of its points.
+    """Return the metrics of the largest density of the driven gas: of its means over four cells, as plotted in the paper,
+    and of its points.
 
-    In the paper's tube on the paper's grid no point may be denser than the densest mean may be.
+    For the paper's tube on the paper's grid, the points must satisfy the same bound as the means.
     """
     driven = points_of(run, run.case.body[1:])
     means = Profile.of_points(driven, tube.edges(CELLS)).means["density"]
@@ -62,7 +64,8 @@ def _densest(run: Run, tube: Tube) -> dict[str, Metric]:
 
 
 def _star_states(tube: Tube, found: Profile, time: float) -> dict[str, Metric]:
-    """Means over the middle halves of the two plateaus beside the contact."""
+    """Return the metrics of density, pressure and velocity, averaged over the middle halves of the plateaus on both sides
+    of the contact."""
     fronts, star = tube.fronts(time), tube.solution
     wanted = {"left": star.left_wave.density, "right": star.right_wave.density}
     edges = {"left": (fronts["fan tail"], fronts["contact"]), "right": (fronts["contact"], fronts["shock"])}
@@ -91,7 +94,7 @@ def _shock_position(tube: Tube, points: dict[str, Array]) -> float:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The four profiles against the exact ones, and behind the start the points about the contact and the shock."""
+    """Draw the four profiles with the exact ones and, after the start, the points near the contact and the shock."""
     found = {"profiles": _profiles(run)}
     if run.times(run.case.body[0].name)[-1] > 0.0:
         found["shock"] = _close_up(run)

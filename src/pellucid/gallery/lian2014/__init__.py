@@ -1,1 +1,1 @@
-"""Lian, Liu & Zhang 2014: membranes of finite elements that touch solids, liquids and gases."""
+"""Lian, Liu & Zhang 2014: finite-element membranes in contact with solids, liquids and gases."""

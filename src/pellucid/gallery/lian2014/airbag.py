@@ -1,4 +1,4 @@
-"""The airbag: its volume at rest beside that of least energy, its gas, its wrinkles."""
+"""Airbag: volume at rest compared with the shape of minimum energy, gas pressure, wrinkles."""
 
 from typing import Any
 
@@ -30,7 +30,7 @@ METRICS = ("volume", "paper_bag", "height", "half_width", "leak", "pressure", "e
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """The bag at rest, leaks, the gas's pressure, the energy balance and compression."""
+    """Compute the metrics: shape of the bag at rest, leaks, gas pressure, energy balance and compression."""
     skin: Any = next(body for body in run.case.body if body.name == "bag")
     _same_bag(skin.surface.cushion, skin.material.poisson_ratio)
     times = run.times("bag")
@@ -68,19 +68,19 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Curves, and the sheet from above."""
+    """Draw the curves, and the sheet from above."""
     return {"curves": _curves(run), "wrinkles": _wrinkles(run)}
 
 
 def bag_volume(run: Run, time: float) -> float:
-    """Volume inside the whole bag [m³]: between the sheet and the plane of its edges, eightfold."""
+    """Return the volume of the whole bag [m³]: eight times the volume between the sheet and the plane of its edges."""
     a, b, c = (run.fields("bag", time)["position"][corner] for corner in run.triangles("bag").T)
     plan = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     return PARTS * float(np.sum(plan * (a + b + c)[:, 2]) / 3.0)
 
 
 def gas_pressure(run: Run, time: float) -> float:
-    """Mean pressure of the gas over its volume [Pa]."""
+    """Return the volume average of the gas pressure [Pa]."""
     fields = [run.fields(name, time) for name in GAS]
     volumes = [gas["mass"] / gas["density"] for gas in fields]
     total = sum(float(np.sum(volume * gas["pressure"])) for volume, gas in zip(volumes, fields, strict=True))
@@ -100,7 +100,8 @@ def _outside(run: Run, time: float) -> float:
 
 
 def _pressure_of_energy(run: Run, times: list[float]) -> float:
-    """The pressure [Pa] that the gas has if it has all energy but that of sheet and motion, and fills the bag."""
+    """Return the pressure [Pa] of a uniform gas that fills the bag and has the total energy except strain and kinetic
+    energy."""
     history, charge = run.history, next(body for body in run.case.body if body.name == GAS[0])
     material: Any = charge.material
     energy = history["internal_energy"][0] - history["strain_energy"] - history["kinetic_energy"]
@@ -109,7 +110,8 @@ def _pressure_of_energy(run: Run, times: list[float]) -> float:
 
 
 def _principal(run: Run, time: float) -> np.ndarray:
-    """Principal stresses of the sheet's nodes [Pa], rising, shape (n, 3); that across the sheet, zero, is among them."""
+    """Return the principal stresses of the sheet's nodes [Pa] in ascending order, shape (n, 3), including the zero stress
+    normal to the sheet."""
     xx, yy, zz, yz, xz, xy = run.fields("bag", time)["stress"].T
     return np.linalg.eigvalsh(np.stack([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).transpose(2, 0, 1))
 

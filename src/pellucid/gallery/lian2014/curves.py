@@ -7,13 +7,13 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Run
 
 CELL = 0.001
-"""That of the paper [m]."""
+"""Cell size of the paper [m]."""
 
 TOLERANCE, LEAST_TOLERANCE = 0.10, 0.05
-"""Shares of the largest change: at the paper's cell, and at half of it and below."""
+"""Tolerances relative to the largest change: at the paper's cell size, and at half of it and below."""
 
 HOURGLASS = 0.01
-"""Of the kinetic energy at the start."""
+"""Largest hourglass energy, as a fraction of the initial kinetic energy."""
 
 
 def tolerance_of(run: Run) -> float:
@@ -22,7 +22,7 @@ def tolerance_of(run: Run) -> float:
 
 
 def beside_elements(run: Run, table: str, columns: Mapping[str, tuple[str, str]], known: str = "") -> dict[str, Metric]:
-    """`deviations` of columns, and the hourglass energy."""
+    """Return the metrics of `deviations` and of the hourglass energy."""
     share = float(run.history["hourglass_energy"].max() / run.history["kinetic_energy"][0])
     text = "largest energy of hourglass modes over that of the motion at first"
     return {

@@ -21,7 +21,7 @@ METRICS = ("volume", "pressure", "crossings", "gap", "energy")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Return volume and pressure at rest, crossings and the least gap of layers, and the energy balance."""
+    """Return the metrics: volume and pressure at rest, crossings and smallest gap of layers, energy balance."""
     bag: Any = next(body for body in run.case.body if body.name == "bag")
     history, late = run.history, np.asarray(run.history["time"]) >= REST * run.history["time"][-1]
     times, triangles = [float(time) for time in run.times("bag")], run.triangles("bag")
@@ -47,9 +47,10 @@ CROSSINGS = "largest number, at a frame, of edges that cross triangles with othe
 
 
 def circle(circumference: float, stretch: float, gas: float) -> float:
-    """Return the radius [m] of a circle whose circumference [m] grows by the hoop tension of a gas.
+    """Return the radius [m] of a circle whose circumference [m] is stretched by the hoop tension of the enclosed gas.
 
-    stretch: (1 - ν²)/(E t) [m/N]; gas: m R T on unit of length [N]. Small strains, and a length that planes of symmetry keep.
+    stretch: (1 - ν²)/(E t) [m/N]; gas: m R T per unit length [N]. The strains are small, and the length along the axis is
+    fixed by planes of symmetry.
     """
     start = radius = circumference / (2.0 * pi)
     for _ in range(100):
@@ -67,17 +68,18 @@ def _edges(triangles: Array) -> Array:
 
 
 def circumference(position: Array, triangles: Array) -> float:
-    """Return the length of the rim at the lower plane of symmetry, which is the section of a slice [m]."""
+    """Return the length of the rim of a slice at the lower plane of symmetry [m]."""
     edges, low = _edges(triangles), position[:, 1] < position[:, 1].min() + 1e-9
     rim = edges[low[edges].all(axis=1)]
     return float(np.linalg.norm(position[rim[:, 0]] - position[rim[:, 1]], axis=1).sum())
 
 
 def least_gap(frames: list[Array], triangles: Array, thickness: float) -> float:
-    """Return the least distance of vertices from triangles of other layers, over the thickness.
+    """Return the smallest distance of vertices from triangles of other layers, divided by the thickness.
 
-    Layers are `APART` thicknesses from each other along the sheet, and at least a thickness from each other at the start: near
-    the rims the layers of a flat bag are closer. Does not use contact's own distances.
+    Triangles belong to another layer if they are at least `APART` thicknesses away along the sheet and at least one
+    thickness away at the start; near the rims, the layers of a flat bag are closer. The function is independent of the
+    distances computed by contact.
     """
     start, edges = frames[0], _edges(triangles)
     lengths = np.linalg.norm(start[edges[:, 0]] - start[edges[:, 1]], axis=1)

@@ -1,4 +1,4 @@
-"""A box blown up to a circle: its radius, and the energy that is lost."""
+"""Box inflated to a circle: its radius, and the loss of energy."""
 
 from math import pi, sin
 from typing import Any
@@ -34,7 +34,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def circle(run: Run) -> float:
-    """Radius of the nodes of a regular polygon that the elements make, each stretched by the tension p r [m]."""
+    """Return the radius [m] of the nodes of the regular polygon formed by the elements, each stretched by the tension p r."""
     membrane: Any = run.case.body[1]
     (x, y, _), (m, n, _) = membrane.surface.box.upper, membrane.surface.box.points
     radius = 0.5 * (x + y) / (m + n - 2) / sin(pi / (4 * (m + n - 2)))
@@ -44,14 +44,14 @@ def circle(run: Run) -> float:
 
 
 def loss(run: Run) -> np.ndarray:
-    """Share of the energy at the start that is lost, in each row of the history."""
+    """Return the loss of total energy in each row of the history, as a fraction of the initial energy."""
     parts = ("kinetic_energy", "internal_energy", "strain_energy", "hourglass_energy")
     total = np.sum([run.history[part] for part in parts if part in run.history], axis=0)
     return np.asarray(1.0 - total / total[0])
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Loss of energy against time."""
+    """Draw the loss of energy against time."""
     figure, axes = new_panels(height=2.8, title=run.case.title)
     axes.plot(run.history["time"], 100.0 * loss(run), color=COLOURS[2])
     label(axes, "time", "loss of energy", "s", "%")

@@ -1,4 +1,4 @@
-"""The sheet on the sphere against finite elements of our own, which bear no compression either."""
+"""Sheet on a sphere, compared with our own finite elements, which also carry no compression."""
 
 from pellucid.gallery.lian2014.curves import beside_elements
 from pellucid.results.metrics import Metric
@@ -8,7 +8,7 @@ METRICS = ("centre_deviation", "corner_deviation", "hourglass")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Largest deviations over the run."""
+    """Compute the largest deviations over the run."""
     columns = {
         "centre_deviation": ("centre_z", "the sheet's middle"),
         "corner_deviation": ("corner_z", "a corner of the sheet"),

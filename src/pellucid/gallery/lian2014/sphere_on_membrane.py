@@ -1,4 +1,4 @@
-"""The sphere on the clamped sheet against finite elements of our own."""
+"""Sphere on a clamped sheet, compared with our own finite elements."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", 
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Largest deviations over the run, the lowest point of the sheet and the speed of the rebound."""
+    """Compute the metrics: largest deviations over the run, lowest point of the sheet, rebound speed."""
     columns = {
         "membrane_deviation": ("membrane_z", "the sheet's middle"),
         "sphere_top_deviation": ("sphere_top_z", "the sphere's top"),

@@ -1,6 +1,6 @@
-"""The drop on the clamped sheet: nothing passes through, and the drop spreads and breaks.
+"""Drop on a clamped sheet: no water penetrates the sheet, and the drop spreads and breaks.
 
-A quarter, x and y above 0, is computed.
+A quarter, x > 0 and y > 0, is computed.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ SPREAD = 2.5  # times its first radius: on a thousandth of the stiffness it is 2
 BROKEN = 0.05  # of the mass: on a thousandth of the stiffness it is nothing
 SHORT = 1e-9  # by which rounding may fall short of a bound
 IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
-"""Signs of x, y, z of the quarters."""
+"""Signs of x, y, z of the four quarters."""
 PLANS = (6e-4, 9e-4, 1.1e-3, 1.3e-3)
 
 CAPTIONS = {
@@ -33,7 +33,7 @@ METRICS = ("leak", "momentum", "energy", "spread", "broken")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Water below the sheet in any frame, momentum, energy, the drop's spread, and what broke off it."""
+    """Compute the metrics: water below the sheet in any frame, momentum, energy, spreading, and mass that broke off."""
     times = run.times("drop")
     end, result = float(times[-1]), {}
     worst = max(below(run, float(time)) for time in times)
@@ -53,9 +53,9 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def below(run: Run, time: float) -> float:
-    """Share of the drop's points that are below the sheet or beside it in the frame nearest to a time [s].
+    """Return the share of the drop's points below or outside the sheet, in the frame nearest to a time [s].
 
-    The sheet is flat between its nodes.
+    The sheet is interpolated linearly between its nodes.
     """
     sheet, drop = (run.fields(name, time)["position"] for name in ("sheet", "drop"))
     height = LinearNDInterpolator(sheet[:, :2], sheet[:, 2])(drop[:, :2])  # nan beside the sheet
@@ -63,13 +63,13 @@ def below(run: Run, time: float) -> float:
 
 
 def radius(run: Run, time: float) -> float:
-    """Distance of the drop's remotest point from the axis [m] in the frame nearest to a time [s]."""
+    """Return the largest distance of the drop's points from the axis [m], in the frame nearest to a time [s]."""
     x, y, _ = run.fields("drop", time)["position"].T
     return float(np.hypot(x, y).max())
 
 
 def broken(run: Run, time: float) -> float:
-    """Share of the drop's mass that is not in its heaviest piece in the frame nearest to a time [s]."""
+    """Return the share of the drop's mass outside its heaviest piece, in the frame nearest to a time [s]."""
     drop = run.fields("drop", time)
     return float(1.0 - drop["mass"][in_largest(run, time)].sum() / drop["mass"].sum())
 
@@ -85,7 +85,7 @@ def in_largest(run: Run, time: float) -> Array:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """The water from above."""
+    """Draw the water from above."""
     reached = recorded(run.times("drop"), PLANS)
     figure, subplots = panels(len(reached), len(reached), height=3.5, sharex=True, sharey=True)
     for axes, time in zip(subplots, reached, strict=True):

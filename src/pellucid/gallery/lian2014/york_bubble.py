@@ -1,4 +1,4 @@
-"""The bag of water: what it must keep, and what it costs to flatten it."""
+"""Bag of water: no leaks, contact with the floor, roundness, and the energy needed to flatten it."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Run
 
 CLOSE = 0.25
-"""Cells within which contact closes a gap."""
+"""Largest gap between bodies in contact, in cells."""
 ROUND = 0.05  # of the half width
 SLACK = 0.02  # of the least energy, for the cones it was computed with
 
@@ -19,7 +19,7 @@ METRICS = ("leak", "space", "touch", "roundness", "skin_energy", "balance")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Leaks, the space between skin and water, where the bag touches the floor, roundness, and the energy of the skin."""
+    """Compute the metrics: leaks, gap between skin and water, contact with the floor, roundness, energy of the skin."""
     history, cell = run.history, run.case.grid.cell
     skin_case: Any = run.case.body[0]
     law = skin_case.material
@@ -55,7 +55,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def _fit(run: Run, time: float) -> tuple[float, float]:
-    """Share of the water's points that are outside, and the mean space between skin and water in cells."""
+    """Return the share of the water's points outside the skin, and the mean gap between skin and water in cells."""
     skin, water, triangles = run.fields("skin", time)["position"], run.fields("water", time), run.triangles("skin")
     height = heights(water["position"], skin, triangles)
     corners = skin[triangles]

@@ -1,4 +1,4 @@
-"""A cube between clamps that is pulled or pressed, against finite elements of second order."""
+"""Cube between clamps, stretched or compressed, compared with second-order finite elements."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,8 @@ METRICS = ("strain_energy", "reaction_z", "pressure_scatter", "ebc_residual_node
 
 
 def at(run: Run, distance: float) -> tuple[float, float]:
-    """Strain energy [J] and force along z on the top [N] when the plates have moved apart by a distance [m]."""
+    """Return the strain energy [J] and the force along z on the top [N] when the distance of the plates has increased by
+    `distance` [m]."""
     moved = displacement(run, 2)
     row = int(np.argmin(abs(moved - distance)))
     if abs(moved[row] - distance) > 1e-6 * abs(distance):
@@ -27,16 +28,17 @@ def at(run: Run, distance: float) -> tuple[float, float]:
 
 
 def of_mesh(run: Run, share: float, exponent: float) -> float:
-    """Return the tolerance of averaged maximum entropy on the mesh of a run: a share at 5 500 nodes, scaled by a power of
-    the spacing."""
+    """Return the tolerance of averaged maximum entropy on the mesh of a run: `share` at 5 500 nodes, scaled with a power of
+    the node spacing."""
     nodes = run.summary["points"]
     return float(share * (5500.0 / nodes) ** (exponent / 3.0))
 
 
 def metrics_at(run: Run, distance: float, off: float) -> dict[str, Metric]:
-    """Energy and reaction at a distance [m] of the plates, the scatter of the pressure at the end, the residuals.
+    """Return the metrics: energy and reaction at a distance [m] of the plates, scatter of the pressure at the end,
+    residuals.
 
-    off: how far the method may be off on this mesh, to which the error of the reference is added.
+    off: tolerance of the method on this mesh, to which the error of the reference is added.
     """
     known = BONDED_CUBE[form_of(run), distance]
     energy, force = at(run, distance)
@@ -54,8 +56,11 @@ def known_at(run: Run, distance: float) -> AtRest:
 
 
 def beside_known(axes: Axes, run: Run, values: Array, places: Sequence[float], known: Sequence[float]) -> None:
-    """Values at the equilibria against how far the top has moved up or down [m], and what finite elements say at some places
-    [m], with by how much the run is off there."""
+    """Draw values at the equilibria against the displacement of the top [m].
+
+    Finite-element values `known` at displacements `places` [m] are drawn for comparison, with the relative error of the
+    run.
+    """
     moved = abs(displacement(run, 2))
     axes.plot(1e3 * moved, values, "-o", color=COLOURS[0], markersize=4, label="meshless solid")
     at = 1e3 * abs(np.array(places))

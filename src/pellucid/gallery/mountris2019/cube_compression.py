@@ -1,4 +1,4 @@
-"""A cube between clamps that is pressed to half its height."""
+"""Cube between clamps, compressed to half its height."""
 
 from pellucid.gallery.mountris2019.clamped_cube import METRICS, beside_known, known_at, metrics_at, of_mesh
 from pellucid.results.metrics import Metric
@@ -17,12 +17,12 @@ CAPTIONS = {
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Energy and reaction at a tenth of the edge against finite elements."""
+    """Compute the metrics: energy and reaction at a displacement of a tenth of the edge, compared with finite elements."""
     return metrics_at(run, JUDGED, of_mesh(run, 0.01, 1.0))  # singular edges: first order, as finite elements have nearly
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Reaction and energy against the displacement."""
+    """Draw reaction and energy against the displacement."""
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     known = [known_at(run, distance) for distance in KNOWN]
     beside_known(left, run, -run.history["reaction_z"], KNOWN, [-state.reaction for state in known])

@@ -1,4 +1,4 @@
-"""A cube between smooth plates against the exact uniform strain."""
+"""Cube between smooth plates, compared with the exact uniform strain."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ METRICS = ("nrmse", "strain_energy", "reaction_z", "ebc_residual_nodes", "ebc_re
 
 
 def _exact(run: Run) -> "tuple[Stretched, float, float]":
-    """The exact state of the case, the edge of the cube [m] and the stretch along z."""
+    """Return the exact state of the case, the edge of the cube [m] and the stretch along z."""
     body, motion = run.case.body[0], run.case.motion[0]
     edge = float(np.ptp(run.fields(body.name, 0.0)["position"][:, 2]))
     along = 1.0 + motion.functions()[2](run.case.time.end) / edge
@@ -24,7 +24,7 @@ def _exact(run: Run) -> "tuple[Stretched, float, float]":
 
 
 def _displacements(run: Run) -> tuple[Array, Array]:
-    """Displacements of the nodes [m] and the exact ones, each of shape (n, 3)."""
+    """Return the displacements of the nodes and the exact displacements [m], each of shape (n, 3)."""
     cube, _, along = _exact(run)
     name = run.case.body[0].name
     start = run.fields(name, 0.0)["position"]
@@ -32,7 +32,7 @@ def _displacements(run: Run) -> tuple[Array, Array]:
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """The error of the displacements, energy and reaction against the exact ones, the residual of what is prescribed."""
+    """Compute the metrics: errors of displacements, energy and reaction, and residuals of the prescribed displacements."""
     cube, edge, _ = _exact(run)
     found, exact = _displacements(run)
     error = float(np.sqrt(np.mean((found - exact) ** 2)) / np.ptp(exact))
@@ -49,7 +49,7 @@ def metrics(run: Run) -> dict[str, Metric]:
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Displacements against the exact ones, and the differences."""
+    """Draw the displacements against the exact ones, and the differences."""
     found, exact = _displacements(run)
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     for axis, name in enumerate("xyz"):

@@ -27,7 +27,7 @@ def form_of(run: Run) -> Literal["coupled", "decoupled"]:
 
 
 def elasticity(run: Run) -> tuple[float, float]:
-    """Young's modulus [Pa] and Poisson's ratio of the first body."""
+    """Return Young's modulus [Pa] and Poisson's ratio of the first body."""
     material = run.case.body[0].material.model_dump()
     return material["young_modulus"], material["poisson_ratio"]
 
@@ -42,7 +42,8 @@ def residuals(run: Run, tolerance: float = 1e-12) -> dict[str, Metric]:
 
 
 def work_done(run: Run) -> Metric:
-    """The strain energy against the work of the motion less the heat of the damping: second order in the steps of loading."""
+    """Return the metric of the strain energy against the work of the motion minus the heat of the damping; the difference
+    is of second order in the load steps."""
     energies = run.summary["energies"]
     given = float(energies["motion_work"] - energies["damping_heat"])
     stored = float(energies["strain"])
@@ -50,8 +51,12 @@ def work_done(run: Run) -> Metric:
 
 
 def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:
-    """Compare energy and force with quadratic tetrahedra on the same mesh at a share of the displacement: excess relative
-    to the excess of linear tetrahedra; empty for a mesh without reference."""
+    """Return metrics of energy and force compared with quadratic tetrahedra on the same mesh, at a share of the
+    displacement.
+
+    The error is the excess over quadratic tetrahedra relative to the excess of linear tetrahedra. The result is empty for a
+    mesh without reference.
+    """
     known = indented(body, run.summary["points"], share)
     row = int(np.argmin(abs(run.history["time"] / run.case.time.end - share)))
     if known is None or abs(run.history["time"][row] / run.case.time.end - share) > 1e-9:
@@ -65,11 +70,11 @@ def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction:
 
 
 def least_volume(run: Run) -> Metric:
-    """The least ratio of volumes about a node over those at rest.
+    """Return the metric of the smallest volume ratio J at a node.
 
-    Nearly incompressible tissue keeps it near one: ln J = -p/λ with λ = 49 μ. Under the rim of an indenter the pressure has no
-    bound, so that it falls with the mesh: 27-node bricks have 0.91 and 0.88 on two meshes (`validation/mountris2019-cylinder`).
-    Twice the loss of the finer one is tolerated.
+    Nearly incompressible tissue keeps it near one: ln J = -p/λ with λ = 49 μ. Under the rim of an indenter the pressure is
+    unbounded, so the smallest J decreases with mesh refinement: 27-node bricks give 0.91 and 0.88 on two meshes
+    (`validation/mountris2019-cylinder`). Twice the loss on the finer mesh is tolerated.
     """
     name, density = run.stored.bodies[0].name, run.stored.bodies[0].density
     ratio = float(density / run.fields(name)["density"].max())
@@ -85,7 +90,7 @@ def displacement(run: Run, axis: int) -> "NDArray[np.float64]":
 
 
 def force_and_energy(run: Run, reaction: str, axis: int) -> Figure:
-    """Force of the motion along an axis and strain energy at the equilibria, against its displacement."""
+    """Draw the force of the motion along an axis and the strain energy at the equilibria, against the displacement."""
     moved = displacement(run, axis)
     figure, (left, right) = new_panels(1, 2, width=10.0, height=4.0)
     left.plot(1e3 * abs(moved), abs(run.history[reaction]), "-o", color=COLOURS[0])

@@ -1,4 +1,4 @@
-"""A cylinder that is pressed in by half its height."""
+"""Cylinder indented by half its height."""
 
 from pellucid.gallery.mountris2019.curves import excess, force_and_energy, least_volume, residuals, work_done
 from pellucid.results.metrics import Metric
@@ -11,11 +11,12 @@ CAPTIONS = {"cylinder_indentation": "Force of the indenter and strain energy aga
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Work, energy and force beside finite elements, the least volume, and how far the field is from what is prescribed."""
+    """Compute the metrics: work, energy and force compared with finite elements, smallest volume ratio, residuals of the
+    prescribed displacements."""
     beside = excess(run, "cylinder", 0.5, "reaction_z")
     return {"strain_energy": work_done(run), **beside, "least_volume": least_volume(run), **residuals(run)}
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Force and energy against the displacement."""
+    """Draw force and energy against the displacement."""
     return {"cylinder_indentation": force_and_energy(run, "reaction_z", 2)}

@@ -1,4 +1,4 @@
-"""A heart of two ventricles whose right wall is pushed in."""
+"""Heart with two ventricles whose right wall is indented."""
 
 from pellucid.gallery.mountris2019.curves import excess, force_and_energy, least_volume, residuals, work_done
 from pellucid.results.metrics import Metric
@@ -11,11 +11,12 @@ CAPTIONS = {"heart_indentation": "Force of the hand and strain energy against it
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Work, energy and force beside finite elements, the least volume, and how far the field is from what is prescribed."""
+    """Compute the metrics: work, energy and force compared with finite elements, smallest volume ratio, residuals of the
+    prescribed displacements."""
     beside = excess(run, "heart", 1.0, "push")
     return {"strain_energy": work_done(run), **beside, "least_volume": least_volume(run), **residuals(run)}
 
 
 def figures(run: Run) -> dict[str, Figure]:
-    """Force and energy against the displacement."""
+    """Draw force and energy against the displacement."""
     return {"heart_indentation": force_and_energy(run, "push", 0)}
