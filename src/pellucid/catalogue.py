@@ -1,6 +1,7 @@
-"""The catalogue of the gallery: which cases there are, their files, and the modules beside them.
+"""The catalogue of the gallery: ids of the cases, their files and their modules.
 
-It imports nothing: the modules in `gallery/` stand on the results, and reading a case only needs to know where its file is.
+This module imports no other module of the package: the modules in `gallery/` import the results, and reading a case only
+needs the path of its file.
 """
 
 import difflib
@@ -15,7 +16,7 @@ GALLERY = "pellucid.gallery"
 
 @cache
 def ids() -> tuple[str, ...]:
-    """The ids of all cases, such as "gan2011/shock-tube", sorted."""
+    """Return the ids of all cases, such as "gan2011/shock-tube", sorted."""
     groups = (group for group in files(GALLERY).iterdir() if group.is_dir())
     found = (f"{group.name}/{item.name[:-5]}" for group in groups for item in group.iterdir() if item.name.endswith(".toml"))
     return tuple(sorted(found))
@@ -27,13 +28,13 @@ def has(case: str) -> bool:
 
 
 def text(case: str) -> str:
-    """The case file of an id, as it is written."""
+    """Return the text of the case file of an id."""
     group, name = case.split("/")
     return (files(GALLERY) / group / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def to_copy(case: str) -> str:
-    """The same for a file anywhere else: what it reads beside it is named by its whole path."""
+    """Return the text of the case file of an id with absolute paths of its input files, so that a copy works in any folder."""
     home = Path(folder(case))
 
     def whole(found: re.Match[str]) -> str:
@@ -49,9 +50,9 @@ def folder(case: str) -> str:
 
 
 def module(case: str) -> ModuleType | None:
-    """The Python module beside a case, with its `metrics` and `figures`; None where it measures nothing.
+    """Return the Python module of a case, with its `metrics` and `figures`; None if the case has none.
 
-    Its `METRICS` are the names of all metrics that the case can have, known before anything runs.
+    `METRICS` of the module lists the names of all metrics that the case can have, known before a run.
     """
     from importlib import import_module
     from importlib.util import find_spec

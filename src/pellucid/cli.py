@@ -14,7 +14,8 @@ from pellucid.system.interrupts import termination_raised
 
 
 class Commands(TyperGroup):
-    """The commands, with warnings in a line each, and every expected error turned into a message and an exit status."""
+    """The group of commands. Warnings are printed on one line each; every expected error becomes a message and an exit
+    status."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -38,7 +39,7 @@ class Commands(TyperGroup):
 
 
 def _end(error: BaseException, message: str, status: int) -> typer.Exit:
-    """Report why the command ends: once, if all processes that share a run end for the same reason."""
+    """Print the reason why the command ends, only once if all processes of a run end for the same reason; return the exit."""
     processes.end(error)
     if processes.is_first:
         typer.echo(message, err=True)
@@ -68,7 +69,7 @@ def _version(wanted: bool) -> None:
 def _options(
     version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Print the version and exit."),
 ) -> None:
-    """Options before the command."""
+    """Define the options before the command."""
 
 
 app.command("list")(cases.list_cases)
@@ -78,7 +79,7 @@ for _module in (cases, meshes, runs, checks, studies, machine):
 
 
 def main() -> None:
-    """Run the command line of this process; where it fails unforeseen, those that share a run with it end too."""
+    """Run the command line of this process; an unexpected error also ends the other processes of the run."""
     try:
         app()
     except Exception as error:

@@ -13,9 +13,9 @@ from tempfile import TemporaryDirectory, TemporaryFile
 from pellucid.system.extras import install_command
 
 FOR_USERS = "mesh", "sweep", "notebook", "mpi"
-"""The extras that do more than build the package."""
+"""Extras for users, without the extras for development."""
 BROWSERS = "chromium", "google-chrome", "chrome", "chromium-browser", "msedge"
-"""Those that draw a page without a screen and print what it says."""
+"""Browsers that can render a page without a screen and print its content."""
 FLAGS = "--headless", "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-sync", "--dump-dom"
 SOFTWARE = "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"
 PAGE = """<p id="told"></p><script>
@@ -57,7 +57,7 @@ Row = tuple[str, str, str]
 
 
 def examine() -> list[Row]:
-    """Rows of what was looked at, what was found, and advice where something is amiss."""
+    """Return the rows of the check: item, result, and advice if there is a problem."""
     return [
         ("python", f"{platform.python_version()} ({sys.executable})", ""),
         ("system", f"{platform.platform()}, {os.cpu_count()} cores", ""),
@@ -78,7 +78,8 @@ def examine() -> list[Row]:
 
 
 def _packages(extra: str) -> list[tuple[str, str]]:
-    """Names of the packages of an extra, or of those that are always needed, and what else is said of them."""
+    """Return the names and the remaining requirement texts of the packages of an extra; for an empty name, of the required
+    packages."""
     found = [re.split(r"(?<=[\w\]])(?=[^\w.\-\[\]])", line, maxsplit=1) for line in requires("pellucid") or []]
     named = [(name.partition("[")[0], rest[0] if rest else "") for name, *rest in found]
     return [(name, rest) for name, rest in named if (f"extra == '{extra}'" in rest if extra else "extra ==" not in rest)]
@@ -136,7 +137,7 @@ def _drawing() -> Row:
 
 
 def _browser() -> Row:
-    """Return True if a browser of this machine draws the view of a report, which is WebGL 2 by three.js."""
+    """Return the row on whether a browser of this machine renders the interactive view of a report (WebGL 2 with three.js)."""
     what, command = "interactive 3-D view", next(filter(None, map(shutil.which, BROWSERS)), None)
     if command is None:
         return what, "no browser for a test was found", "open report.html in any browser, also on another machine"
@@ -180,7 +181,7 @@ def _disk() -> Row:
 
 
 def _in_own_process(source: str) -> tuple[int, str]:
-    """Exit status and the last line that a piece of Python printed."""
+    """Run Python source in a separate process; return its exit status and the last line of its output."""
     try:
         done = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, timeout=120, check=False)
     except subprocess.TimeoutExpired:

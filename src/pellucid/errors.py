@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 
 class PellucidError(Exception):
-    """Base of every error that a user can cause or mend; `exit_status` is what the command line returns."""
+    """Base class of all errors that a user can cause or correct; `exit_status` is the exit status of the command line."""
 
     exit_status = 2
 
@@ -19,17 +19,17 @@ class Problem:
     """An error of a case."""
 
     text: str
-    """What is wrong, with the limit that was broken."""
+    """Description of the error, with the violated limit."""
     key: str = ""
-    """Dotted key as the user writes it, such as `body.driver.material.density`; empty where no key is to blame."""
+    """Dotted key as the user writes it, such as `body.driver.material.density`; empty if no key is the cause."""
     value: object = None
-    """What stands there, if anything."""
+    """The invalid value, if any."""
     remedy: str = ""
-    """What to do, such as "did you mean `density`?"."""
+    """Remedy, such as "did you mean `density`?"."""
     line: int | None = None
-    """Line of the file, from 1."""
+    """Line number in the file, from 1."""
     setting: str = ""
-    """The setting to blame instead of a line of the file, such as `--set grid.cell=-1`."""
+    """The setting that is the cause, instead of a line of the file, such as `--set grid.cell=-1`."""
 
     def message(self, source: str = "") -> str:
         """Return the message in one to three lines; `source` is the file's name."""
@@ -46,7 +46,7 @@ class Problem:
 
 
 class CaseError(PellucidError):
-    """A case that cannot be run as it stands: every problem, each with file, line, key, value, limit and remedy."""
+    """Error for an invalid case, with all problems, each with file, line, key, value, limit and remedy."""
 
     def __init__(self, problems: "str | Problem | Sequence[Problem]", source: str = "") -> None:
         if isinstance(problems, str):
@@ -62,25 +62,26 @@ class CaseError(PellucidError):
         return printable("\n".join(messages))
 
     def blame(self, setting: str, line: int | None = None) -> "CaseError":
-        """The same problems, laid at the door of a setting."""
+        """Return the same problems with a setting as the cause."""
         return CaseError([replace(problem, setting=setting, line=line) for problem in self.problems], self.source)
 
 
 class UsageError(PellucidError):
-    """An argument that makes no sense, such as an output folder with other files in it."""
+    """Error for an invalid argument, such as an output folder that contains other files."""
 
 
 class UnknownName(UsageError, KeyError):
-    """A name under which nothing is found: the message lists those that there are."""
+    """Error for an unknown name; the message lists the known names."""
 
     def __str__(self) -> str:
         return printable(str(self.args[0]))
 
 
 class RunStopped(PellucidError):
-    """A run that stopped itself (NaN, inverted or lost point, collapsed step, energy error), or failed verification.
+    """Error of a run that stopped (NaN, inverted or lost point, collapsed time step, energy error), or of a failed
+    verification.
 
-    `place` says where, as far as it is known: step, time, body, point and its state; settling_step before the first.
+    `place`: step, time, body, point and its state, as far as known; settling_step if the run stopped before the first step.
     """
 
     exit_status = 3
@@ -91,7 +92,7 @@ class RunStopped(PellucidError):
 
 
 class Interrupted(PellucidError):
-    """A run that left on SIGTERM or Ctrl-C after writing a checkpoint."""
+    """Error of a run that ended on SIGTERM or Ctrl-C after writing a checkpoint."""
 
     exit_status = 143
 
@@ -102,20 +103,21 @@ class Interrupted(PellucidError):
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM outside of the steps of a run: like Ctrl-C it undoes what is half written, and is no error to be caught."""
+    """SIGTERM outside the steps of a run. Like Ctrl-C, it removes incomplete files and must not be caught as an error."""
 
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
-"""All but tabs and new lines: a terminal would obey them, and no path may have a null."""
+"""Control characters except tabs and new lines. A terminal would interpret them, and a path must not contain a null
+character."""
 
 
 def printable(text: str) -> str:
-    """A text with its control characters spelt out, which a terminal would obey: all but tabs and new lines."""
+    """Return a text with its control characters escaped, except tabs and new lines."""
     return CONTROL.sub(lambda found: repr(found[0])[1:-1], text)
 
 
 def shown(value: object, limit: int = 60) -> str:
-    """A value as a user would write it, cut to `limit` characters."""
+    """Return a value as a user would write it, shortened to `limit` characters."""
     if isinstance(value, str):
         text = f'"{value}"'
     elif isinstance(value, bool):
@@ -130,5 +132,5 @@ def shown(value: object, limit: int = 60) -> str:
 
 
 def cut(text: str, limit: int = 60) -> str:
-    """A text, or its beginning, `limit` characters with the dots that stand for the rest."""
+    """Return a text; if it is longer than `limit` characters, its beginning with " ...", `limit` characters in total."""
     return text if len(text) <= limit else text[: limit - 4] + " ..."

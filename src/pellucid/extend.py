@@ -1,9 +1,9 @@
 """Interface for users' own kinds, which case files can then name: see docs/extending.md.
 
-A class decorated with `register` is a kind of its base class: a material, an equation of state, a load, an initial field, a
-signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`, `finite_strain`,
-`hyperelastic` and `decoupled` decorate laws, `point_state` their states, `point_function` their operations at a point;
-`log`, `exp` and `power` are faster there than those of `math`.
+A class decorated with `register` is a kind of its base class: a material, an equation of state, a load, an initial field,
+or a signal of a prescribed motion. `reduction` and `quantity` register functions for probes. `rate_type`, `finite_strain`,
+`hyperelastic` and `decoupled` decorate laws, `point_state` decorates states of laws, and `point_function` functions at a
+point, in which `log`, `exp` and `power` are faster than those of `math`.
 """
 
 from pellucid.bodies.initial.contract import InitialField

@@ -1,4 +1,4 @@
-"""Faults of a case at places of its data."""
+"""Faults of a case, with their paths in its data."""
 
 import difflib
 import re
@@ -10,11 +10,11 @@ from pellucid.errors import CaseError, Problem, cut
 LONGEST = 100  # letters of a name that may be a slip
 
 Path = tuple[str | int, ...]
-"""The way to a value through tables and lists: ("body", 0, "shape")."""
+"""Path of a value through tables and lists: ("body", 0, "shape")."""
 
 
 class Finding(NamedTuple):
-    """Something wrong at a place of the case's data."""
+    """A fault at a path of the case's data."""
 
     path: Path
     text: str
@@ -37,7 +37,7 @@ class Refusal(ValueError):
 
 
 class Disagreement(ValueError):
-    """Parts of a case that do not fit together."""
+    """Error for parts of a case that contradict each other."""
 
     def __init__(self, findings: list[Finding]) -> None:
         self.findings = findings
@@ -45,14 +45,14 @@ class Disagreement(ValueError):
 
 
 def refuse(findings: Iterable[Finding]) -> None:
-    """Raise CaseError where there are findings, which only the run could make."""
+    """Raise CaseError if there are findings; these are faults that only the set-up of the run can detect."""
     problems = [Problem(found.text, ".".join(map(str, found.path)), remedy=found.remedy) for found in findings]
     if problems:
         raise CaseError(problems)
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names for a sentence."""
+    """Return names as a comma-separated text."""
     return ", ".join(names)
 
 

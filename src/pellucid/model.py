@@ -17,12 +17,12 @@ Vector = Annotated[tuple[float, float, float], Field(description="three componen
 
 
 InputFile = Annotated[str, AfterValidator(lambda path: str(Path(path).absolute()))]
-"""The path of a file that a case reads, kept absolute, so that a copy of the case still runs. Its key is called `path`: in a
-case file a relative path starts from the folder of that file, elsewhere from the working folder."""
+"""Path of a file that a case reads, stored as an absolute path so that a copy of the case still runs. Its key is `path`: in
+a case file a relative path starts from the folder of that file, elsewhere from the working folder."""
 
 
 def one_or_several(names: Any) -> Any:
-    """Names of which a case may say a single one without brackets."""
+    """Return a tuple of names; a case may give a single name without brackets."""
     return (names,) if isinstance(names, str) else names
 
 
@@ -46,7 +46,7 @@ class Model(BaseModel):
 
 
 def check(refuse: Callable[[Any], None]) -> Any:
-    """Make a method of a `Model` that raises where its keys do not go together one that is called for each new model."""
+    """Decorate a method of a `Model` that raises an error for contradicting keys, so that it is called for each new model."""
 
     @wraps(refuse)
     def unchanged(model: Any) -> Any:
@@ -81,15 +81,15 @@ def _to_si(value: Any, unit: str) -> Any:
 
 
 LARGEST = 10**18
-"""Whole number: what is counted fits into 64 bits."""
+"""Largest integer: counts fit into 64 bits."""
 LIMITS = ("gt", "ge", "lt", "le", "min_length", "max_length", "pattern", "alias")
-"""What `parameter` passes on to pydantic."""
+"""Limits that `parameter` passes on to pydantic."""
 
 
 def parameter(unit: str, text: str, default: Any = ..., **limits: Any) -> Any:
-    """Declare a field of a `Model` once: unit (SI, "" for a pure number), meaning, default, limits (gt, ge, lt, le).
+    """Declare a field of a `Model`: unit (SI, "" for a pure number), meaning, default, limits (gt, ge, lt, le).
 
-    Raises UnitError for a unit that is unknown or not of SI, TypeError for an unknown limit.
+    Raises UnitError for a unit that is unknown or not an SI unit, TypeError for an unknown limit.
     """
     check_si(unit)
     if unknown := sorted(limits.keys() - set(LIMITS)):
@@ -98,9 +98,9 @@ def parameter(unit: str, text: str, default: Any = ..., **limits: Any) -> Any:
 
 
 LONGEST_NAME = 100
-"""Characters: names of files may have up to 255 with their endings."""
+"""Largest number of characters of a name: file names may have up to 255 characters, including their extensions."""
 
 
 def name_parameter(text: str, default: Any = ...) -> Any:
-    """Declare a field of a `Model` that holds a name: of a body, a column, a file."""
+    """Declare a field of a `Model` that contains a name of a body, a column or a file."""
     return parameter("", text, default, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=LONGEST_NAME)

@@ -10,9 +10,9 @@ Value = TypeVar("Value")
 
 
 class Named(dict[str, Value]):
-    """A dictionary in which a name that is not there raises `UnknownName`, which lists those that are.
+    """A dictionary that raises `UnknownName`, with the list of known names, for an unknown name.
 
-    what: how the error begins, such as "the history has no column".
+    what: start of the message, such as "the history has no column".
     """
 
     def __init__(self, what: str, values: Mapping[str, Value]) -> None:

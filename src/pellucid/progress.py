@@ -15,33 +15,34 @@ class Progress:
     """Interface for reports of progress; this class reports nothing. Times are in seconds, `energy_error` is relative."""
 
     def begin(self, phase: str, total: float | None = None) -> None:
-        """A phase such as "running" or "drawing" begins, and the one before it ends; `total` is what it counts to."""
+        """Report that a phase such as "running" or "drawing" begins, which ends the previous phase; `total`: final value of
+        its counter."""
 
     def compiling(self, kernel: str, number: int, expected: int) -> None:
         """Report that a kernel is compiled during a phase, with its number; `expected` is 0 if the total is unknown."""
 
     def compiled(self) -> None:
-        """The phase goes on."""
+        """Report that the compilation of a kernel has ended and the phase continues."""
 
     def update(self, *, step: int, time: float, dt: float, points: int, energy_error: float) -> None:
-        """The run stands after `step` steps at simulated time `time`."""
+        """Report the state of the run after `step` steps at the simulated time `time` [s]."""
 
     def count(self, done: int) -> None:
         """Report the number of completed parts of another phase."""
 
     def message(self, text: str) -> None:
-        """Something that the user should know in any case."""
+        """Report a text that the user must see."""
 
     def note(self, text: str) -> None:
-        """Something that whoever gave the command should know; a program that called knows it."""
+        """Report a text for the user of the command line; it is not needed when a program calls pellucid."""
         self.message(text)
 
     def stop(self) -> None:
-        """Everything has ended, well or not."""
+        """Report that all phases have ended, with or without an error."""
 
 
 class QuietProgress(Progress):
-    """Off a terminal: messages only, on stderr."""
+    """Progress for output that is not a terminal: messages only, on stderr."""
 
     def __init__(self) -> None:
         self._said = False
@@ -57,7 +58,7 @@ class QuietProgress(Progress):
 
 
 class WarningsOnly(Progress):
-    """Progress for programs that call pellucid: messages are warnings."""
+    """Progress for programs that call pellucid: messages are issued as warnings."""
 
     def message(self, text: str) -> None:
         warnings.warn(text, stacklevel=3)
@@ -67,7 +68,7 @@ class WarningsOnly(Progress):
 
 
 class TerminalProgress(Progress):
-    """On a terminal: one live line with the phase and how far it is; at the end what each phase took."""
+    """Progress on a terminal: a live line with the phase and its progress; at the end, the duration of each phase."""
 
     def __init__(self) -> None:
         from rich.console import Console
@@ -76,7 +77,7 @@ class TerminalProgress(Progress):
         from rich.text import Text
 
         class Taken(ProgressColumn):
-            """The time that the phase has taken, which moves on between updates."""
+            """Column with the duration of the phase, which also advances between updates."""
 
             def render(_self, task: Any) -> Text:
                 return Text(clock(self._taken()))
@@ -136,7 +137,7 @@ class TerminalProgress(Progress):
             self._seconds = {}
 
     def _book(self, phase: str) -> float:
-        """Begin a phase; the one before gets the time since then, which is returned."""
+        """Begin a phase; return the duration of the previous phase since it began [s]."""
         now = monotonic()
         taken = now - self._since
         if self._phase:
@@ -145,7 +146,7 @@ class TerminalProgress(Progress):
         return taken
 
     def _taken(self) -> float:
-        """The time that the phase has taken since it began."""
+        """Return the duration of the current phase since it began [s]."""
         known = self._seconds.get(self._phase, 0.0) - self._before.get(self._phase, 0.0)
         return known + monotonic() - self._since
 
@@ -178,12 +179,12 @@ class Pace:
         return now - begun
 
     def steps_per_second(self) -> float:
-        """Steps in a second of wall-clock time; not a number where it is not known yet."""
+        """Return the number of steps per second of wall-clock time; NaN if it is not known yet."""
         (begun, first, _), (now, last, _) = self._ends()
         return (last - first) / (now - begun) if now > begun else float("nan")
 
     def time_left(self, end: float) -> float:
-        """Wall-clock time to the simulated time `end`; not a number where it is not known yet."""
+        """Return the remaining wall-clock time to the simulated time `end` [s]; NaN if it is not known yet."""
         (begun, _, first), (now, _, last) = self._ends()
         return (end - last) * (now - begun) / (last - first) if last > first else float("nan")
 
@@ -194,7 +195,8 @@ class Pace:
 
 @contextmanager
 def watching() -> Iterator[Progress]:
-    """The progress for this terminal, which also tells the warnings of what runs meanwhile; stopped at the end."""
+    """Yield the progress for this terminal, which also reports warnings raised in the block; it stops at the end of the
+    block."""
     progress = for_terminal()
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_where, **_to: progress.message(f"warning: {message}")
@@ -205,7 +207,7 @@ def watching() -> Iterator[Progress]:
 
 
 def for_terminal() -> Progress:
-    """The live line where stderr is a terminal or the program a notebook, else the quiet one."""
+    """Return a live progress line if stderr is a terminal or the program runs in a notebook, otherwise a quiet progress."""
     return TerminalProgress() if sys.stderr.isatty() or "ipykernel" in sys.modules else QuietProgress()
 
 
@@ -216,7 +218,7 @@ def state_line(*, step: int, time: float, dt: float, rate: float, energy_error: 
 
 
 def clock(seconds: float) -> str:
-    """A wall-clock time for a person: "8.3 s", "2 min 05 s", "3 h 20 min"."""
+    """Format a wall-clock time: "8.3 s", "2 min 05 s", "3 h 20 min"."""
     if not seconds >= 0 or seconds == float("inf"):
         return "?"
     if seconds < 60:

@@ -1,7 +1,7 @@
-"""The kinds that case files can name: those of the package and those of users, registered in the same way.
+"""The kinds that case files can name: kinds of the package and of users, registered in the same way.
 
-A `Family` is a set of models told apart by their `kind`, a `Registry` a set of functions told apart by their name. Both are
-looked up when a case is read, so that what is registered later counts too.
+A `Family` is a set of models selected by their `kind`, a `Registry` a set of functions selected by name. Both are read when
+a case is read, so that kinds registered later are included.
 """
 
 from collections.abc import Mapping
@@ -18,11 +18,11 @@ EntryType = TypeVar("EntryType")
 
 
 class Registry(Generic[EntryType]):
-    """`entries` by name; a name belongs to the one who took it first. `register` adds one."""
+    """A registry: `entries` by name. Each name can be registered by one source only; `register` adds an entry."""
 
     every: ClassVar["list[Registry[Any]]"] = []
     changes: ClassVar[int] = 0
-    """How often something was registered anywhere: what was made of the entries before is out of date."""
+    """Number of registrations in all registries; data derived from entries are out of date if it has changed."""
 
     def __init__(self, what: str) -> None:
         self.what = what
@@ -32,8 +32,8 @@ class Registry(Generic[EntryType]):
     def register(self, name: str, entry: EntryType, source: Any) -> None:
         """Register an entry; `source` is the class or function behind it.
 
-        The same source, made anew when its file is read again, takes the place of the old one. Raises ValueError for a name
-        that another has.
+        The same source, defined again when its file is read again, replaces the old one. Raises ValueError if another
+        source has this name.
         """
         before = self.entries.get(name)
         if before is not None and _home(before) != _home(source):
@@ -44,9 +44,9 @@ class Registry(Generic[EntryType]):
 
 
 class Family(Registry[type[ModelType]]):
-    """The kinds of a table, such as the materials: subclasses of one base, told apart by the key `kind`.
+    """The kinds of a table, such as the materials: subclasses of one base class, selected by the key `kind`.
 
-    default: the kind of a table that does not name one; without it the key is required.
+    default: the kind of a table without the key; without a default the key is required.
     """
 
     def __init__(self, what: str, base: type[ModelType], default: str = "") -> None:
@@ -54,7 +54,8 @@ class Family(Registry[type[ModelType]]):
         self.base, self.default = base, default
 
     def add(self, model: type[ModelType]) -> None:
-        """Register a model. Raises TypeError where it names no kind or lacks a method, ValueError where its kind is taken."""
+        """Register a model. Raises TypeError if it has no kind or lacks a method, ValueError if its kind is already
+        registered."""
         field = model.model_fields.get("kind")
         if (
             field is None
@@ -71,11 +72,11 @@ class Family(Registry[type[ModelType]]):
         self.register(field.default, model, model)
 
     def kinds_of(self, base: type[BaseModel]) -> dict[str, type[ModelType]]:
-        """The models that derive from a base, by kind."""
+        """Return the models that derive from a base class, by kind."""
         return {kind: model for kind, model in self.entries.items() if issubclass(model, base)}
 
     def validated(self, value: Any, base: type[BaseModel] | None = None) -> ModelType:
-        """A table as the model of its kind, which derives from `base`."""
+        """Validate a table and return the model of its kind, which must derive from `base`."""
         entries = self.kinds_of(base or self.base)
         if isinstance(value, self.base) and isinstance(value, base or self.base):
             if getattr(value, "kind", None) not in self.entries:
@@ -99,9 +100,9 @@ class Family(Registry[type[ModelType]]):
 
 
 class OneOf:
-    """Annotation of a field that holds a table of any kind of a family: `Annotated[Base, OneOf(FAMILY)]`.
+    """Annotation of a field with a table of any kind of a family: `Annotated[Base, OneOf(FAMILY)]`.
 
-    base: only kinds that derive from it.
+    base: only kinds that derive from this class are allowed.
     """
 
     def __init__(self, family: Family[Any], base: type[BaseModel] | None = None) -> None:
@@ -115,7 +116,7 @@ class OneOf:
 
 
 def _named(model: type[BaseModel]) -> CoreSchema:
-    """The core schema of a model under pydantic's name for it, so that the JSON schema describes it once."""
+    """Return the core schema of a model under pydantic's name for it, so that the JSON schema contains it once."""
     schema = model.__pydantic_core_schema__
     if schema["type"] == "definitions":
         return schema
@@ -138,7 +139,7 @@ class OneNameOf:
         return [*self.entries, *self.built_in]
 
     def validated(self, value: str) -> str:
-        """The name itself, if it is one."""
+        """Return the name if it is valid; otherwise raise an error with the valid names."""
         if value not in self.names():
             raise PydanticKnownError("literal_error", {"expected": listed([f"'{name}'" for name in self.names()])})
         return value
@@ -151,9 +152,11 @@ class OneNameOf:
 
 
 def register(model: type[ModelType]) -> type[ModelType]:
-    """Class decorator: let case files name a model by its `kind`. Its base class says what it is.
+    """Register a model as a class decorator, so that case files can name it by its `kind`. Its base class determines the
+    family.
 
-    Raises TypeError for a class that is no kind of anything or names no kind, ValueError for a kind that another class has.
+    Raises TypeError for a class without a base class of registered kinds or without a kind, ValueError for a kind that
+    another class has.
     """
     families = [registry for registry in Registry.every if isinstance(registry, Family) and issubclass(model, registry.base)]
     if not families:

@@ -1,12 +1,14 @@
-"""A smooth step from 0 to 1, by which loads, pressures and ramps begin."""
+"""A smooth step from 0 to 1 for the start of loads, pressures and ramps."""
 
 
 def smooth_step(s: float) -> float:
-    """s³(10 - 15 s + 6 s²) between 0 at s <= 0 and 1 at s >= 1: first and second derivatives begin and end at zero."""
+    """Return the smooth step s³(10 - 15 s + 6 s²), 0 for s <= 0 and 1 for s >= 1. Its first and second derivatives are zero
+    at both ends."""
     s = min(max(s, 0.0), 1.0)
     return s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
 
 
 def risen(time: float, rise: float) -> float:
-    """The share of a load that acts at a time [s] and rises smoothly from zero over `rise` [s], at once where that is 0."""
+    """Return the share of a load at a time [s]. It rises smoothly from 0 to 1 over `rise` [s]; for `rise` = 0 it is 1 at
+    once."""
     return smooth_step(time / rise) if rise > 0.0 else 1.0

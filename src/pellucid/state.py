@@ -1,4 +1,5 @@
-"""The arrays of points and nodes: components, unit, meaning. Those of a single kind are declared in its own room."""
+"""The arrays of points and nodes: components, unit, meaning. Arrays of a single kind are declared in the package of that
+kind."""
 
 from collections.abc import Mapping
 from typing import NamedTuple, TypeVar
@@ -9,18 +10,18 @@ COMPONENT_NAMES: dict[int, tuple[str, ...]] = {
     6: ("xx", "yy", "zz", "yz", "xz", "xy"),
     9: ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
 }
-"""By their number, of vectors, symmetric tensors and tensors row by row along the axes in space."""
+"""Names of the components by their number, for vectors, symmetric tensors, and tensors row by row, along the axes in space."""
 FRAME_NAMES = tuple(f"{row}{axis}" for row in "12n" for axis in "xyz")
 
 
 class Field(NamedTuple):
-    """`components` numbers per point, in SI `unit`."""
+    """A field of points: number of components, SI unit and meaning."""
 
     components: int
     unit: str
     meaning: str
     own_names: tuple[str, ...] = ()
-    """Of components that are not along the axes in space."""
+    """Names of components that are not along the axes in space."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -64,17 +65,17 @@ FIELDS: dict[str, Field] = {
 
 
 def declare_field(name: str, field: Field, owner: str) -> None:
-    """Declare a field that a kind of body or material has beside these. Raises TypeError, naming the owner, where there is
-    another one of this name."""
+    """Declare an additional field of a kind of body or material. Raises TypeError, with the owner, if another field has
+    this name."""
     if FIELDS.setdefault(name, field) != field:
         raise TypeError(f"{owner}.{name}: a field of this name exists ({FIELDS[name].meaning}); choose another name")
 
 
 def with_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    """Values under names that say whose they are, as checkpoints keep them."""
+    """Return values with the owner's name as a prefix of their names, as in checkpoints."""
     return {f"{owner}/{name}": value for name, value in values.items()}
 
 
 def of_owner(owner: str, values: Mapping[str, Value]) -> dict[str, Value]:
-    """The values of an owner, under their own names."""
+    """Return the values of an owner, without the prefix of their names."""
     return {name.removeprefix(f"{owner}/"): value for name, value in values.items() if name.startswith(f"{owner}/")}

@@ -18,46 +18,46 @@ NO_STRESS: Symmetric = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 @pointwise
 def symmetric_part(A: Tensor) -> Symmetric:
-    """½ (A + Aᵀ)."""
+    """Return the symmetric part ½ (A + Aᵀ)."""
     return (A[0], A[4], A[8], 0.5 * (A[5] + A[7]), 0.5 * (A[2] + A[6]), 0.5 * (A[1] + A[3]))
 
 
 @pointwise
 def add(a: Symmetric, b: Symmetric) -> Symmetric:
-    """a + b of two symmetric tensors."""
+    """Return the sum a + b of two symmetric tensors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
 
 
 @pointwise
 def scale(factor: float, a: Symmetric) -> Symmetric:
-    """A symmetric tensor times a number."""
+    """Return a symmetric tensor multiplied by a number."""
     return (factor * a[0], factor * a[1], factor * a[2], factor * a[3], factor * a[4], factor * a[5])
 
 
 @pointwise
 def trace(a: Symmetric) -> float:
-    """tr a of a symmetric tensor."""
+    """Return the trace of a symmetric tensor."""
     return a[0] + a[1] + a[2]
 
 
 @pointwise
 def deviator(a: Symmetric) -> Symmetric:
-    """a - tr(a)/3 I of a symmetric tensor."""
+    """Return the deviator a - tr(a)/3 I of a symmetric tensor."""
     mean = (a[0] + a[1] + a[2]) / 3.0
     return (a[0] - mean, a[1] - mean, a[2] - mean, a[3], a[4], a[5])
 
 
 @pointwise
 def stress_power(stress: Symmetric, L: Tensor) -> float:
-    """σ:L of a stress and a velocity gradient [W/m³]."""
+    """Return the stress power σ:L of a stress and a velocity gradient L [W/m³]."""
     normal = stress[0] * L[0] + stress[1] * L[4] + stress[2] * L[8]
     return normal + stress[3] * (L[5] + L[7]) + stress[4] * (L[2] + L[6]) + stress[5] * (L[1] + L[3])
 
 
 @pointwise
 def end_stress_power(stress: Symmetric, L: Tensor, dt: float) -> float:
-    """σ:L' of a stress at the end of a step and the velocity gradient there, L' = L (I + Δt L)⁻¹ to second order in Δt L
-    [W/m³]."""
+    """Return the stress power σ:L' [W/m³] of a stress and the velocity gradient L' at the end of a step, L' = L (I + Δt
+    L)⁻¹ to second order in Δt L."""
     xx, yy, zz = (
         L[0] - dt * (L[0] * L[0] + L[1] * L[3] + L[2] * L[6]),
         L[4] - dt * (L[3] * L[1] + L[4] * L[4] + L[5] * L[7]),
@@ -73,13 +73,13 @@ def end_stress_power(stress: Symmetric, L: Tensor, dt: float) -> float:
 
 @pointwise
 def double_dot(a: Symmetric, b: Symmetric) -> float:
-    """a : b of two symmetric tensors."""
+    """Return the double contraction a : b of two symmetric tensors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
 
 
 @pointwise
 def multiply(A: Tensor, B: Tensor) -> Tensor:
-    """A B."""
+    """Return the product A B."""
     return (
         A[0] * B[0] + A[1] * B[3] + A[2] * B[6],
         A[0] * B[1] + A[1] * B[4] + A[2] * B[7],
@@ -95,13 +95,13 @@ def multiply(A: Tensor, B: Tensor) -> Tensor:
 
 @pointwise
 def determinant(A: Tensor) -> float:
-    """det A."""
+    """Return the determinant det A."""
     return A[0] * (A[4] * A[8] - A[5] * A[7]) - A[1] * (A[3] * A[8] - A[5] * A[6]) + A[2] * (A[3] * A[7] - A[4] * A[6])
 
 
 @pointwise
 def cofactor(A: Tensor) -> Tensor:
-    """cof A = det(A) A⁻ᵀ, also where A has no inverse."""
+    """Return the cofactor cof A = det(A) A⁻ᵀ, also for a singular A."""
     return (
         A[4] * A[8] - A[5] * A[7],
         A[5] * A[6] - A[3] * A[8],
@@ -123,13 +123,13 @@ def full(s: Symmetric) -> Tensor:
 
 @pointwise
 def piola_transform(s: Symmetric, F: Tensor) -> Tensor:
-    """P = J σ F⁻ᵀ: the first Piola-Kirchhoff stress of a Cauchy stress at a deformation gradient."""
+    """Return the first Piola-Kirchhoff stress P = J σ F⁻ᵀ of a Cauchy stress σ at a deformation gradient F."""
     return multiply(full(s), cofactor(F))
 
 
 @pointwise
 def left_cauchy_green(F: Tensor) -> Symmetric:
-    """b = F Fᵀ."""
+    """Return the left Cauchy-Green tensor b = F Fᵀ."""
     return (
         F[0] * F[0] + F[1] * F[1] + F[2] * F[2],
         F[3] * F[3] + F[4] * F[4] + F[5] * F[5],
@@ -142,7 +142,7 @@ def left_cauchy_green(F: Tensor) -> Symmetric:
 
 @pointwise
 def spin_rotation(L: Tensor, dt: float) -> Tensor:
-    """The rotation (I - ½ dt W)⁻¹ (I + ½ dt W) of the spin W = ½ (L - Lᵀ); orthogonal for every dt.
+    """Return the rotation (I - ½ dt W)⁻¹ (I + ½ dt W) of the spin W = ½ (L - Lᵀ); orthogonal for every dt.
 
     Source: Hughes & Winget 1980, Int. J. Numer. Methods Eng. 15, 1862.
     """
@@ -165,7 +165,7 @@ def spin_rotation(L: Tensor, dt: float) -> Tensor:
 
 @pointwise
 def rotate(Q: Tensor, s: Symmetric) -> Symmetric:
-    """Q s Qᵀ."""
+    """Return the rotated tensor Q s Qᵀ."""
     m = multiply(Q, full(s))
     return (
         m[0] * Q[0] + m[1] * Q[1] + m[2] * Q[2],
@@ -179,7 +179,7 @@ def rotate(Q: Tensor, s: Symmetric) -> Symmetric:
 
 @pointwise
 def deformed(L: Tensor, dt: float, F: Tensor) -> Tensor:
-    """(I + dt L) F."""
+    """Return the updated deformation gradient (I + dt L) F."""
     increment = (
         1.0 + dt * L[0],
         dt * L[1],
@@ -196,7 +196,7 @@ def deformed(L: Tensor, dt: float, F: Tensor) -> Tensor:
 
 @pointwise
 def largest_row_sum(s: Symmetric) -> float:
-    """An upper bound of the largest eigenvalue of a symmetric tensor (Gershgorin); exact when s is diagonal."""
+    """Return an upper bound of the largest eigenvalue of a symmetric tensor (Gershgorin); exact for a diagonal tensor."""
     return max(
         s[0] + abs(s[5]) + abs(s[4]),
         s[1] + abs(s[5]) + abs(s[3]),

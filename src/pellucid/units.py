@@ -1,4 +1,5 @@
-"""Units at the boundary: "3 kPa" becomes 3000.0; inside there are only SI numbers. Imports pint only when called."""
+"""Units of user input: "3 kPa" is converted to 3000.0; inside the package all numbers are in SI units. Imports pint only
+when needed."""
 
 import difflib
 import re
@@ -18,23 +19,23 @@ COMMON = (
 
 _SI = r"(?:m|kg|s|A|K|mol|rad|N|Pa|J|W|Hz|V|C)(?:\^-?[1-9])?"
 _COHERENT = re.compile(rf"(?:1|{_SI})(?:[*/]{_SI})*(?:/\({_SI}(?:\*{_SI})*\))?")
-"""Products of SI units, perhaps over one in brackets: what pint need not be asked about."""
+"""Pattern of products of SI units, optionally divided by a product in brackets, which need no check by pint."""
 
 
 LONGEST = 60
-"""Characters of a quantity."""
+"""Largest number of characters of a quantity."""
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _POWER = r"(?:\s*(?:\^|\*\*)\s*[+-]?\d)?"
 _TERM = rf"(?:[^\W\d_]\w*|1|%|°C){_POWER}"
 _TERMS = rf"{_TERM}(?:(?:\s*[*/]\s*|\s+){_TERM})*"
 _FACTOR = rf"(?:{_TERM}|\(\s*{_TERMS}\s*\){_POWER})"
 _QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*\*?\s*(?P<unit>{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)\s*")
-"""A number and products of powers of units: nothing in it is an expression that pint could calculate with."""
+"""Pattern of a number and a product of powers of units, without expressions that pint would evaluate."""
 _PINT_RAISES = (ArithmeticError, AssertionError, AttributeError, SyntaxError, TokenError, TypeError, ValueError)
 
 
 class UnitError(ValueError):
-    """A text that is no quantity of the wanted dimension."""
+    """Error for a text that is not a quantity of the required dimension."""
 
 
 @cache
@@ -45,9 +46,9 @@ def _registry() -> Any:
 
 
 def to_si(text: str, unit: str) -> float:
-    """The number that `text`, such as "3 kPa", stands for in the SI unit `unit`, such as "Pa" ("" for a pure number).
+    """Return the value of `text`, such as "3 kPa", in the SI unit `unit`, such as "Pa" ("" for a pure number).
 
-    Raises UnitError if the text cannot be read, has no unit, or one of another dimension.
+    Raises UnitError if the text cannot be read, has no unit, or has a unit of another dimension.
     """
     from pint import DimensionalityError
 
@@ -74,12 +75,12 @@ def to_si(text: str, unit: str) -> float:
 
 
 def in_degrees(angle: Any) -> Any:
-    """An angle as a case says it, in degrees or as a text with a unit, in degrees."""
+    """Return an angle in degrees; input: a number in degrees or a text with a unit."""
     return degrees(to_si(angle, "rad")) if isinstance(angle, str) else angle
 
 
 def check_si(unit: str) -> None:
-    """Raises UnitError for what is no coherent SI unit, such as "kPa" or "Pas"; "" and "1" stand for pure numbers."""
+    """Raise UnitError for a text that is not a coherent SI unit, such as "kPa" or "Pas"; "" and "1" mean pure numbers."""
     if not isinstance(unit, str):
         raise UnitError(f'the unit must be a text, such as "kg/m^3", but it is {unit!r}')
     if not unit or _COHERENT.fullmatch(unit):
@@ -94,7 +95,8 @@ def check_si(unit: str) -> None:
 
 @contextmanager
 def _read(place: str, unreadable: str) -> Iterator[None]:
-    """Raise UnitError for what pint cannot read; place: where an unknown unit stands."""
+    """Raise UnitError instead of an error of pint. unreadable: message for unreadable texts; place: position of an unknown
+    unit for the message."""
     from pint import PintError, UndefinedUnitError
 
     try:

@@ -1,4 +1,4 @@
-"""`pellucid bench`: particle-steps a second on this machine, beside its memory bandwidth and other programs."""
+"""`pellucid bench`: point-steps per second on this machine, compared with its memory bandwidth and with other programs."""
 
 from pellucid.bench.tables import table as table
 from pellucid.bench.whole import bench as bench

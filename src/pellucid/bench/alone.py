@@ -1,4 +1,5 @@
-"""A measurement in its own process, for its own peak memory: a module of the benchmark and its arguments as JSON."""
+"""A measurement in a separate process with its own peak memory; arguments: a module of the benchmark and its arguments as
+JSON."""
 
 import json
 import sys

@@ -17,7 +17,8 @@ WHICH = {"sheet": ("sheet",), "block": ("block",), "together": ("sheet", "block"
 
 
 def contact_case(points: int, which: tuple[str, ...]) -> Case:
-    """A sheet of elements half a cell long, and a block of about `points` points on the whole of it, or one of them."""
+    """Build the case of a sheet with elements half a cell long and a block of about `points` points that covers it, or one
+    of the two."""
     cells = max(2, round((points / (POINTS_PER_CELL * DEEP)) ** 0.5))
     edge, low = cells * CELL, 0.5 * CELL
     along = 2 * cells + 1
@@ -38,8 +39,10 @@ def contact_case(points: int, which: tuple[str, ...]) -> Case:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Time the block, the sheet and both together, one step each in turn. Returns the lower quartiles of the step durations
-    [s], and the duration of both together divided by the sum of the single ones."""
+    """Measure the step durations of the block, the sheet and both together, in alternation.
+
+    Returns the lower quartiles [s], and the ratio of both together to the sum of the single ones.
+    """
     simulations = {what: Simulation(contact_case(points, which), threads=threads) for what, which in WHICH.items()}
     taken: dict[str, list[float]] = {what: [] for what in WHICH}
     for number in range(WARM_UP_STEPS + steps):

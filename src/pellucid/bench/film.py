@@ -17,7 +17,8 @@ CLOCK_STEP = 2e-3  # s, near those of its own with 10 242 nodes
 
 
 def film_case(points: int) -> Case:
-    """A prolate vesicle as in `benet2015/vesicle-in-space`, of as many nodes as an icosahedron cut in four has up to that."""
+    """Build the case of a prolate vesicle as in `benet2015/vesicle-in-space`, with the finest subdivided icosahedron of at
+    most `points` nodes."""
     refinements = 2
     while 10 * 4 ** (refinements + 1) + 2 <= points:
         refinements += 1
@@ -41,7 +42,7 @@ def film_case(points: int) -> Case:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Advance a film by at least this number of its own steps. Keys as in `bench`."""
+    """Measure a film over at least this number of its own steps. Keys as in `bench`."""
     Simulation(film_case(SMALLEST), threads=threads).step()  # compiles the kernels or loads them
     before, start = peak_bytes(), time.perf_counter()
     simulation = Simulation(film_case(points), threads=threads)
@@ -72,7 +73,7 @@ def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
 
 
 def _time_parts(film: FluidFilm, seconds: dict[str, float], counts: dict[str, int]) -> None:
-    """Measure the parts of its own steps: times [s] and numbers of calls are added up."""
+    """Add timers to the parts of a film's own steps, which accumulate times [s] and numbers of calls."""
     solver = cast(SparseSolver, film.balance.solver)
     timed: list[tuple[Any, str, str]] = [
         (film.balance, "step", "step"),

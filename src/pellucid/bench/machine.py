@@ -1,4 +1,4 @@
-"""The memory of this machine: its bandwidth, and the most that this process ever held."""
+"""Memory of this machine: bandwidth, and peak memory of this process."""
 
 import resource
 import sys
@@ -18,7 +18,7 @@ def _triad(share, shares, a, b, c, s):  # type: ignore[no-untyped-def]
 
 
 def triad_bandwidth(threads: int, length: int = 20_000_000, repeats: int = 5) -> float:
-    """Best rate of `repeats` triads on `threads` threads [bytes/s], 24 bytes an element as STREAM counts them."""
+    """Return the best rate of `repeats` triads on `threads` threads [bytes/s]; 24 bytes per element as in STREAM."""
     a, b, c = np.zeros(length), np.ones(length), np.ones(length)
     set_num_threads(threads)
     _triad(threads, threads, a, b, c, 2.0)

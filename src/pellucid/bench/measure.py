@@ -1,4 +1,4 @@
-"""The steps of the benchmark problem, and the memory that it takes."""
+"""Duration of the steps of the benchmark problem, and its memory."""
 
 import time
 from typing import Any
@@ -14,7 +14,8 @@ BLOCKS = 3
 def measure(
     body: str, points: int, steps: int, threads: int | None, functions: str = "trilinear", transfer: str = "flip"
 ) -> dict[str, Any]:
-    """Step the benchmark problem `BLOCKS` times `steps` steps; the fastest block counts. Keys as in `bench`."""
+    """Run the benchmark problem for `BLOCKS` blocks of `steps` steps and return the results of the fastest block. Keys as
+    in `bench`."""
     what = body, functions, transfer
     Simulation(case_of(1000, *what), threads=threads).step()  # compiles the kernels or loads them
     before = peak_bytes()
@@ -41,7 +42,7 @@ def measure(
 
 
 def _parts(timers: dict[str, float], total: float) -> dict[str, float]:
-    """Shares of the parts of a step; the choice of the step, checks and guards are the rest."""
+    """Return the shares of the parts of a step; the rest is the choice of the time step and checks."""
     shares = {part: seconds / total for part, seconds in timers.items()}
     return {**shares, "rest": 1.0 - sum(shares.values())}
 

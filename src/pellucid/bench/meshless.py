@@ -31,8 +31,8 @@ def cube(points: int) -> SimplexMesh:
 
 
 def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
-    """Find the forces so many times, with the volume ratio of the points and with its averages; the fastest counts. Keys as in
-    `bench`."""
+    """Measure the computation of forces with pointwise and averaged volume ratios; the fastest of `steps` evaluations
+    counts. Keys as in `bench`."""
     threads = set_threads(threads)
     built(cube(200), True)  # compiles the kernels or loads them
     before, mesh, start, processor_start = peak_bytes(), cube(points), time.perf_counter(), time.process_time()
@@ -52,7 +52,7 @@ def measure(points: int, steps: int, threads: int | None) -> dict[str, Any]:
 
 
 def forms(solid: Solid, mesh: SimplexMesh, steps: int) -> dict[str, dict[str, float]]:
-    """Measurements of the two forms; processor time too, which other work on the machine disturbs less."""
+    """Return the measurements of both forms, including processor time, which is less affected by other processes."""
     found = {}
     for form, taken in (("averaged", solid), ("pointwise", solid._replace(block_volume=np.zeros(0)))):
         seconds, processor_seconds = _fastest(taken, mesh, steps)
@@ -66,13 +66,13 @@ def forms(solid: Solid, mesh: SimplexMesh, steps: int) -> dict[str, dict[str, fl
 
 
 def built(mesh: SimplexMesh, averaged: bool) -> Tables:
-    """Tables with cell-based maximum entropy, gradients corrected."""
+    """Build the tables with cell-based maximum entropy and corrected gradients."""
     law = NeoHookeanMaterial(**SOLID).law()
     return make_tables(mesh, CellMaximumEntropyModel().evaluator(mesh), law, POINTS_PER_CELL, True, averaged)
 
 
 def _fastest(solid: Solid, mesh: SimplexMesh, steps: int) -> tuple[float, float]:
-    """The least time and the least processor time of so many updates of the forces [s]."""
+    """Return the smallest wall-clock time and the smallest processor time of `steps` updates of the forces [s]."""
     solid.displacement[:] = STRAIN * EDGE * np.sin(mesh.nodes / EDGE)
     bundle, force, taken = Bundle(solid), np.zeros_like(mesh.nodes), []
     for _ in range(steps + 1):
@@ -83,12 +83,13 @@ def _fastest(solid: Solid, mesh: SimplexMesh, steps: int) -> tuple[float, float]
 
 
 def _size(value: Any) -> int:
-    """Bytes of all arrays of a tuple of tuples and arrays."""
+    """Return the number of bytes of all arrays in a nested tuple."""
     return sum(_size(part) for part in value) if isinstance(value, tuple) else getattr(value, "nbytes", 0)
 
 
 def _moved(solid: Solid) -> int:
-    """Bytes that an update reads and writes at the least: all tables, where the volume ratio is averaged twice."""
+    """Return the smallest number of bytes that an update reads and writes: all tables, the averages twice for averaged
+    volume ratios."""
     once = _size(solid.gradients) + solid.turns.nbytes + solid.deformation.nbytes
     averages = _size(solid.corners) if len(solid.block_volume) else 0
     return (2 if averages else 1) * (once + averages) + solid.weights.nbytes

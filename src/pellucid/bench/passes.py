@@ -1,4 +1,4 @@
-"""Each pass over points alone: its time and the memory that it moves at least."""
+"""Passes over points, measured one by one: time, and smallest memory traffic."""
 
 import time
 from collections.abc import Callable

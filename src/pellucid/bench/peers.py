@@ -1,4 +1,4 @@
-"""The same step in other programs: runs the scripts of `benchmarks/peers` where their libraries are installed."""
+"""The same step in other programs: runs the scripts of `benchmarks/peers` whose libraries are installed."""
 
 import json
 import os
@@ -13,7 +13,8 @@ INTERPRETER_VARIABLE = "PELLUCID_PEER_PYTHON"
 
 
 def run_peers(points: int, steps: int, threads: int) -> list[dict[str, Any]]:
-    """Run the peers: one result for each peer and law, as printed by its script, or {"peer", "law", "missing": why}."""
+    """Run the other programs and return one result for each program and law, as printed by its script, or {"peer", "law",
+    "missing": reason}."""
     folder = _scripts()
     if folder is None:
         why = "the scripts are in benchmarks/peers of the source tree; run the command in the source tree"
@@ -35,7 +36,8 @@ def _run_one(folder: Path, peer: str, law: str, points: int, steps: int, threads
 
 
 def _scripts() -> Path | None:
-    """The folder of the scripts: of the source tree that this module belongs to, or below the working directory."""
+    """Return the folder of the scripts, in the source tree of this module or below the working directory; None if it is not
+    found."""
     for root in (Path(__file__).parents[3], Path.cwd()):
         folder = root / "benchmarks" / "peers"
         if (folder / "block.py").is_file():

@@ -1,4 +1,4 @@
-"""The problems that are measured: a closed box full of points, eight a cell, through which a sine wave runs; a free sheet."""
+"""Benchmark problems: a closed box filled with eight points per cell and a sine wave; a free sheet."""
 
 import math
 from collections.abc import Mapping
@@ -31,26 +31,26 @@ SPEED = {"ideal-gas": 3.0, "hypoelastic": 0.5, "neo-hookean": 0.5}  # m/s, ampli
 
 
 def case_of(points: int, body: str, functions: str = "trilinear", transfer: str = "flip") -> Case:
-    """The problem of a body of `MATERIALS` or of `MEMBRANES`."""
+    """Build the problem of a body in `MATERIALS` or `MEMBRANES`."""
     return sheet_case(body, points) if body in MEMBRANES else bench_case(body, points, functions, transfer=transfer)
 
 
 def problem(name: str, bodies: list[dict[str, Any]], time: Mapping[str, Any] = MappingProxyType({}), **more: Any) -> Case:
-    """The case of these bodies; time: further fields of `[time]`; more: further tables.
+    """Build the case of the given bodies; time: further fields of `[time]`; more: further tables.
 
-    Speed is measured: of small waves in a hot gas little energy moves, and its relative error is large.
+    Energy limits are disabled because small waves in a hot gas exchange little energy, so that the relative error is large.
     """
     limits = {"time": {"end": 1.0, **time}, "energy": {"warn": 1e9, "stop": 1e9}}
     return Case.model_validate({"schema": 1, "title": f"Benchmark: {name}", **limits, "body": bodies, **more})
 
 
 def grid(lower: list[float], upper: list[float], functions: str = "trilinear") -> dict[str, Any]:
-    """The grid between these corners [m]."""
+    """Return the table of a grid between two corners [m]."""
     return {"lower": lower, "upper": upper, "cell": CELL, "functions": functions}
 
 
 def sheet(kind: str, corner: list[float], edge: float, along: int) -> dict[str, Any]:
-    """A square sheet from a corner [m] on, with so many points along an edge [m]."""
+    """Return the table of a square sheet with its lower corner [m], edge length [m] and number of points along an edge."""
     edges = {"first_edge": [edge, 0.0, 0.0], "second_edge": [0.0, edge, 0.0]}
     surface = {"rectangle": {"corner": corner, **edges, "points": [along, along]}}
     law = {"kind": "linear-membrane", **SOLID}
@@ -58,7 +58,7 @@ def sheet(kind: str, corner: list[float], edge: float, along: int) -> dict[str, 
 
 
 def bench_case(body: str, points: int, functions: str = "trilinear", **time: Any) -> Case:
-    """A cube of about `points` points of the material called `body`; `time` holds further fields of `[time]`."""
+    """Build the case of a cube of about `points` points with the material `body`; `time`: further fields of `[time]`."""
     cells = max(2, round((points / POINTS_PER_CELL) ** (1 / 3)))
     edge = cells * CELL
     lower, upper = [0.0, 0.0, 0.0], [edge, edge, edge]
@@ -75,7 +75,7 @@ def bench_case(body: str, points: int, functions: str = "trilinear", **time: Any
 
 
 def sheet_case(kind: str, points: int) -> Case:
-    """A square sheet of about `points` membrane points or nodes of elements, half a cell apart, that moves freely."""
+    """Build the case of a freely moving square sheet of about `points` membrane points or element nodes, half a cell apart."""
     along = max(3, round(points**0.5))
     corner, high = [2.0 * CELL, 2.0 * CELL, 0.0], (math.ceil((along - 1) / 2) + 4) * CELL
     moving = {**sheet(kind, corner, 0.5 * (along - 1) * CELL, along), "velocity": [0.0, 0.0, 0.1]}

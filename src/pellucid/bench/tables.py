@@ -1,4 +1,4 @@
-"""The benchmark's result as tables for the terminal."""
+"""Results of the benchmark as tables for the terminal."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -28,7 +28,7 @@ WHAT = ("body", "functions", "transfer")
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
-    """Rows below headings: words stand left, numbers right."""
+    """Build a table with left-aligned text columns, followed by right-aligned columns of numbers."""
     shown = Table(title=title)
     for heading in left:
         shown.add_column(heading)
@@ -40,7 +40,7 @@ def _table(title: str, left: Sequence[str], right: Sequence[str], rows: Iterable
 
 
 def _names(rows: list[dict[str, Any]], key: str) -> list[str]:
-    """The names of the parts or passes of all rows, each once."""
+    """Return the names of the parts or passes of all rows, without duplicates."""
     return list(dict.fromkeys(name for row in rows for name in row[key]))
 
 

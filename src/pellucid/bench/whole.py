@@ -25,36 +25,36 @@ VARIANTS = [
     *({"body": "ideal-gas", "functions": functions, "transfer": "apic"} for functions in ("trilinear", "quadratic-bspline")),
     *({"body": body} for body in MEMBRANES),
 ]
-"""What is measured beside the bodies with trilinear functions and FLIP."""
+"""Variants that are measured in addition to the bodies with trilinear functions and FLIP."""
 PASSES = [
     *({"body": body, "functions": functions} for body in MATERIALS for functions in ("trilinear", "quadratic-bspline")),
     {"body": "ideal-gas", "transfer": "apic"},
     {"body": "membrane-points"},
 ]
-"""Whose passes over points are measured one by one."""
+"""Problems whose passes over points are measured one by one."""
 THREADS_POINTS = 20_000, 100_000, 1_000_000
-"""Sizes of the gas that is measured with one thread, two, four, and all."""
+"""Numbers of points of the gas that is measured with one, two, four and all threads."""
 
 
 def bench(
     points: list[int] | None = None, steps: int | None = None, threads: int | None = None, peers: bool = False
 ) -> dict[str, Any]:
-    """Measure particle-steps a second of each kind of body, everything of the step included.
+    """Measure the point-steps per second of each kind of body, including all parts of a step.
 
-    points: sizes to measure, about (the body is a cube of whole cells). steps: steps in a block, the fastest of three
-    blocks counts; None chooses by size. threads: None takes every core. peers: run `benchmarks/peers` as well.
-    `cores` is how many cores the body really had: fewer than the threads on a machine with other work.
-    Raises RunStopped where a measurement ends badly, such as for want of memory.
+    points: approximate sizes (the body is a cube of whole cells). steps: steps per block, of which the fastest of three
+    counts; default: chosen by size. threads: default all cores. peers: also run `benchmarks/peers`. The result `cores` is
+    the number of cores effectively used, which is less than the threads if other processes run on the machine. Raises
+    RunStopped if a measurement fails, e.g. for lack of memory.
 
     Returns {"machine": {...}, "bodies": [{body, functions, transfer, points, threads, steps, seconds_per_step,
-    point_steps_per_second, cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...],
-    "variants": [the same of VARIANTS], "passes": [{body, functions, transfer,
-    points, threads, passes: {name: {seconds_per_point, bytes_per_point, bytes_per_second}}}, ...] each pass of these alone,
-    "threads": [the same of a gas with 1 to `threads`], "contact": {elements, points, steps,
-    seconds_per_step: {sheet, block, together}, ratio}, "solid": {points, nodes, nodes_per_point, threads, build_seconds,
-    build_processor_seconds, build_bytes, bytes_per_point, forms: {averaged and pointwise: {seconds_per_update,
-    point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "films": [{points, steps, build_seconds,
-    seconds_per_step, processor_seconds_per_step, factors_per_step, bytes_per_point, parts}, ...], "peers": [...]}; SI units.
+    point_steps_per_second, cores, bytes_per_point, peak_bytes, parts: {part: share of the time}}, ...], "variants": [the
+    same for VARIANTS], "passes": [{body, functions, transfer, points, threads, passes: {name: {seconds_per_point,
+    bytes_per_point, bytes_per_second}}}, ...], "threads": [the same for a gas with 1 to `threads` threads], "contact":
+    {elements, points, steps, seconds_per_step: {sheet, block, together}, ratio}, "solid": {points, nodes, nodes_per_point,
+    threads, build_seconds, build_processor_seconds, build_bytes, bytes_per_point, forms: {averaged and pointwise:
+    {seconds_per_update, point_updates_per_second, processor_seconds_per_update, moved_bytes_per_second}}}, "films":
+    [{points, steps, build_seconds, seconds_per_step, processor_seconds_per_step, factors_per_step, bytes_per_point, parts},
+    ...], "peers": [...]}; SI units.
     """
     import numba
 
@@ -99,7 +99,7 @@ def bench(
 
 
 def _steps(points: int) -> int:
-    """Long enough for a steady clock, short enough for patience."""
+    """Return the number of steps per block, which limits both the timing noise and the duration."""
     return max(20, min(500, 20_000_000 // points))
 
 
@@ -121,7 +121,7 @@ def _in_a_process(module: str, request: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with_ratio(peer: dict[str, Any], bodies: list[dict[str, Any]]) -> dict[str, Any]:
-    """The peer's result with "ratio": our rate over its rate, for the same law and number of points."""
+    """Return the result of a peer with "ratio": our rate divided by its rate, for the same law and number of points."""
     if "missing" in peer:
         return peer
     same = [b for b in bodies if b["body"] == peer["law"] and b["points"] == peer["points"]]

@@ -1,1 +1,1 @@
-"""The commands of `pellucid`, grouped by what they deal with."""
+"""The commands of `pellucid`, grouped by topic."""

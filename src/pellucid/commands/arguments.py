@@ -1,4 +1,4 @@
-"""Arguments that several commands share, and how they are read."""
+"""Arguments that several commands share, and functions that read them."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
@@ -25,7 +25,7 @@ Quick = Annotated[bool, typer.Option("--quick", help="Use the quick settings of 
 
 
 def read_threads(text: str) -> int:
-    """A number of threads. Raises UsageError."""
+    """Return a number of threads. Raises UsageError for an invalid text."""
     from pellucid.jit import check_threads
 
     threads = int(text) if text.isascii() and text.isdecimal() else text
@@ -61,9 +61,9 @@ Until = Annotated[
 
 
 def read_case(case: str, quick: bool, settings: list[str] | None, studied: Mapping[str, Any] | None = None) -> "Case":
-    """Read a case with its quick settings, then the user's own, and check it with these.
+    """Read a case with its quick settings and the user's settings, and check it.
 
-    `studied`: values of fields that a study replaces in every run; they apply where the case is faulty without them.
+    `studied`: values of fields that a study replaces in every run; they are applied if the case is invalid without them.
     Raises CaseError.
     """
     from pellucid.case import load
@@ -78,14 +78,14 @@ def read_case(case: str, quick: bool, settings: list[str] | None, studied: Mappi
 
 
 def read_settings(settings: list[str] | None) -> dict[str, Any]:
-    """The values of `--set` by their keys. Raises CaseError."""
+    """Return the values of `--set` by key. Raises CaseError for an invalid text."""
     from pellucid.case import parse_setting
 
     return dict(parse_setting(text) for text in settings or ())
 
 
 def read_time(option: str, text: str | None) -> float | None:
-    """A positive time [s] from "0.1" or "20 ms". Raises UsageError naming the option."""
+    """Return a positive time [s] from a text such as "0.1" or "20 ms". Raises UsageError with the option."""
     from pellucid.units import UnitError, to_si
 
     if text is None:

@@ -36,7 +36,7 @@ def bench(
 
 
 def read_sizes(text: str | None) -> list[int] | None:
-    """Numbers of points from "10000,1e6". Raises UsageError."""
+    """Return numbers of points from a text such as "10000,1e6". Raises UsageError for an invalid text."""
     if text is None:
         return None
     try:

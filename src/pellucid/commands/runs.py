@@ -166,7 +166,7 @@ def share(ranks: int | None) -> None:
 
 @contextmanager
 def resumable(folder: Path) -> Iterator[None]:
-    """Add to an interruption the command that continues."""
+    """Add the command that continues the run to the message of an interruption."""
     try:
         yield
     except Interrupted as error:
@@ -194,7 +194,7 @@ def what_is_left(folder: Path) -> str:
 
 
 def unused(parent: Path, name: str) -> Path:
-    """A new folder `parent/name`, or with a number behind the name where that is taken."""
+    """Return the path of a new folder `parent/name`, with a number appended if it exists."""
     number = 1
     while (folder := parent / (name if number == 1 else f"{name}-{number}")).exists():
         number += 1

@@ -32,7 +32,7 @@ Slurm = Annotated[
 
 @contextmanager
 def _gone_on_with(folder: Path) -> Iterator[None]:
-    """Add to an interruption the command that continues."""
+    """Add the command that continues the study to the message of an interruption."""
     try:
         yield
     except KeyboardInterrupt as error:

@@ -24,7 +24,7 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def console() -> "Console":
-    """A console on stdout, as wide as the terminal; in a pipe lines never wrap."""
+    """Return a console on stdout with the width of the terminal; in a pipe lines never wrap."""
     from rich.console import Console
 
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 1000
@@ -32,12 +32,12 @@ def console() -> "Console":
 
 
 def number(value: float | None) -> str:
-    """A number for a table cell; empty for None."""
+    """Format a number for a table cell; empty for None."""
     return "" if value is None else f"{value:.4g}"
 
 
 def print_metrics(names: Mapping[str, Sequence[str]], metrics: Sequence["Metric"]) -> None:
-    """Print metrics against their references, behind columns of `names`; nothing where there are none."""
+    """Print metrics with their references, after columns of `names`; print nothing if there are no metrics."""
     columns = ("value", "reference", "error", "tolerance")
     rows = [
         (*labels, *(number(getattr(metric, column)) for column in columns), "pass" if metric.passed else "fail")

@@ -1,1 +1,1 @@
-"""Kernels of a case: which it needs, their compilation ahead of a run or beside it, and what users are told of it."""
+"""Kernels of a case: key, compilation before or during a run, and reports of compilation."""

@@ -1,4 +1,5 @@
-"""Kernels compiled into the cache by other processes, from the last one back, while this one compiles the first ones."""
+"""Compilation of kernels into the cache by other processes, from the last kernel backwards, while this process compiles the
+first ones."""
 
 import os
 import warnings
@@ -19,9 +20,10 @@ MOST_MEMORY = 0.05  # of the machine's that the bodies may take once more
 
 @contextmanager
 def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
-    """Gives a function by which other processes begin to compile the kernels of a case, if cores and memory allow.
+    """Yield a function that starts the compilation of a case's kernels in other processes, if cores and memory allow.
 
-    They end with the block. Nothing depends on them: kernels that they have put into the cache are found there.
+    The processes end with the block. The results do not depend on them: kernels that they have compiled are found in the
+    cache.
     """
     helpers: list[Helper] = []
 
@@ -44,7 +46,10 @@ def _is_small(case: "Case") -> bool:
 
 
 def compile_from_the_end(text: str, first: int, step: int) -> None:
-    """Compile the kernels of a case, written as TOML, from the last one back, every so many from the first on; then end."""
+    """Compile the kernels of a case from the last one backwards, then end the process.
+
+    text: the case as TOML. first, step: start and stride in the reversed list of kernels.
+    """
     import resource
 
     os.nice(NICENESS)
@@ -60,9 +65,10 @@ def compile_from_the_end(text: str, first: int, step: int) -> None:
 
 
 def kernels_of(case: "Case") -> list[tuple[Any, tuple[Any, ...]]]:
-    """The kernels of a case with the types of their arguments, as set-up, a step and results call them one after the other.
+    """Return the kernels of a case with the types of their arguments, in the order in which set-up, a step and results call
+    them.
 
-    None of them is run: what depends on their results may go wrong, and what would follow is not known then.
+    The kernels are not executed. Code that depends on their results may fail, and the kernels after it are then unknown.
     """
     from pellucid.jit.kernel_tracing import record_kernel_calls
     from pellucid.simulation.simulation import Simulation

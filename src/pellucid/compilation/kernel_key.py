@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def kernel_key(case: "Case") -> str:
-    """A key of the kernels that a case needs: they follow from its choices, not from its numbers and names."""
+    """Return a key of the kernels that a case needs, which depend on its options, not on its numbers and names."""
     data = case.to_data()
     bodies = sorted({json.dumps(_choices({**body, "name": "", "field": ""}), sort_keys=True) for body in data["body"]})
     shared = sorted(sum(other["field"] == body["field"] for other in data["body"]) > 1 for body in data["body"])
@@ -21,7 +21,7 @@ def kernel_key(case: "Case") -> str:
 
 
 def _choices(value: Any) -> Any:
-    """The words and switches of a table, without its numbers."""
+    """Return the texts and booleans of a table, without its numbers."""
     if isinstance(value, dict):
         return {key: _choices(item) for key, item in value.items() if key not in ("shape", "surface")}
     return value if isinstance(value, (str, bool)) else type(value).__name__

@@ -52,7 +52,7 @@ def compilation_told(
 
 @contextmanager
 def laws_blamed(case: "Case") -> Iterator[None]:
-    """Raises CaseError naming the law where numba cannot compile it."""
+    """Raise CaseError, with the name of the law, if numba cannot compile a law."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
     try:
@@ -78,7 +78,7 @@ def _kept_count(key: str) -> int:
 
 
 def _keep_count(key: str, count: int) -> None:
-    """Keep the number of kernels; a cache that cannot be written keeps none."""
+    """Store the number of kernels; do nothing if the cache cannot be written."""
     with suppress(OSError):
         _place(key).parent.mkdir(parents=True, exist_ok=True)
         _place(key).write_text(str(count), encoding="ascii")

@@ -1,4 +1,4 @@
-"""Kernels compiled into the cache beforehand, those of several cases side by side."""
+"""Compilation of kernels into the cache in advance, in parallel for several cases."""
 
 import warnings
 from collections.abc import Mapping
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 
 class Warmed(NamedTuple):
-    """A case that was warmed: how many kernels were compiled, in how long [s], and why not all were."""
+    """Result of the compilation for a case: number of compiled kernels, duration [s], and the error if not all were
+    compiled."""
 
     case: str
     kernels: int
@@ -28,10 +29,10 @@ class Warmed(NamedTuple):
 
 
 def warm(cases: "Mapping[str, Case]", progress: Progress | None = None) -> list[Warmed]:
-    """Compile into the cache what set-up and first step of the cases, by names, need. Nothing else is written.
+    """Compile the kernels of set-up and first step of the cases, given by name, into the cache. Nothing else is written.
 
-    Of cases that need the same kernels the first counts for all. What a run needs later only, such as where a membrane tears,
-    it compiles then. Raises `UsageError` where the cache cannot be written.
+    Of cases that need the same kernels, only the first is compiled. Kernels that are needed later in a run, e.g. when a
+    membrane tears, are compiled by the run. Raises `UsageError` if the cache cannot be written.
     """
     from pellucid.case import dumps
 

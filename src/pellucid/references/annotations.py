@@ -1,4 +1,7 @@
-"""Types that references and the gallery annotate. Reading cases is not needed for the numbers of a reference."""
+"""Types for annotations in references and the gallery.
+
+They are imported for type checking only, because the numbers of a reference can be used without reading cases.
+"""
 
 from typing import TYPE_CHECKING
 

@@ -1,9 +1,8 @@
-"""Strong explosions: the similarity solution of energy that is set free at a point or on a line in a cold ideal gas.
+"""Strong explosions: the similarity solution for energy released at a point or on a line in a cold ideal gas.
 
-The shock is at R = (E t²/(α ρ₀))^(1/(n+2)) in n dimensions, behind it u = Ṙ U(ξ), ρ = ρ₀ G(ξ), p = ρ₀ Ṙ² P(ξ) where
-ξ = r/R.
+The shock is at R = (E t²/(α ρ₀))^(1/(n+2)) in n dimensions. Behind it u = Ṙ U(ξ), ρ = ρ₀ G(ξ), p = ρ₀ Ṙ² P(ξ) with ξ = r/R.
 Source: L. I. Sedov, Similarity and Dimensional Methods in Mechanics (1959), chapter IV; G. I. Taylor, Proc. R. Soc. A 201
-(1950) 159-174. Here the balances of mass, momentum and entropy are integrated from the shock inwards, and the energy with them.
+(1950) 159-174. Here the balances of mass, momentum, entropy and energy are integrated from the shock inwards.
 """
 
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ MEASURE = {1: 2.0, 2: 2.0 * pi, 3: 4.0 * pi}  # of the unit sphere's surface; of
 
 @dataclass(frozen=True)
 class Similarity:
-    """Profiles over ξ = r/R, rising from INNERMOST to 1, and α; arrays of shape (n,)."""
+    """The similarity solution: α, and profiles at ascending ξ = r/R from INNERMOST to 1, arrays of shape (n,)."""
 
     alpha: float
     xi: Array
@@ -36,14 +35,15 @@ class Similarity:
 
 @cache
 def similarity(dimensions: int, gamma: float) -> Similarity:
-    """The profiles of a plane (1), cylindrical (2) or spherical (3) explosion in a gas of ratio γ of specific heats."""
+    """Compute the profiles of a plane (1), cylindrical (2) or spherical (3) explosion in a gas with the ratio γ of specific
+    heats."""
     from scipy.integrate import solve_ivp
 
     n = dimensions
     slowing = -0.5 * n  # R R̈/Ṙ² where R grows as t^(2/(n+2))
 
     def slope(x: float, state: Array) -> list[float]:
-        """d/d(ln ξ) of U, ln G, ln P and of the energy within."""
+        """Return the derivatives of U, ln G, ln P and the enclosed energy with respect to ln ξ."""
         xi, U, G, P = np.exp(x), state[0], np.exp(state[1]), np.exp(state[2])
         w = U - xi
         # w ln G' + U' = -(n-1) U/ξ;  w U' + P/G ln P' = -slowing U;  ln P' - γ ln G' = -2 slowing/w
@@ -65,7 +65,7 @@ def similarity(dimensions: int, gamma: float) -> Similarity:
 
 @dataclass(frozen=True)
 class Blast:
-    """An explosion: dimensions, its energy [J, along a line J/m], density of the cold gas [kg/m³] and its γ."""
+    """An explosion: number of dimensions, energy [J; J/m for a line], density of the cold gas [kg/m³] and its γ."""
 
     dimensions: int
     energy: float
@@ -74,8 +74,8 @@ class Blast:
 
     @classmethod
     def of(cls, case: "Case") -> "Blast":
-        """The blast of a case whose first body is the hot gas, a whole cylinder or ball that planes of symmetry may cut, and
-        whose second is the cold gas."""
+        """Build the blast of a case. The first body is the hot gas, a cylinder or ball that may be cut by planes of
+        symmetry; the second body is the cold gas."""
         hot, cold = case.body
         x, y, z = (not thin for thin in case.thin)
         active, material = (x, y, z), cast(Any, hot.material)
@@ -89,8 +89,8 @@ class Blast:
         return np.asarray((self.energy * np.square(time) / (alpha * self.density)) ** (1.0 / (n + 2)))
 
     def at(self, radius: Array, time: float) -> dict[str, Array]:
-        """Density, velocity outwards and pressure at radii [m], any shape; ahead of the shock the gas is at rest, without
-        pressure."""
+        """Return density [kg/m³], radial velocity [m/s] and pressure [Pa] at radii [m] of any shape; the gas ahead of the
+        shock is at rest with zero pressure."""
         front = float(self.radius(time))
         speed = 2.0 / (self.dimensions + 2.0) * front / time
         profiles, xi = similarity(self.dimensions, self.gamma), radius / front

@@ -1,14 +1,15 @@
-"""A soft cube between two plates to which it sticks, by finite elements: `validation/mountris2019-cube`.
+"""Soft cube bonded to two plates, by finite elements: `validation/mountris2019-cube`.
 
-Side 0.1 m, Young's modulus 3000 Pa, Poisson's ratio 0.49; the free sides may pass the planes of the plates. The two energies
-are those of `stretched_block`. Where the sides stand when it is drawn out is the table `cube_bulge` of `finite_elements`.
+Edge 0.1 m, Young's modulus 3000 Pa, Poisson's ratio 0.49; the free sides may pass the planes of the plates. The two
+energies are those of `stretched_block`. The positions of the free sides of the stretched cube are in the table `cube_bulge`
+of `finite_elements`.
 """
 
 from typing import NamedTuple
 
 
 class AtRest(NamedTuple):
-    """Strain energy [J], force along z on the upper face [N], and how far each may be off, relatively."""
+    """Strain energy [J], force along z on the upper face [N], and the relative tolerance of each."""
 
     energy: float
     reaction: float
@@ -24,4 +25,4 @@ BONDED_CUBE = {
     ("coupled", -0.02): AtRest(0.0836, -8.88, 4e-3, 7e-3),
     ("decoupled", -0.02): AtRest(0.08439, -9.05, 5e-3, 8e-3),
 }
-"""At each energy and distance [m] that the plates have moved apart."""
+"""Reference values by form of the energy and increase of the distance of the plates [m]."""

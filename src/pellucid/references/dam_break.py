@@ -12,9 +12,11 @@ from pellucid.references.annotations import Array, Case
 
 
 def martin_moyce(quantity: str) -> tuple[Array, Array]:
-    """Time and value of `front` (T = n t sqrt(g/a), Z = x/a) or `height` (tau = t sqrt(g/a), H = y/(n² a)), for n² = 2.
+    """Return times and values of `front` (T = n t sqrt(g/a), Z = x/a) or `height` (tau = t sqrt(g/a), H = y/(n² a)), for n²
+    = 2.
 
-    The experimenters could not see when the flow began: they shifted each series in time to agree at Z = 1.44.
+    The start of the flow could not be observed in the experiment: each series is shifted in time so that all agree at Z =
+    1.44.
     """
     text = files("pellucid.references").joinpath("martin_moyce_1952.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
@@ -32,23 +34,24 @@ class Column:
 
     @classmethod
     def of(cls, case: Case) -> "Column":
-        """The column of a case: its first body, a box, with gravity along -y."""
+        """Build the column of a case whose first body is a box, with gravity along -y."""
         lower, upper = case.body[0].bounds()
         return cls(float(upper[0] - lower[0]), float(upper[1] - lower[1]), -case.gravity[1])
 
     @property
     def aspect(self) -> float:
-        """n² = height over width."""
+        """n², the ratio of height to width."""
         return self.height / self.width
 
     def front_time(self, time: ArrayLike) -> Array:
-        """T = n t sqrt(g/a) of times [s]."""
+        """Return the dimensionless times T = n t sqrt(g/a) of times [s]."""
         return np.asarray(time, dtype=float) * sqrt(self.aspect * self.gravity / self.width)
 
     def height_time(self, time: ArrayLike) -> Array:
-        """tau = t sqrt(g/a) of times [s]."""
+        """Return the dimensionless times tau = t sqrt(g/a) of times [s]."""
         return np.asarray(time, dtype=float) * sqrt(self.gravity / self.width)
 
     def ritter(self, time: ArrayLike) -> Array:
-        """Front x/a of a frictionless thin sheet (shallow water), 1 + 2T: faster than any column falls."""
+        """Return the front position x/a = 1 + 2T of a frictionless thin sheet (shallow water), an upper bound for all
+        columns."""
         return 1.0 + 2.0 * self.front_time(time)

@@ -1,4 +1,4 @@
-"""Exact diffusion: a bar whose ends are held at zero, and spherical harmonics."""
+"""Exact diffusion: a bar with zero concentration at its ends, and spherical harmonics."""
 
 from collections.abc import Callable
 
@@ -10,10 +10,10 @@ TERMS = 200
 
 
 def between_zero_ends(start: Callable[[Array], Array], length: float, spread: float, x: Array) -> Array:
-    """The concentration at x [m] on a bar from 0 to `length` [m] that begins as `start`.
+    """Return the concentration at positions x [m] on a bar from 0 to `length` [m] with the initial concentration `start`.
 
-    spread: diffusivity times time [m²]. The Fourier series of Benet 2015, eq. 4.38, whose integrals are found by Gauss's
-    quadrature; good to round-off once the last of its terms has faded.
+    spread: diffusivity times time [m²]. Fourier series of Benet 2015, eq. 4.38, with integrals by Gauss quadrature;
+    accurate to round-off once the highest term has decayed.
     """
     wave = np.arange(1, TERMS + 1) * np.pi / length
     points, weights = np.polynomial.legendre.leggauss(10)  # in as many parts as the highest wave has half-waves
@@ -23,5 +23,5 @@ def between_zero_ends(start: Callable[[Array], Array], length: float, spread: fl
 
 
 def harmonic_decay(degree: int, radius: float, diffusivity: float) -> float:
-    """The rate at which spherical harmonics of a degree l fade on a sphere, l (l + 1) D/R² [1/s]."""
+    """Return the decay rate of spherical harmonics of degree l on a sphere, l (l + 1) D/R² [1/s]."""
     return degree * (degree + 1) * diffusivity / radius**2

@@ -1,4 +1,4 @@
-"""Standing wave in an elastic bar between two walls or along a periodic stretch of it: v = V sin(kx+φ) cos(ωt)."""
+"""Standing wave in an elastic bar between two walls or in a periodic section of it: v = V sin(kx+φ) cos(ωt)."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -12,7 +12,7 @@ from pellucid.references.annotations import Array, Case
 
 @dataclass(frozen=True)
 class StandingWave:
-    """Amplitude V [m/s], wave number k [rad/m], phase φ [rad], wave speed c [m/s]."""
+    """A standing wave: amplitude V [m/s], wave number k [rad/m], phase φ [rad], wave speed c [m/s]."""
 
     amplitude: float
     wave_number: float
@@ -21,7 +21,7 @@ class StandingWave:
 
     @classmethod
     def of(cls, case: Case) -> "StandingWave":
-        """The wave that the first body of a case starts with. In a bar held sideways the wave's modulus is λ + 2μ."""
+        """Build the wave with which the first body of a case starts. In a laterally constrained bar the modulus is λ + 2μ."""
         body = case.body[0]
         wave = body.velocity_wave if isinstance(body, MaterialPointsCase) else None
         material: object = body.material
@@ -42,17 +42,18 @@ class StandingWave:
         return 2.0 * np.pi / self.frequency
 
     def velocity(self, x: Array, time: float) -> Array:
-        """Velocity along the bar [m/s] at initial positions x [m]."""
+        """Return the velocity along the bar [m/s] at initial positions x [m]."""
         return self.amplitude * np.sin(self.wave_number * x + self.phase) * np.cos(self.frequency * time)
 
     def displacement(self, x: Array, time: float) -> Array:
-        """Displacement along the bar [m] at initial positions x [m]."""
+        """Return the displacement along the bar [m] at initial positions x [m]."""
         swing = np.sin(self.frequency * time) / self.frequency
         return self.amplitude * np.sin(self.wave_number * x + self.phase) * swing
 
 
 def period_of(times: Array, signal: Array) -> float:
-    """Period [s] of a swing about zero, from its zero crossings by linear interpolation; nan for fewer than two."""
+    """Return the period [s] of an oscillation about zero, from its linearly interpolated zero crossings; NaN for fewer than
+    two."""
     before = np.flatnonzero(signal[:-1] * signal[1:] < 0.0)
     if len(before) < 2:
         return float("nan")

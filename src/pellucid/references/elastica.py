@@ -1,10 +1,10 @@
-"""The heavy elastica: a beam that is clamped horizontally and bends under its own weight, however far.
+"""The heavy elastica: large deflections of a beam that is clamped horizontally and bends under its own weight.
 
-With the angle θ below the horizontal at the length s from the clamp, all per width:
+With the angle θ below the horizontal at the arc length s from the clamp, all per width:
 
     D θ'' + (1 + e) q (L - s) cos θ = 0,    θ(0) = 0, θ'(L) = 0,    e = q (L - s) sin θ / EA,
 
-where e is the strain by the weight below. Source: Rohde 1953, Q. Appl. Math. 11, 337, without e.
+where e is the strain caused by the weight below s. Source: Rohde 1953, Q. Appl. Math. 11, 337, without e.
 """
 
 from math import inf

@@ -1,4 +1,4 @@
-"""Curves of whole cases by finite elements of our own, kept as tables. The scripts in `validation/` write them."""
+"""Curves of whole cases by our own finite elements, stored as tables that the scripts in `validation/` write."""
 
 import csv
 from importlib.resources import files
@@ -11,7 +11,8 @@ from pellucid.references.annotations import Array, Case
 
 
 def read(table: str) -> dict[str, Array]:
-    """The columns of a table, `time` [s] among them, by name: "net_impact" or "membrane_expansion"."""
+    """Return the columns of a table, including `time` [s], by name; table: "net_impact" or "membrane_expansion", for
+    example."""
     text = files("pellucid.references").joinpath(f"{table}.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}

@@ -1,7 +1,8 @@
-"""A column of a compressible neo-Hookean solid between smooth walls, compressed by its own weight.
+"""Column of a compressible neo-Hookean solid between smooth walls, compressed by its own weight.
 
-At the height Y of the stress-free column the nominal stress holds what is above, P(λ) = -ρ₀ g (H - Y), and with uniaxial strain
-P = μ (λ - 1/λ) + Λ ln λ/λ, which is the Cauchy stress, too: the cross-section is constant. The heights are y = ∫λ dY.
+At the height Y of the stress-free column the nominal stress supports the weight above, P(λ) = -ρ₀ g (H - Y), and with
+uniaxial strain P = μ (λ - 1/λ) + Λ ln λ/λ. P is also the Cauchy stress because the cross-section is constant. The deformed
+heights are y = ∫λ dY.
 Source: Bonet & Wood 2008, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd ed., eq. 6.28, for the law.
 """
 
@@ -17,7 +18,7 @@ HEIGHTS = 2001  # at which the stretch is found; Simpson's rule between them is 
 
 @dataclass(frozen=True)
 class HeavyColumn:
-    """Height at rest [m], density [kg/m³], gravity [m/s²] and Lamé's constants [Pa]."""
+    """A heavy column: stress-free height [m], density [kg/m³], gravity [m/s²] and Lamé's constants [Pa]."""
 
     height: float
     density: float
@@ -27,7 +28,7 @@ class HeavyColumn:
 
     @classmethod
     def of(cls, case: Case) -> "HeavyColumn":
-        """The column of a case whose first body is a box that stands on the lower face of the grid, gravity along -y."""
+        """Build the column of a case whose first body is a box on the lower face of the grid, with gravity along -y."""
         body = case.body[0]
         lower, upper = body.bounds()
         material = cast(Any, body.material)
@@ -37,11 +38,11 @@ class HeavyColumn:
         return cls(float(upper[1] - lower[1]), material.density, -case.gravity[1], first, shear)
 
     def stress(self, heights: Array) -> Array:
-        """Along the column [Pa] at heights at rest [m], any shape."""
+        """Return the axial stress [Pa] at heights in the stress-free column [m] of any shape."""
         return np.asarray(-self.density * self.gravity * (self.height - heights))
 
     def stretch(self, heights: Array) -> Array:
-        """Return the stretch of the column at heights at rest [m] of any shape, by bisection."""
+        """Return the stretch at heights in the stress-free column [m] of any shape, by bisection."""
         wanted = self.stress(heights)
         low, high = np.full(wanted.shape, 1e-6), np.ones(wanted.shape)
         for _ in range(60):
@@ -51,7 +52,7 @@ class HeavyColumn:
         return 0.5 * (low + high)
 
     def place(self, heights: Array) -> Array:
-        """Heights of the compressed column [m] of points that were at heights [m] at rest, any shape."""
+        """Return the heights in the compressed column [m] for heights in the stress-free column [m] of any shape."""
         from scipy.integrate import cumulative_simpson
 
         line = np.linspace(0.0, self.height, HEIGHTS)

@@ -1,10 +1,11 @@
-"""A smooth rigid sphere pressed into an elastic layer on a rigid base: linear elasticity, half-space contact of Hertz included.
+"""Smooth rigid sphere pressed into an elastic layer on a rigid base: linear elasticity; includes Hertz contact with a
+half-space.
 
-A pressure with the Hankel transform p̂(k) = ∫₀ᵃ φ(t) cos kt dt lowers the face by
-2(1-ν²)/E ∫ L(kh) p̂(k) J₀(kr) dk, where L is 1 for the half-space. On the sphere's parabola that is Fredholm's equation
-φ(t) + 2/π ∫₀ᵃ φ(s) ∫₀^∞ (L-1) cos ks cos kt dk ds = E/(π(1-ν²)) (δ - t²/R), and φ(a) = 0 at the rim of the contact
-(N. N. Lebedev & Ya. S. Ufliand, J. Appl. Math. Mech. 22 (1958) 442-450; W. C. Hayes, L. M. Keer, G. Herrmann & L. F. Mockros,
-J. Biomech. 5 (1972) 541-551, for the bonded layer).
+A pressure with the Hankel transform p̂(k) = ∫₀ᵃ φ(t) cos kt dt displaces the face by 2(1-ν²)/E ∫ L(kh) p̂(k) J₀(kr) dk,
+where L is 1 for the half-space. Equating this to the parabola of the sphere gives Fredholm's equation φ(t) + 2/π ∫₀ᵃ φ(s)
+∫₀^∞ (L-1) cos ks cos kt dk ds = E/(π(1-ν²)) (δ - t²/R), and φ(a) = 0 at the rim of the contact (N. N. Lebedev & Ya. S.
+Ufliand, J. Appl. Math. Mech. 22 (1958) 442-450; W. C. Hayes, L. M. Keer, G. Herrmann & L. F. Mockros, J. Biomech. 5 (1972)
+541-551, for the bonded layer).
 """
 
 from math import pi, sqrt
@@ -16,7 +17,8 @@ from pellucid.references.annotations import Array
 
 
 class Layer(NamedTuple):
-    """Young's modulus [Pa], Poisson's ratio, thickness [m]; the base holds it, or lets it slip."""
+    """An elastic layer on a rigid base: Young's modulus [Pa], Poisson's ratio, thickness [m]; bonded to the base or
+    slipping on it."""
 
     young_modulus: float
     poisson_ratio: float
@@ -24,7 +26,8 @@ class Layer(NamedTuple):
     bonded: bool
 
     def compliance(self, kh: Array) -> Array:
-        """L, how much the face gives under a wave of pressure, over what a half-space gives (no unit)."""
+        """Return the factor L(kh): displacement of the face under a sinusoidal pressure, divided by that of a half-space
+        (no unit)."""
         x = np.minimum(kh, 300.0)
         if not self.bonded:
             share: Array = 2.0 * np.sinh(x) ** 2 / (np.sinh(2.0 * x) + 2.0 * x)
@@ -35,9 +38,9 @@ class Layer(NamedTuple):
 
 
 def at_contact(layer: Layer, radius: float, contact: float) -> tuple[float, float]:
-    """Depth [m] and force [N] of a sphere of a radius [m] at a contact radius [m].
+    """Return depth [m] and force [N] for a sphere of a radius [m] at a contact radius [m].
 
-    Raises ValueError where the contact is wider than two thicknesses: the quadrature does not resolve that.
+    Raises ValueError if the contact is wider than two thicknesses, which the quadrature does not resolve.
     """
     if contact > 2.0 * layer.thickness:
         raise ValueError(f"a contact radius of {contact:g} m is more than twice the thickness of {layer.thickness:g} m")
@@ -57,7 +60,8 @@ def at_contact(layer: Layer, radius: float, contact: float) -> tuple[float, floa
 
 
 def force(layer: Layer, radius: float, depth: float) -> float:
-    """Force [N] on a rigid sphere of a radius [m] that is a depth [m] in a layer; both small beside the radius."""
+    """Return the force [N] on a rigid sphere of a radius [m] at a depth [m] in a layer; the depth must be small compared
+    with the radius."""
     low, high = 0.0, sqrt(2.0 * radius * depth)  # a half-space has a = √(Rδ), a bed of springs √(2Rδ)
     for _ in range(45):
         contact = 0.5 * (low + high)

@@ -1,4 +1,5 @@
-"""Bodies that are indented, by linear and quadratic tetrahedra on the meshes of cases: `validation/mountris2019-indentation`.
+"""Indented bodies, computed with linear and quadratic tetrahedra on the meshes of cases:
+`validation/mountris2019-indentation`.
 
 Neo-Hookean in the coupled form, Young's modulus 3000 Pa, Poisson's ratio 0.49.
 """
@@ -11,14 +12,15 @@ from pellucid.references import finite_elements
 
 
 class Indented(NamedTuple):
-    """Strain energy [J] and force along the way [N] by tetrahedra of first and of second order."""
+    """Strain energies [J] and forces along the displacement [N], each by linear and by quadratic tetrahedra."""
 
     energy: tuple[float, float]
     force: tuple[float, float]
 
 
 def indented(body: Literal["cylinder", "heart"], nodes: int, share: float) -> Indented | None:
-    """On the mesh with so many nodes, at a share of the whole displacement; None where that was not computed."""
+    """Return the reference on the mesh with a number of nodes at a share of the full displacement; None if it was not
+    computed."""
     table = finite_elements.read(f"indented_{body}")
     rows = np.flatnonzero((table["nodes"] == nodes) & np.isclose(table["share"], share))
     if not len(rows):

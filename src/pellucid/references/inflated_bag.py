@@ -1,8 +1,9 @@
 """Bags of two square sheets of side 1 m at rest under pressure.
 
-The table is for the domed bag of `lian2014/airbag`, an elastic sheet without compression of Poisson's ratio 0.3, by minimising
-its energy: `validation/lian2014-airbag/bag.py`. For the flat bag that does not stretch, the "paper bag problem", Andrew Kepert
-has a construction of the volume below (https://en.wikipedia.org/wiki/Paper_bag_problem); the greatest is not known exactly.
+The table is for the domed bag of `lian2014/airbag`, an elastic sheet with Poisson's ratio 0.3 that carries no compression,
+by minimization of its energy: `validation/lian2014-airbag/bag.py`. For the inextensible flat bag, the "paper bag problem",
+the volume below follows from a construction by Andrew Kepert (https://en.wikipedia.org/wiki/Paper_bag_problem); the maximum
+volume is not known exactly.
 """
 
 import numpy as np
@@ -10,14 +11,15 @@ import numpy as np
 from pellucid.references.finite_elements import read
 
 PAPER_BAG = 0.2055
-"""Volume of the flat bag over the cube of its side."""
+"""Volume of the inextensible flat bag, divided by the cube of its side."""
 SIDE, HEIGHT, POISSON_RATIO = 1.0, 0.1, 0.3
 
 
 def at_rest(pressure: float) -> dict[str, float]:
-    """`volume` [m³], half the `height` [m], `half_width` [m] in the middle of an edge and at a `corner`, at p/(E t) [1/m].
+    """Return `volume` [m³], `height` [m] (half of the full height), `half_width` [m] in the middle of an edge and at a
+    `corner`, at p/(E t) [1/m].
 
-    Raises ValueError outside of the table, 0.01 to 0.1 per metre.
+    Raises ValueError outside the range of the table, 0.01 to 0.1 per metre.
     """
     table = read("inflated_bag")
     known = table["pressure"]

@@ -1,8 +1,8 @@
-"""A sphere of membrane filled with liquid and pressed between two smooth rigid plates.
+"""Spherical membrane filled with liquid and compressed between two smooth rigid plates.
 
-The values are those of a table that `validation/cells-oocyte-between-plates` writes: a compressible neo-Hookean sheet with a
-Poisson's ratio of 0.49, stretched by 2 % at the start. The displacement is that of one plate from first touch on. The faces of
-the sheet touch; they stay half a thickness away from its mid-surface.
+The values are interpolated in a table from `validation/cells-oocyte-between-plates`: a compressible neo-Hookean sheet with
+a Poisson's ratio of 0.49, stretched by 2 % at the start. The displacement is that of one plate from first contact. The
+plates touch the faces of the sheet, half a thickness away from its mid-surface.
 """
 
 from typing import NamedTuple
@@ -15,26 +15,27 @@ POISSON_RATIO, INFLATION = 0.49, 0.02
 
 
 class PressedSphere(NamedTuple):
-    """Young's modulus [Pa]; thickness and radius [m] at the start, when the sheet is stretched by the inflation."""
+    """A compressed sphere: Young's modulus [Pa]; thickness and radius [m] at the start, when the sheet is stretched by the
+    inflation."""
 
     young_modulus: float
     thickness: float
     radius: float
 
     def force(self, displacement: float) -> float:
-        """Force on one plate [N]."""
+        """Return the force on one plate [N] at a displacement [m]."""
         return self._interpolate("force", displacement) * self.young_modulus * self.thickness * self.radius
 
     def pressure(self, displacement: float) -> float:
-        """Pressure of the liquid above that outside [Pa]."""
+        """Return the pressure of the liquid relative to the outside [Pa] at a displacement [m]."""
         return self._interpolate("pressure", displacement) * self.young_modulus * self.thickness / self.radius
 
     def equator(self, displacement: float) -> float:
-        """Radius of the widest circle of the mid-surface [m]."""
+        """Return the largest radius of the mid-surface [m] at a displacement [m]."""
         return self._interpolate("equator", displacement) * self.radius
 
     def _interpolate(self, name: str, displacement: float) -> float:
-        """Raises ValueError outside of the table."""
+        """Return a dimensionless column of the table at a displacement [m]. Raises ValueError outside the table."""
         from scipy.interpolate import PchipInterpolator
 
         table = read("pressed_membrane")

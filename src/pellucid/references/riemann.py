@@ -1,9 +1,10 @@
-"""The Riemann problem of ideal gases, solved exactly.
+"""Exact solution of the Riemann problem of ideal gases.
 
-Two uniform states are in contact at x = 0. For t > 0 the solution depends on x/t alone: a wave (shock or fan) runs into
-each state and a contact separates the gases between them, with one pressure p* and one velocity u* on both sides.
-Source: E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics, 3rd ed., chapter 4. Here each gas may
-have its own gamma.
+Two uniform states are in contact at x = 0. For t > 0 the solution depends on x/t alone: a wave (shock or rarefaction fan)
+runs into each state, and a contact separates the gases between the waves, with the same pressure p* and velocity u* on both
+sides.
+Source: E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics, 3rd ed., chapter 4. Here each gas may have its
+own gamma.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +18,7 @@ FLOAT_LIMIT = 1e-15
 
 
 class VacuumError(ValueError):
-    """The two states part so fast (or are so empty) that a vacuum opens: there is no star region to solve for."""
+    """Error for two states between which a vacuum opens, so that there is no star region."""
 
 
 @dataclass(frozen=True)
@@ -41,25 +42,26 @@ class GasState:
         return sqrt(self.gamma * self.pressure / self.density)
 
     def mirrored(self) -> "GasState":
-        """The same gas seen in a mirror: the sign of its velocity changes."""
+        """Return the mirror image of the gas: its velocity changes sign."""
         return replace(self, velocity=-self.velocity)
 
 
 class Wave(NamedTuple):
-    """A wave that runs into a state: speeds of head and tail [m/s], equal for a shock, and the density behind it [kg/m^3]."""
+    """A wave that runs into a state: speeds of head and tail [m/s], which are equal for a shock, and density behind it
+    [kg/m^3]."""
 
     head: float
     tail: float
     density: float
 
     def mirrored(self) -> "Wave":
-        """The same wave seen in a mirror."""
+        """Return the mirror image of the wave."""
         return Wave(-self.head, -self.tail, self.density)
 
 
 @dataclass(frozen=True)
 class RiemannSolution:
-    """Exact solution: the given states, the star region, and the waves in the gases on both sides of it."""
+    """Exact solution: the left and right states, pressure and velocity of the star region, and the waves on both sides."""
 
     left: GasState
     right: GasState
@@ -69,9 +71,9 @@ class RiemannSolution:
     right_wave: Wave
 
     def sample(self, speed: ArrayLike) -> dict[str, NDArray[np.float64]]:
-        """Fields at x/t = `speed` [m/s], any shape.
+        """Return the fields at x/t = `speed` [m/s] of any shape.
 
-        Returns density [kg/m^3], velocity [m/s], pressure [Pa] and internal_energy [J/kg], each of that shape.
+        The fields are density [kg/m^3], velocity [m/s], pressure [Pa] and internal_energy [J/kg], each of the same shape.
         """
         xi = np.asarray(speed, dtype=float)
         from_left = _one_side(self.left, self.left_wave, self.pressure, self.velocity, xi)
@@ -85,9 +87,9 @@ class RiemannSolution:
 
 
 def solve(left: GasState, right: GasState) -> RiemannSolution:
-    """Star region and waves between two states.
+    """Compute the star region and the waves between two states.
 
-    Raises VacuumError where a vacuum would open between them.
+    Raises VacuumError if a vacuum opens between them.
     """
     reach = sum(2.0 * gas.sound_speed / (gas.gamma - 1.0) for gas in (left, right))
     if right.velocity - left.velocity >= reach:
@@ -100,7 +102,8 @@ def solve(left: GasState, right: GasState) -> RiemannSolution:
 
 
 def _star_pressure(left: GasState, right: GasState) -> float:
-    """Root of f(p) = f_L(p) + f_R(p) + u_R - u_L. f rises and is concave, so Newton from below never overshoots."""
+    """Return the root of f(p) = f_L(p) + f_R(p) + u_R - u_L. f is increasing and concave, so Newton's method from below
+    never overshoots."""
 
     def mismatch(p: float) -> tuple[float, float]:
         (f_left, df_left), (f_right, df_right) = _velocity_change(left, p), _velocity_change(right, p)
@@ -119,7 +122,8 @@ def _star_pressure(left: GasState, right: GasState) -> float:
 
 
 def _velocity_change(gas: GasState, pressure: float) -> tuple[float, float]:
-    """Velocity that the wave taking `gas` to `pressure` adds, and its derivative by the pressure."""
+    """Return the velocity change across the wave from `gas` to `pressure` [m/s], and its derivative with respect to
+    pressure."""
     gamma = gas.gamma
     if pressure > gas.pressure:  # shock: Rankine-Hugoniot
         a, b = 2.0 / ((gamma + 1.0) * gas.density), (gamma - 1.0) / (gamma + 1.0) * gas.pressure
@@ -131,7 +135,7 @@ def _velocity_change(gas: GasState, pressure: float) -> tuple[float, float]:
 
 
 def _wave(gas: GasState, pressure: float) -> Wave:
-    """The wave that takes a *left* state to the star pressure."""
+    """Return the wave from a *left* state to the star pressure."""
     gamma, ratio = gas.gamma, pressure / gas.pressure
     if ratio > 1.0:
         g = (gamma - 1.0) / (gamma + 1.0)
@@ -146,7 +150,7 @@ def _wave(gas: GasState, pressure: float) -> Wave:
 def _one_side(
     gas: GasState, wave: Wave, star_pressure: float, star_velocity: float, xi: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Density, velocity, pressure at x/t = xi on the left of the contact."""
+    """Return density, velocity and pressure at x/t = xi on the left of the contact."""
     gamma, sound = gas.gamma, gas.sound_speed
     star = (np.full(xi.shape, wave.density), np.full(xi.shape, star_velocity), np.full(xi.shape, star_pressure))
     inside = (xi >= wave.head) & (xi < wave.tail)

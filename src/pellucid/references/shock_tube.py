@@ -14,7 +14,7 @@ QUANTITIES = {"density": "kg/m^3", "pressure": "Pa", "velocity": "m/s", "interna
 
 @dataclass(frozen=True)
 class Tube:
-    """A tube along x: its exact solution, the diaphragm [m], both ends [m] and the cell [m]."""
+    """A tube along x: its exact solution, position of the diaphragm [m], both ends [m] and cell size [m]."""
 
     solution: RiemannSolution
     diaphragm: float
@@ -24,13 +24,13 @@ class Tube:
 
     @classmethod
     def of(cls, case: Case) -> "Tube":
-        """The tube of a case whose first body is the gas on the left, its second the gas on the right."""
+        """Build the tube of a case whose first body is the gas on the left and whose second body is the gas on the right."""
         left, right = (_gas(body) for body in case.body)
         diaphragm = float(case.body[0].bounds()[1][0])
         return cls(solve(left, right), diaphragm, case.grid.lower[0], case.grid.upper[0], case.grid.cell)
 
     def exact(self, x: Array, time: float) -> dict[str, Array]:
-        """Exact fields at positions x [m], any shape, as long as no wave has met an end of the tube."""
+        """Return the exact fields at positions x [m] of any shape; valid until a wave reaches an end of the tube."""
         if time == 0.0:  # the two gases, whatever lies between them later
             return self.solution.sample(np.where(x < self.diaphragm, -np.inf, np.inf))
         return self.solution.sample((x - self.diaphragm) / time)
@@ -46,7 +46,7 @@ class Tube:
         return {name: self.diaphragm + speed * time for name, speed in speeds.items()}
 
     def mean_profile(self, time: float, cells: int = 4, samples: int = 400) -> "Profile":
-        """Exact means over bins of `cells` cells, weighted as `Profile.of_points` does, by the midpoint rule."""
+        """Return exact means over bins of `cells` cells, weighted as in `Profile.of_points`, by the midpoint rule."""
         edges = self.edges(cells)
         inside = (np.arange(samples) + 0.5) / samples
         fields = self.exact(edges[:-1, None] + np.diff(edges)[:, None] * inside, time)
@@ -57,7 +57,7 @@ class Tube:
         return Profile(edges, means)
 
     def edges(self, cells: int) -> Array:
-        """Edges of bins of `cells` grid cells along the tube [m]; the last may be shorter."""
+        """Return the edges of bins of about `cells` grid cells along the tube [m]."""
         count = max(1, round((self.upper - self.lower) / self.cell / cells))
         return np.linspace(self.lower, self.upper, count + 1)
 
@@ -71,13 +71,15 @@ class Profile:
 
     @property
     def centres(self) -> Array:
-        """Middles of the bins [m], shape (n,)."""
+        """Centres of the bins [m], shape (n,)."""
         return 0.5 * (self.edges[:-1] + self.edges[1:])
 
     @classmethod
     def of_points(cls, points: dict[str, Array], edges: Array) -> "Profile":
-        """Means of the points that lie in each bin now: density is mass over volume, pressure is weighted by volume,
-        velocity and internal energy by mass. A bin without points is nan.
+        """Compute means of the points in each bin.
+
+        Density is mass divided by volume; pressure is weighted by volume, velocity and internal energy by mass. A bin
+        without points has the value NaN.
         """
         x, mass = points["position"][:, 0], points["mass"]
         volume = mass / points["density"]
@@ -93,22 +95,23 @@ class Profile:
         return cls(edges, means)
 
     def relative_l1(self, exact: "Profile", name: str) -> float:
-        """sum |mean - exact mean| / sum |exact mean| over the bins that hold points."""
+        """Return the relative L1 error, sum |mean - exact mean| / sum |exact mean|, over the bins that contain points."""
         width, found, wanted = np.diff(self.edges), self.means[name], exact.means[name]
         known = np.isfinite(found)
         return float(np.sum((width * np.abs(found - wanted))[known]) / np.sum(width * np.abs(wanted)))
 
     def relative_variation(self, name: str) -> float:
-        """Total variation over the integral of the modulus [1/m].
+        """Return the total variation divided by the integral of the absolute value [1/m].
 
-        A profile moved by d has an L1 error of at most d times its variation: this turns a length into an error.
+        A profile displaced by d has a relative L1 error of at most d times this number, which converts a length into an
+        error.
         """
         values = self.means[name]
         return float(np.sum(np.abs(np.diff(values))) / np.sum(np.diff(self.edges) * np.abs(values)))
 
 
 def points_of(run: Any, bodies: Iterable[Any] | None = None) -> dict[str, Array]:
-    """The points of some bodies of a run, all where none are given, as one set at the end of the run."""
+    """Return the fields of the points of several bodies (default: all) at the end of a run, concatenated."""
     frames = [run.fields(body.name) for body in (run.case.body if bodies is None else bodies)]
     names = ("position", "velocity", "density", "pressure", "internal_energy", "mass")
     return {name: np.concatenate([np.asarray(frame[name], dtype=float) for frame in frames]) for name in names}

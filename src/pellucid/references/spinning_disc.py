@@ -1,8 +1,8 @@
-"""Linear elastic disc in plane strain, unstressed at rest, that is set spinning at once.
+"""Linear elastic disc in plane strain, unstressed at rest, that suddenly starts to spin.
 
-In the turning frame a radial load ρω²r appears at t = 0. The disc breathes about its static state:
-u(r,t) = u_s(r) - Σ c_n J₁(k_n r) cos(ω_n t), ω_n = k_n sqrt((λ+2μ)/ρ), with k_n from the free rim.
-Valid for small strains, (ωR)² ρ/E << 1.
+In the rotating frame a radial load ρω²r appears at t = 0. The disc oscillates radially (breathes) about its static state:
+u(r,t) = u_s(r) - Σ c_n J₁(k_n r) cos(ω_n t), ω_n = k_n sqrt((λ+2μ)/ρ), with k_n from the free rim. Valid for small strains,
+(ωR)² ρ/E << 1.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,8 @@ from pellucid.references.annotations import Array, Case
 
 @dataclass(frozen=True)
 class SpinningDisc:
-    """Radius [m], density [kg/m^3], Young's modulus [Pa], Poisson's ratio, angular velocity [rad/s], kept modes."""
+    """A spinning disc: radius [m], density [kg/m^3], Young's modulus [Pa], Poisson's ratio, angular velocity [rad/s],
+    number of modes."""
 
     radius: float
     density: float
@@ -33,7 +34,7 @@ class SpinningDisc:
 
     @classmethod
     def of(cls, case: Case) -> "SpinningDisc":
-        """The disc of a case with one body, a cylinder along z."""
+        """Build the disc of a case with one body, a cylinder along z."""
         body = case.body[0]
         cylinder = body.shape.cylinder if isinstance(body, MaterialPointsCase) else None
         material: object = body.material
@@ -49,7 +50,8 @@ class SpinningDisc:
 
     @cached_property
     def _static(self) -> tuple[float, float]:
-        """a and b of the static displacement u_s = a r - b r³ that carries the centrifugal force with a free rim."""
+        """Coefficients a and b of the static displacement u_s = a r - b r³, which balances the centrifugal force with a
+        free rim."""
         lam, mu = self.lame
         b = self.density * self.angular_velocity**2 / (8.0 * (lam + 2.0 * mu))
         return b * self.radius**2 * (2.0 * lam + 3.0 * mu) / (lam + mu), b
@@ -74,7 +76,7 @@ class SpinningDisc:
         a, b = self._static
 
         def share(q: float) -> float:
-            """Projection of the static displacement on J₁(qr)."""
+            """Return the projection of the static displacement on J₁(qr)."""
             overlap = quad(lambda r: r * (a * r - b * r**3) * float(j1(q * r)), 0.0, self.radius, limit=400)[0]
             return float(overlap / quad(lambda r: r * float(j1(q * r)) ** 2, 0.0, self.radius, limit=400)[0])
 
@@ -82,14 +84,15 @@ class SpinningDisc:
         return k, amplitude, k * sqrt(modulus / self.density)
 
     def displacement(self, r: ArrayLike, time: float) -> Array:
-        """Radial displacement [m] at radii r [m]."""
+        """Return the radial displacement [m] at radii r [m] and a time [s]."""
         a, b = self._static
         r = np.asarray(r, dtype=float)
         k, c, w = self.breathing
         return np.asarray(a * r - b * r**3 - np.sum(c * np.cos(w * time) * j1(k * r[..., None]), axis=-1))
 
     def stresses(self, r: ArrayLike, time: float | None = None) -> tuple[Array, Array]:
-        """Radial and hoop stress [Pa] at radii r > 0 [m]; those of the static state where no time is given."""
+        """Return radial and hoop stress [Pa] at radii r > 0 [m] and a time [s]; without a time, the stresses of the static
+        state."""
         a, b = self._static
         r = np.asarray(r, dtype=float)
         stretch, hoop = a - 3.0 * b * r**2, a - b * r**2
@@ -103,7 +106,7 @@ class SpinningDisc:
         return np.asarray(bulk + 2.0 * mu * stretch), np.asarray(bulk + 2.0 * mu * hoop)
 
     def mean_stress(self, times: ArrayLike) -> Array:
-        """Mean over the disc of σxx + σyy [Pa] at the times [s]: 4 (λ+μ) u(R)/R, by Gauss's theorem."""
+        """Return the mean over the disc of σxx + σyy [Pa] at times [s]: 4 (λ+μ) u(R)/R, by Gauss's theorem."""
         lam, mu = self.lame
         instants = np.atleast_1d(np.asarray(times, dtype=float))
         rim = np.array([float(self.displacement(self.radius, t)) for t in instants])
@@ -111,5 +114,5 @@ class SpinningDisc:
 
     @property
     def static_mean_stress(self) -> float:
-        """Mean of σxx + σyy [Pa] in the static state. The virial theorem says ρω²R²/2 (twice the kinetic energy)."""
+        """Mean of σxx + σyy [Pa] in the static state; by the virial theorem ρω²R²/2 (twice the kinetic energy)."""
         return 0.5 * self.density * (self.angular_velocity * self.radius) ** 2

@@ -1,7 +1,8 @@
-"""A neo-Hookean block stretched along one axis with free sides: homogeneous, so one equation for the lateral stretch.
+"""Neo-Hookean block stretched along one axis with free sides; the state is homogeneous and follows from one equation for
+the lateral stretch.
 
-Two energies: "coupled" μ/2 (I₁-3) - μ ln J + λ/2 (ln J)² and "decoupled" μ/2 (J^(-2/3) I₁-3) + κ/2 (J-1)², with I₁ = 2a² + s²
-and J = a²s for stretches s along the axis and a across it.
+Two energies: "coupled" μ/2 (I₁-3) - μ ln J + λ/2 (ln J)² and "decoupled" μ/2 (J^(-2/3) I₁-3) + κ/2 (J-1)², with I₁ = 2a² +
+s² and J = a²s for the stretches s along the axis and a across it.
 """
 
 from math import log
@@ -9,7 +10,7 @@ from typing import Literal, NamedTuple
 
 
 class Stretched(NamedTuple):
-    """The lateral stretch, the energy per initial volume [J/m³] and the force per initial area [Pa] along the axis."""
+    """Homogeneous state: lateral stretch, energy per initial volume [J/m³] and axial force per initial area [Pa]."""
 
     lateral: float
     energy: float
@@ -17,7 +18,7 @@ class Stretched(NamedTuple):
 
 
 def stretched(form: Literal["coupled", "decoupled"], young_modulus: float, poisson_ratio: float, stretch: float) -> Stretched:
-    """The state of a block of Young's modulus [Pa] and Poisson's ratio < 0.5 at a stretch along its axis."""
+    """Compute the state of a block with Young's modulus [Pa] and Poisson's ratio < 0.5 at a stretch along its axis."""
     mu = young_modulus / (2.0 * (1.0 + poisson_ratio))
     bulk = young_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
     state = _coupled if form == "coupled" else _decoupled
@@ -37,7 +38,7 @@ def _coupled(mu: float, bulk: float, a: float, s: float) -> tuple[float, float, 
 
 
 def _decoupled(mu: float, bulk: float, a: float, s: float) -> tuple[float, float, float]:
-    """The same for the decoupled energy."""
+    """Return the same values as `_coupled` for the decoupled energy."""
     J, trace = a * a * s, 2.0 * a * a + s * s
     shear, pressure = mu * J ** (-2.0 / 3.0), bulk * (J - 1.0) * J
     energy = 0.5 * (shear * trace - 3.0 * mu) + 0.5 * bulk * (J - 1.0) ** 2

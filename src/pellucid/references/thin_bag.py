@@ -1,8 +1,8 @@
-"""The least energy at which a bag of an incompressible liquid is as wide as it is: an axisymmetric membrane.
+"""Minimum energy of a bag of incompressible liquid with a given width: an axisymmetric membrane.
 
-The skin is rubber that wrinkles rather than bear compression (compressible neo-Hookean, plane stress), at rest a sphere. Its
-meridian is a chain of cones, symmetric about the equator, whose places minimise the energy at a given volume and width. No
-code is shared with the membranes of the program.
+The skin is rubber that wrinkles instead of carrying compression (compressible neo-Hookean, plane stress) and is spherical
+at rest. Its meridian is a chain of cones, symmetric about the equator, whose positions minimize the energy at a given
+volume and width. No code is shared with the membranes of the program.
 """
 
 from typing import Any
@@ -11,12 +11,13 @@ import numpy as np
 from scipy.optimize import minimize
 
 CONES = 12
-"""From pole to equator."""
+"""Number of cones from pole to equator."""
 NEWTON = 30
 
 
 def least_energy(radius: float, half_width: float, thickness: float, young_modulus: float, poisson_ratio: float) -> float:
-    """Energy [J] of a spherical skin of a radius [m] and thickness [m] that is spread to a half width [m]."""
+    """Return the minimum energy [J] of a spherical skin of a radius [m] and thickness [m] that is spread to a half width
+    [m]."""
     E, nu, q = young_modulus, poisson_ratio, half_width / radius
     lam, mu = nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 / (1.0 + nu)  # over E
     angle = np.linspace(0.0, 0.5 * np.pi, CONES + 1)
@@ -47,7 +48,8 @@ def _volume(r: np.ndarray, z: np.ndarray) -> float:
 
 
 def _density(first: np.ndarray, second: np.ndarray, lam: float, mu: float) -> np.ndarray:
-    """Energy per volume at rest of two principal stretches, the least that wrinkles and a free thickness leave."""
+    """Return the energy per initial volume of two principal stretches [J/m³], minimized over wrinkling and the free
+    thickness."""
     major, minor = np.maximum(np.maximum(first, second), 1.0), np.minimum(first, second)
     minor = np.maximum(minor, np.sqrt(_squared(major, lam, mu, 1.0)))  # the natural width
     third = np.sqrt(_squared(major * minor, lam, mu, 0.5))
@@ -56,7 +58,10 @@ def _density(first: np.ndarray, second: np.ndarray, lam: float, mu: float) -> np
 
 
 def _squared(stretched: np.ndarray, lam: float, mu: float, power: float) -> np.ndarray:
-    """c of μ (c - 1) + λ ln(stretched c^power) = 0: the square of the stretches that bear no stress, one at 0.5, two at 1."""
+    """Return the solution c of μ (c - 1) + λ ln(stretched c^power) = 0: the square of the stress-free principal stretches.
+
+    stretched: product of the given stretches. power: 0.5 for one stress-free direction, 1 for two.
+    """
     y = np.zeros_like(stretched)
     for _ in range(NEWTON):
         y -= (mu * (np.exp(y) - 1.0) + lam * (np.log(stretched) + power * y)) / (mu * np.exp(y) + lam * power)

@@ -1,8 +1,8 @@
 """Exact motions and shapes of fluid films: circles, spheres, tethers, shapes of vesicles.
 
-A circle of film with p = a (ρ - ρ₀) grows by (2μ+λ) R' = P R² + a(ρ - ρ₀) R with ρR constant, a sphere by
-2(μ+λ) R' = P R²/2 + a(ρ - ρ₀) R with ρR² constant (Benet 2015, eqs. 6.67 and 7.48, with the follower load P; a dead one, for
-unit of initial area, is P ρ/ρ(0)).
+A circle of film with the surface pressure p = a (ρ - ρ₀) grows by (2μ+λ) R' = P R² + a(ρ - ρ₀) R with ρR constant, a sphere
+by 2(μ+λ) R' = P R²/2 + a(ρ - ρ₀) R with ρR² constant (Benet 2015, eqs. 6.67 and 7.48, with the follower load P; a dead load
+per unit initial area is P ρ/ρ(0)).
 """
 
 from math import pi, sqrt
@@ -27,11 +27,11 @@ class Growing(NamedTuple):
     dead: bool = False
 
     def densities(self, radius: np.ndarray) -> np.ndarray:
-        """ρ [kg/m²] at radii [m]."""
+        """Return the density ρ [kg/m²] at radii [m]."""
         return np.asarray(self.density * (self.radius / radius) ** (2 if self.sphere else 1))
 
     def speed(self, radius: np.ndarray) -> np.ndarray:
-        """R' [m/s] at radii [m]."""
+        """Return the radial velocity R' [m/s] at radii [m]."""
         density = self.densities(radius)
         pressure = self.pressure * (density / self.density if self.dead else 1.0)
         within = self.stiffness * (density - self.rest_density) * radius
@@ -40,7 +40,7 @@ class Growing(NamedTuple):
         return np.asarray((pressure * radius**2 + within) / (2.0 * self.viscosity + self.dilatational_viscosity))
 
     def radii(self, times: np.ndarray) -> np.ndarray:
-        """R [m] at ascending times from 0 on [s], to ten digits."""
+        """Return the radius R [m] at ascending times [s] from 0, accurate to ten digits."""
         end = max(float(times[-1]), 1e-300)
         found = solve_ivp(lambda t, r: self.speed(r), (0.0, end), [self.radius], "DOP853", times, rtol=1e-11, atol=1e-13)
         return np.asarray(found.y[0])
@@ -77,17 +77,17 @@ SHAPE_ENERGIES = {
     ("oblate", 0.60): 1.95568,
     ("stomatocyte", 0.59): 1.979,
 }
-"""Bending energy over 8πκ of vesicles without spontaneous curvature by branch and reduced volume, by solving the shape
-equations (of Seifert, Berndl & Lipowsky 1991, Phys. Rev. A 44, 1182) to five digits (`validation/benet2015-vesicle-shapes`), of
-the stomatocyte to three."""
+"""Bending energy, divided by 8πκ, of vesicles without spontaneous curvature, by branch and reduced volume. From numerical
+solutions of the shape equations (of Seifert, Berndl & Lipowsky 1991, Phys. Rev. A 44, 1182), accurate to five digits
+(`validation/benet2015-vesicle-shapes`), for the stomatocyte to three."""
 
 
 def curve_mode_rate(waves: int, pressure: float, rigidity: float, drag: float, radius: float) -> float:
-    """Rate [1/s] at which n waves about a circle die away, of a film that does not stretch and has one drag in all directions.
+    """Return the decay rate [1/s] of n waves about a circle of inextensible film with the same drag in all directions.
 
-    ω = S/(ζ (1 + 1/n²)), S = (n² - 1)(P/R + κ (n² - 1)/R⁴) with the pressure P inside [Pa], the bending rigidity κ [J/m] and
-    the drag ζ [Pa s/m] (linear theory: r = R + u cos nφ has the normal force -S u, and without stretch the tangential velocity
-    is 1/n of the normal one). Errors are of the square of u/R.
+    ω = S/(ζ (1 + 1/n²)), S = (n² - 1)(P/R + κ (n² - 1)/R⁴) with the inner pressure P [Pa], the bending rigidity κ [J/m] and
+    the drag ζ [Pa s/m]. Linear theory: r = R + u cos nφ causes the normal force -S u, and without stretch the tangential
+    velocity is 1/n of the normal velocity. Errors are of the order of (u/R)².
     """
     square = waves * waves
     stiffness = (square - 1) * (pressure / radius + rigidity * (square - 1) / radius**4)
@@ -95,10 +95,11 @@ def curve_mode_rate(waves: int, pressure: float, rigidity: float, drag: float, r
 
 
 def sphere_mode_rate(degree: int, rigidity: float, viscosity: float, dilatational: float, radius: float) -> float:
-    """Rate [1/s] at which a spherical harmonic of degree l dies away on a sphere of film without drag, tension and pressure.
+    """Return the decay rate [1/s] of a spherical harmonic of degree l on a sphere of film without drag, tension and
+    pressure.
 
-    ω = κ L ((2μ + λ) L - 2μ)/(4μ (μ + λ) R⁴), L = l (l + 1), with the bending rigidity κ [J] and the viscosities μ, λ [N s/m]
-    (linear theory). Errors are of the order of the amplitude over R.
+    ω = κ L ((2μ + λ) L - 2μ)/(4μ (μ + λ) R⁴), L = l (l + 1), with the bending rigidity κ [J] and the viscosities μ, λ [N
+    s/m] (linear theory). Errors are of the order of the amplitude divided by R.
     """
     L = degree * (degree + 1)
     drag = 4.0 * viscosity * (viscosity + dilatational) * radius**4

@@ -1,4 +1,4 @@
-"""Packages of extras, imported where they are needed."""
+"""Packages of extras, imported when they are needed."""
 
 from importlib import import_module
 from typing import Any
@@ -7,12 +7,13 @@ from pellucid.errors import UsageError
 
 
 def install_command(extra: str) -> str:
-    """Return how to install an extra, for messages and help."""
+    """Return the command that installs an extra, for messages and help."""
     return f"pip install '.[{extra}]' in the clone of pellucid"
 
 
 def needed(module: str, extra: str, what: str) -> Any:
-    """A module of an extra. Raises UsageError with what to install where it is not there; what: who needs it, in the plural."""
+    """Import a module of an extra. Raises UsageError, with the installation command, if it is not installed; what: the
+    features that need it, in the plural."""
     try:
         return import_module(module)
     except ModuleNotFoundError as error:

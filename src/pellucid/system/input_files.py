@@ -1,4 +1,4 @@
-"""Reading the files that users name."""
+"""Reading of files given by users."""
 
 import errno
 import stat
@@ -6,7 +6,8 @@ from pathlib import Path
 
 
 def file_bytes(path: Path | str) -> bytes:
-    """The bytes of a file. Raises OSError, also for an empty path or no regular file, such as a pipe, which may never end."""
+    """Return the bytes of a file. Raises OSError, also for an empty path or for a path that is no regular file, e.g. a
+    pipe, which may never end."""
     try:
         mode = Path(path).stat().st_mode
     except ValueError as error:  # a null character within it

@@ -1,5 +1,5 @@
-"""SIGTERM and Ctrl-C: in the steps of a run they wait until a step is done, in the compiler until a kernel is, elsewhere what
-is half written is undone."""
+"""SIGTERM and Ctrl-C: during a run they take effect after the current step, during compilation after the current kernel;
+otherwise they raise an exception, and incomplete files are removed."""
 
 import signal
 import threading
@@ -14,7 +14,7 @@ CAUGHT = signal.SIGTERM, signal.SIGINT
 
 @contextmanager
 def signals_caught() -> Iterator[list[int]]:
-    """Collect SIGTERM and SIGINT instead of dying in the middle of a step; only the main thread can."""
+    """Collect SIGTERM and SIGINT in a list instead of ending the process in the middle of a step; only in the main thread."""
     caught: list[int] = []
     with _handled({number: lambda n, _: caught.append(n) for number in CAUGHT}):
         yield caught
@@ -24,8 +24,8 @@ def signals_caught() -> Iterator[list[int]]:
 def signals_held() -> Iterator[None]:
     """Defer SIGTERM and SIGINT to the end of the block; only in the main thread.
 
-    An exception raised by a handler while numba compiles may be lost: it is called from the compiler's C++, which passes on
-    no error.
+    An exception raised by a signal handler during compilation by numba may be lost, because the compiler's C++ code calls
+    the handler and does not propagate errors.
     """
     caught: list[int] = []
     try:

@@ -1,4 +1,4 @@
-"""Starts the processes of a command that share its run."""
+"""Start of several processes that share the run of a command."""
 
 import os
 import shutil
@@ -15,8 +15,11 @@ INSTALL = f"Run {install_command('mpi')}, or install mpi4py for the MPI of the m
 
 
 def start_together(processes: int, arguments: Sequence[str]) -> None:
-    """Become the launcher of so many processes with this command line; with one, go on. Raises UsageError where MPI is not
-    installed."""
+    """Replace this process by the MPI launcher of `processes` processes with the same command line; do nothing for one
+    process.
+
+    Raises UsageError if MPI is not installed.
+    """
     if processes == 1:
         return
     beside = Path(sys.executable).parent / LAUNCHER
@@ -29,7 +32,7 @@ def start_together(processes: int, arguments: Sequence[str]) -> None:
 
 
 def without(option: str, arguments: Sequence[str]) -> list[str]:
-    """A command line without an option and its value."""
+    """Return a command line without an option and its value."""
     left, skip = list[str](), False
     for argument in arguments:
         if not (skip or argument == option or argument.startswith(f"{option}=")):

@@ -1,5 +1,5 @@
-"""Dense linear algebra on one thread: the libraries of numpy and scipy divide sums among threads, which changes their bits,
-and small matrices take them longer on several."""
+"""Dense linear algebra on one thread: with several threads, the libraries of numpy and scipy give results that depend on
+the number of threads, and small matrices take longer."""
 
 from contextlib import AbstractContextManager
 from typing import Any
@@ -11,6 +11,6 @@ _libraries = ThreadpoolController()
 
 
 def on_one_thread() -> AbstractContextManager[Any]:
-    """The context in which products and factors of dense matrices take one thread."""
+    """Return a context in which products and factorizations of dense matrices use one thread."""
     limit: AbstractContextManager[Any] = _libraries.limit(limits=1, user_api="blas")
     return limit

@@ -1,4 +1,4 @@
-"""Work shared with other processes, which end with this one, however that ends."""
+"""Work shared with worker processes, which end with this process for any reason."""
 
 import os
 import pickle
@@ -28,9 +28,10 @@ serve(connection)
 
 
 class Helper:
-    """Another Python process that makes a worker, `make(*arguments)`, and calls it with each job that it is given.
+    """Another Python process that builds a function, `make(*arguments)`, and calls it with each job that it receives.
 
-    It says nothing, and Ctrl-C does not reach it. `multiprocessing` would run the script of a user a second time.
+    It prints nothing and is not affected by Ctrl-C. `multiprocessing` is not used because it would run the user's script a
+    second time.
     """
 
     def __init__(self, make: Callable[..., Work | None], *arguments: Any) -> None:
@@ -48,7 +49,8 @@ class Helper:
         self._connection.send_bytes(pickle.dumps((make, arguments)))
 
     def ask(self, job: Any) -> Any:
-        """The worker's answer to a job. Raises RuntimeError with what the worker raised, EOFError where the process ended."""
+        """Return the result of a job. Raises RuntimeError with the message of an error in the worker process, EOFError if
+        the process ended."""
         self._connection.send_bytes(pickle.dumps(job))
         done, answer = self._connection.recv()
         if not done:
@@ -56,14 +58,14 @@ class Helper:
         return answer
 
     def end(self) -> None:
-        """End the process, whatever it is doing."""
+        """End the process immediately."""
         self._process.kill()
         self._process.wait()
         self._connection.close()
 
 
 def serve(connection: Connection) -> None:
-    """Answer jobs, as a helper does, until the other end of the connection is gone."""
+    """Process jobs in a worker process until the other end of the connection is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     received: SimpleQueue[bytes] = SimpleQueue()
 
@@ -88,7 +90,7 @@ def serve(connection: Connection) -> None:
 
 @contextmanager
 def helped(helpers: Sequence[Helper]) -> Iterator[None]:
-    """Helpers that end with the block."""
+    """End the helpers at the end of the block."""
     try:
         yield
     finally:
@@ -97,9 +99,9 @@ def helped(helpers: Sequence[Helper]) -> Iterator[None]:
 
 
 def shared(jobs: Sequence[Any], work: Work, helpers: Sequence[Helper], count: Callable[[int], None]) -> list[Any]:
-    """The answers to jobs; helpers and this process each take the next job whenever they are free.
+    """Return the results of the jobs. Helpers and this process each take the next job when they are free.
 
-    `count` is told how many are done. What a helper fails at is done here, and fails here or not.
+    count: called with the number of completed jobs. A job that fails in a helper is repeated in this process.
     """
     waiting, answers = deque(enumerate(jobs)), dict[int, Any]()
 
@@ -139,6 +141,6 @@ def terminated_with_parent() -> None:
 
 
 def free_cores() -> int:
-    """Cores that this process may use beside the one that it runs on."""
+    """Return the number of cores available to this process, minus one."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return cores - 1

@@ -1,1 +1,1 @@
-"""Users' own code: how it is found and loaded, and how its exceptions are told."""
+"""Users' own code: loading, and messages for its exceptions."""

@@ -1,4 +1,4 @@
-"""Users' code that registers kinds of its own: Python files that a case names, and installed packages."""
+"""Users' code that registers its own kinds: Python files that a case names, and installed packages."""
 
 import hashlib
 import re
@@ -12,14 +12,14 @@ from types import ModuleType
 from pellucid.system.input_files import file_bytes
 
 GROUP = "pellucid.extensions"
-"""The group of entry points under which a package names modules that register kinds."""
+"""Group of entry points with which a package declares modules that register kinds."""
 
 _loaded: dict[str, str] = {}  # digest of each file, by its path
 _installed = False
 
 
 class ExtensionError(Exception):
-    """A file of a user that cannot be loaded: what is wrong, with its line, and what to do."""
+    """Error for a file of a user that cannot be loaded; the message has the cause, the line and the remedy."""
 
     def __init__(self, text: str, remedy: str) -> None:
         super().__init__(text)
@@ -27,9 +27,10 @@ class ExtensionError(Exception):
 
 
 def load_file(path: str) -> None:
-    """Run a Python file that registers kinds; a file that has not changed since is not run again.
+    """Run a Python file that registers kinds; an unchanged file is not run again.
 
-    Its module has the same name in every process, so that compiled kernels find its classes again. Raises ExtensionError.
+    The module has the same name in every process, so that compiled kernels find its classes. Raises ExtensionError if the
+    file cannot be loaded.
     """
     try:
         source = file_bytes(path)
@@ -58,13 +59,13 @@ def load_file(path: str) -> None:
 
 
 def module_name(path: str) -> str:
-    """The name of the module of a file, the same in every process."""
+    """Return the module name of a file, which is the same in every process."""
     stem = re.sub(r"\W", "_", Path(path).stem)
     return f"pellucid_extension_{stem}_{hashlib.sha256(path.encode()).hexdigest()[:8]}"
 
 
 def load_installed() -> None:
-    """Load, once, the modules that installed packages name; warn of one that fails, since most cases do not need it."""
+    """Load the extension modules of installed packages once. Issue a warning if one fails, since most cases do not need it."""
     global _installed
     if _installed:
         return
@@ -79,7 +80,7 @@ def load_installed() -> None:
 
 
 def _line(error: BaseException, path: str) -> str:
-    """The line of a file where an error arose, for a sentence."""
+    """Return the line of a file where an error occurred as text for a message; empty if unknown."""
     if isinstance(error, SyntaxError) and error.filename == path:
         return f"line {error.lineno}: "
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == path]

@@ -1,4 +1,4 @@
-"""Exceptions of users' code: told with the file, the line and what failed, in place of a bare traceback."""
+"""Exceptions of users' code: reported with file, line and cause instead of a bare traceback."""
 
 import linecache
 import os
@@ -19,14 +19,16 @@ LIBRARIES = tuple({sysconfig.get_paths()[name] + os.sep for name in ("stdlib", "
 
 
 class WrongArray(ValueError):
-    """A user's function returned no array of numbers, or one of a wrong shape; says which and what it must be."""
+    """Error for a user's function that returns no array of numbers or one of a wrong shape; the message has the required
+    shape."""
 
 
 @contextmanager
 def failing_as(make: Callable[[str], Exception], function: Any = None) -> Iterator[None]:
-    """Turn an exception of users' code in the block, which calls a function, into the one that `make` makes of its words.
+    """Replace an exception of users' code in the block, which calls `function`, by the exception that `make` builds from
+    its description.
 
-    Errors of pellucid itself pass as they are.
+    Errors of pellucid itself are not replaced.
     """
     try:
         yield
@@ -50,7 +52,8 @@ def failure(error: BaseException, function: Any = None) -> str:
 
 
 def place_of(error: BaseException) -> str:
-    """The innermost line of users' code on the way to an exception, such as "drag.py:17 (`return 1 / 0`)"; else empty."""
+    """Return the innermost line of users' code in the traceback of an exception, such as "drag.py:17 (`return 1 / 0`)";
+    empty if there is none."""
     if isinstance(error, SyntaxError) and error.filename:
         return line_at(error.filename, error.lineno or 1)
     frames = traceback.extract_tb(error.__traceback__)
@@ -80,25 +83,25 @@ def as_array(found: Any, shape: tuple[int, ...], function: Any) -> np.ndarray:
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """A view of an array that cannot be written to."""
+    """Return a read-only view of an array."""
     view = array.view()
     view.flags.writeable = False
     return view
 
 
 def home_of(function: Any) -> str:
-    """The file and line where a function or method is defined, such as "drag.py:9"; its name where it has none."""
+    """Return the file and line where a function or method is defined, such as "drag.py:9"; its name if it has no source."""
     code = getattr(function, "__code__", None)
     return f"{code.co_filename}:{code.co_firstlineno}" if code else str(function)
 
 
 def file_of(source: Any) -> str:
-    """The file in which a class or function is defined; its module where that has none, as in a notebook."""
+    """Return the file in which a class or function is defined; its module if there is no file, as in a notebook."""
     return getattr(sys.modules.get(source.__module__), "__file__", None) or str(source.__module__)
 
 
 def line_at(filename: str, line: int) -> str:
-    """A line of a file and what stands there, such as "drag.py:17 (`return 1 / 0`)"."""
+    """Return a line of a file with its content, such as "drag.py:17 (`return 1 / 0`)"."""
     text = linecache.getline(filename, line).strip()
     return f"{filename}:{line}" + (f" (`{text}`)" if text else "")
 
