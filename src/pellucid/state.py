@@ -25,7 +25,7 @@ class Field(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the components; empty for a scalar or if they have no names."""
+        """Names of the components; empty for a scalar and for unnamed components."""
         return self.own_names or COMPONENT_NAMES.get(self.components, ())
 
 

@@ -22,8 +22,8 @@ MOST_MEMORY = 0.05  # of the machine's that the bodies may take once more
 def compiled_ahead(case: "Case") -> Iterator[Callable[[], None]]:
     """Yield a function that starts the compilation of a case's kernels in other processes, if cores and memory allow.
 
-    The processes end with the block. The results do not depend on them: kernels that they have compiled are found in the
-    cache.
+    The processes end with the block. The results do not depend on them: kernels that these processes have compiled are
+    found in the cache.
     """
     helpers: list[Helper] = []
 

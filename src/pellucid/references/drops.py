@@ -9,8 +9,8 @@ def deformation(capillary: float, ratio: float, confinement: float = 0.0) -> flo
     """Return Taylor's deformation (L - B)/(L + B) of a drop in a steady shear flow; L and B: largest and smallest diameter.
 
     capillary: viscosity of the outer fluid times shear rate times radius, divided by surface tension. ratio: viscosity of
-    the drop divided by that of the outer fluid. confinement: radius divided by the distance of two plates; the drop is
-    midway between them.
+    the drop divided by the viscosity of the outer fluid. confinement: radius divided by the distance of two plates; the
+    drop is midway between them.
     Taylor 1934, Proc. R. Soc. Lond. A 146, 501, with the rotation of the drop by Cox 1969, J. Fluid Mech. 37, 601, eq. 5.5,
     and the plates by Shapira & Haber 1990, Int. J. Multiphase Flow 16, 305.
     """
@@ -19,10 +19,10 @@ def deformation(capillary: float, ratio: float, confinement: float = 0.0) -> flo
 
 
 def approach(capillary: float, ratio: float, strain: float) -> float:
-    """Return the deformation of an initial sphere after a strain (shear rate times time), as a share of the steady
-    deformation, without inertia.
+    """Return the deformation of an initially spherical drop after a strain (shear rate times time), as a share of the
+    steady deformation, without inertia.
 
-    The relaxation rate is that of an ellipsoid: Rallison 1984, Annu. Rev. Fluid Mech. 16, 45.
+    The relaxation rate of an ellipsoid is used: Rallison 1984, Annu. Rev. Fluid Mech. 16, 45.
     """
     rate = 40.0 * (ratio + 1.0) / ((2.0 * ratio + 3.0) * (19.0 * ratio + 16.0)) / capillary
     return 1.0 - exp(-rate * strain)

@@ -1,4 +1,4 @@
-"""Standing wave in an elastic bar between two walls or in a periodic section of it: v = V sin(kx+φ) cos(ωt)."""
+"""Standing wave in an elastic bar between two walls or in a periodic bar: v = V sin(kx+φ) cos(ωt)."""
 
 from dataclasses import dataclass
 from math import sqrt

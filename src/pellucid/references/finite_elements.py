@@ -19,10 +19,10 @@ def read(table: str) -> dict[str, Array]:
 
 
 def largest_deviation(times: ArrayLike, values: ArrayLike, reference_times: Array, reference: Array) -> float:
-    """Return the largest deviation of a curve from a reference, divided by the reference's largest change from its start
-    (no unit).
+    """Return the largest deviation of a curve from a reference, divided by the largest change of the reference from its
+    start (no unit).
 
-    Both in the same units; compared at the reference's times as far as the curve extends.
+    Both curves have the same units. They are compared at the times of the reference, up to the end of the curve.
     """
     times = np.asarray(times, dtype=float)
     reached = reference_times <= times[-1] * (1.0 + 1e-9)

@@ -26,8 +26,8 @@ class Layer(NamedTuple):
     bonded: bool
 
     def compliance(self, kh: Array) -> Array:
-        """Return the factor L(kh): displacement of the face under a sinusoidal pressure, divided by that of a half-space
-        (no unit)."""
+        """Return the factor L(kh): displacement of the face under a sinusoidal pressure of wave number k, divided by the
+        displacement of a half-space (no unit)."""
         x = np.minimum(kh, 300.0)
         if not self.bonded:
             share: Array = 2.0 * np.sinh(x) ** 2 / (np.sinh(2.0 * x) + 2.0 * x)

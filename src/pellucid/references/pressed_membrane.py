@@ -1,7 +1,7 @@
 """Spherical membrane filled with liquid and compressed between two smooth rigid plates.
 
 The values are interpolated in a table from `validation/cells-oocyte-between-plates`: a compressible neo-Hookean sheet with
-a Poisson's ratio of 0.49, stretched by 2 % at the start. The displacement is that of one plate from first contact. The
+a Poisson's ratio of 0.49, stretched by 2 % at the start. The displacement is counted for one plate from first contact. The
 plates touch the faces of the sheet, half a thickness away from its mid-surface.
 """
 

@@ -72,7 +72,7 @@ class Curve(NamedTuple):
         return self._reach(x, run) if self._beyond(x) > 1e-6 * np.ptp(x) else None
 
     def interpolation_error(self, run: Run) -> np.ndarray:
-        """Estimate the error of `values` between the rows of the run, shape (n,): by how much two interpolants differ."""
+        """Estimate the error of `values` between the rows of the run as the difference of two interpolants, shape (n,)."""
         x, y = self._branch(run)
         return np.abs(_read(x, y, self.x, True) - _read(x, y, self.x, False))
 
@@ -83,7 +83,8 @@ class Curve(NamedTuple):
         return float(apart[(self.x >= x[0]) & (self.x <= x[-1])].max(initial=0.0) / np.ptp(x))
 
     def instants(self, run: Run) -> np.ndarray:
-        """Return the times [s] at which the abscissa of a steady run has the measured values, as far as the run has them."""
+        """Return the times [s] at which the abscissa of a steady run has the measured values; values outside the range of
+        the run are omitted."""
         x, times = self._branch(run, along=TIME)
         if len(x) < 2:
             return times
@@ -110,7 +111,7 @@ class Curve(NamedTuple):
         return (x, y) if sign > 0.0 else (x[::-1], y[::-1])
 
     def _beyond(self, x: np.ndarray) -> float:
-        """Return the distance by which the measured abscissae exceed those of a run."""
+        """Return the largest distance of measured abscissae outside the range of a run, 0 if all are inside."""
         return float(max(x[0] - self.x.min(), self.x.max() - x[-1], 0.0))
 
     def _reach(self, x: np.ndarray, run: Run) -> str:

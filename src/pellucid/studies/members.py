@@ -91,8 +91,8 @@ def prepare(out: Path, members: Sequence[Member]) -> None:
 
 
 def outcome(out: Path, digest: str) -> Outcome | None:
-    """Return the outcome of a member from its files: done, or failed with the message of the error stop, which would occur
-    again; None if it has not ended."""
+    """Return the outcome of a member from its files: done, or failed with the message of the error stop; None if the member
+    has not ended."""
     run = Run(places(out, digest).run)
     if stopped := run.stopped:
         return Outcome(FAILED, str(stopped.get("message", "the run stopped with an error")))

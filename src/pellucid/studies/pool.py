@@ -160,7 +160,7 @@ def _share(cost: float) -> int:
 
 
 def _costs(members: Sequence[Member]) -> dict[str, float]:
-    """Return the relative costs of the members: points times steps, as far as known from their cases."""
+    """Return the relative costs of the members, by digest: number of points times estimated number of steps."""
     found = {}
     for member in members:
         points = n_points(member.case)

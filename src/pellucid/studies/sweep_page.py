@@ -84,8 +84,8 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
 
 
 def _kinds(table: Any, numeric: Sequence[str]) -> dict[str, str]:
-    """Return the line style of each member by its value of the first parameter in `numeric`; empty if it has too many
-    values or is missing."""
+    """Return the line style of each member by its value of the first parameter in `numeric`; empty if there is no such
+    parameter or if it has too many values."""
     values = sorted(set(table[numeric[0]])) if numeric else []
     if not 1 < len(values) <= len(LINES):
         return {}

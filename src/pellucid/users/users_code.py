@@ -90,7 +90,8 @@ def read_only(array: np.ndarray) -> np.ndarray:
 
 
 def home_of(function: Any) -> str:
-    """Return the file and line where a function or method is defined, such as "drag.py:9"; its name if it has no source."""
+    """Return the file and line of the definition of a function or method, such as "drag.py:9"; its name if there is no
+    source."""
     code = getattr(function, "__code__", None)
     return f"{code.co_filename}:{code.co_firstlineno}" if code else str(function)
 

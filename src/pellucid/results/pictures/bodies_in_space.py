@@ -183,7 +183,7 @@ def opening(positions: list[np.ndarray]) -> Plane | None:
 
 
 def through_the_middle(boxes: list[Box], front: Direction = FRONT) -> Plane:
-    """Return the cut plane through the middle of the largest of the boxes; material in front of it is cut away."""
+    """Return the cut plane through the centre of the largest box; the material in front of the plane is cut away."""
     largest = max(boxes, key=lambda box: float(np.prod(box[1] - box[0])))
     middle = float(0.5 * (largest[0] + largest[1]) @ np.array(front))
     # layers of points often lie in the very middle: a little before it, so that they stay in every picture

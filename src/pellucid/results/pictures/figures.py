@@ -47,8 +47,8 @@ class Picture(NamedTuple):
 def figures_of(run: Run, beside: "Run | None", notices: list[str]) -> dict[str, Draw]:
     """Return the functions that draw the figures of a run, by name in the order of the report.
 
-    The figure of the probes also shows the probes of the same names of the run `beside`. A text is appended to `notices`
-    for each figure that cannot be drawn because files of the run are damaged.
+    beside: another run, whose probes of the same names are drawn in the figure of the probes. notices: receives a text for
+    each figure that cannot be drawn because files of the run are damaged.
     """
     stopped = where_it_stopped(run)
     figures: dict[str, Draw] = {} if stopped is None else {"where_it_stopped": lambda: stopped}
@@ -197,7 +197,10 @@ def _shown_energies(run: Run) -> tuple[dict[str, np.ndarray], dict[str, float]]:
 
 
 def columns(run: Run, names: Sequence[str], x: str = "time", beside: "Run | None" = None) -> Figure:
-    """Plot columns of the history against time or another column, each together with the same column of the run `beside`."""
+    """Plot columns of the history against time or another column.
+
+    beside: another run; its column of the same name is drawn with each column.
+    """
     number = len(names)
     across = 2 if number == 4 else min(3, number)
     figure, drawn = panels(number, across, height=2.8 * -(-number // across))

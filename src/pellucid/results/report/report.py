@@ -48,7 +48,7 @@ CAPTIONS = {
 def write_report(out: Run | Path | str, beside: Run | None = None, progress: Progress | None = None) -> Path:
     """Draw the figures and films of a run and write its self-contained `report.html`; return the path of the report.
 
-    out: the run or its folder. The probes of a run `beside` are drawn into the figure of the probes, and its metrics are
+    out: the run or its folder. beside: another run; its probes are drawn into the figure of the probes, and its metrics are
     listed next to those of the run. If the run is incomplete (stopped with an error, interrupted or killed), the report
     shows the results so far.
 

@@ -106,8 +106,11 @@ class WallActor:
 
 
 def _radius(run: Run, start: Fields) -> float:
-    """Return the radius of the balls of a body [m]: they have the volume of its points; discs in a plane cover more than
-    its area."""
+    """Return the radius of the balls or discs of a body [m].
+
+    A ball has the volume of a point. In a plane problem a disc has GAPLESS times the radius of a disc with the area of a
+    point.
+    """
     grid = run.stored.grid
     if "density" not in start or not (kept := there(start)).any():  # nodes of a film
         return float(0.5 * np.ptp(start["position"], axis=0).max() / np.sqrt(len(start["position"])))
