@@ -1,4 +1,4 @@
-"""Errors as seen by the user; the command line maps each class to its exit status."""
+"""Errors that the user sees; the command line maps each class to its exit status."""
 
 import re
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ class Problem:
     """The setting that is the cause, instead of a line of the file, such as `--set grid.cell=-1`."""
 
     def message(self, source: str = "") -> str:
-        """Return the message in one to three lines; `source` is the file's name."""
+        """Return the message in one to three lines; source: name of the file."""
         place = cut(self.setting, 200) or (f"{source}:{self.line}" if source and self.line else source or "")
         subject = self._subject()
         head = ": ".join(part for part in (place, subject or self.text) if part)

@@ -62,10 +62,10 @@ def _are_numbered_apart(name: str, choice: str) -> bool:
 
 
 def hint(name: str, choices: Sequence[str]) -> str:
-    """ "did you mean ..." where one of the choices is close or the name abbreviates it, else empty.
+    """Return "did you mean ..." if one of the choices is similar to the name or abbreviated by it, otherwise an empty text.
 
-    Names with other digits are other names: c10 and c01 would both be near c1. Nothing is like a name of more than LONGEST
-    letters, and the search takes time with the square of them.
+    Names that differ in digits are never similar: c10 and c01 would both be close to c1. For names of more than LONGEST letters
+    no choice is returned, because the duration of the search grows with the square of their length.
     """
     if len(name) > LONGEST:
         return ""

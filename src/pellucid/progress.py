@@ -1,4 +1,4 @@
-"""Progress of a long run: a live line on a terminal, almost nothing elsewhere."""
+"""Progress of a long run: a live line on a terminal, otherwise messages only."""
 
 import sys
 import warnings

@@ -54,8 +54,8 @@ class Family(Registry[type[ModelType]]):
         self.base, self.default = base, default
 
     def add(self, model: type[ModelType]) -> None:
-        """Register a model. Raises TypeError if it has no kind or lacks a method, ValueError if its kind is already
-        registered."""
+        """Register a model. Raises TypeError for a model without a kind or with missing methods, ValueError for a kind that
+        is already registered."""
         field = model.model_fields.get("kind")
         if (
             field is None
@@ -126,9 +126,9 @@ def _named(model: type[BaseModel]) -> CoreSchema:
 
 
 class OneNameOf:
-    """Annotation of a text that is one of the names of a table: `Annotated[str, OneNameOf(TABLE)]`.
+    """Annotation of a text that must be a name in a table: `Annotated[str, OneNameOf(TABLE)]`.
 
-    entries: the table, such as the `entries` of a registry; built_in: names that need no entry.
+    entries: the table, such as the `entries` of a registry; built_in: further names without an entry.
     """
 
     def __init__(self, entries: Mapping[str, Any], *built_in: str) -> None:

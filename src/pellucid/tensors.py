@@ -1,7 +1,7 @@
-"""Pointwise algebra on small tuples.
+"""Tensor algebra at a point with small tuples.
 
-A second-order tensor is a 9-tuple row by row; a symmetric one a 6-tuple (xx, yy, zz, yz, xz, xy); one in a plane a 4-tuple
-(11, 12, 21, 22).
+A second-order tensor is a 9-tuple, row by row; a symmetric tensor a 6-tuple (xx, yy, zz, yz, xz, xy); a tensor in a plane a
+4-tuple (11, 12, 21, 22).
 """
 
 from pellucid.jit import pointwise

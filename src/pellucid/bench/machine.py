@@ -31,7 +31,7 @@ def triad_bandwidth(threads: int, length: int = 20_000_000, repeats: int = 5) ->
 
 
 def peak_bytes() -> int:
-    """Return the peak memory in bytes. On Linux `getrusage` would include the parent's."""
+    """Return the peak memory of this process [bytes]. On Linux `getrusage` would include the memory of the parent process."""
     status = Path("/proc/self/status")
     if status.exists():
         return 1024 * next(int(line.split()[1]) for line in status.read_text().splitlines() if line.startswith("VmHWM"))

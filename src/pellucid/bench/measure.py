@@ -48,7 +48,7 @@ def _parts(timers: dict[str, float], total: float) -> dict[str, float]:
 
 
 def _advance(simulation: Simulation, steps: int) -> tuple[float, float]:
-    """Advance by steps; return wall-clock time and processor time [s]."""
+    """Advance by a number of steps; return wall-clock time and processor time [s]."""
     start, processor_start = time.perf_counter(), time.process_time()
     for _ in range(steps):
         simulation.step()

@@ -65,10 +65,10 @@ def compile_from_the_end(text: str, first: int, step: int) -> None:
 
 
 def kernels_of(case: "Case") -> list[tuple[Any, tuple[Any, ...]]]:
-    """Return the kernels of a case with the types of their arguments, in the order in which set-up, a step and results call
-    them.
+    """Return the kernels of a case with the types of their arguments, in call order: set-up, a step, results.
 
-    The kernels are not executed. Code that depends on their results may fail, and the kernels after it are then unknown.
+    The kernels are not executed. Code that depends on their results may fail; the kernels after this failure are then
+    missing.
     """
     from pellucid.jit.kernel_tracing import record_kernel_calls
     from pellucid.simulation.simulation import Simulation

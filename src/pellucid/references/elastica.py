@@ -20,10 +20,10 @@ START = 200  # places at which the search for the shape begins
 def heavy_elastica(
     along: Array, length: float, rigidity: float, weight: float, stretching_stiffness: float = inf
 ) -> tuple[Array, Array]:
-    """Return the horizontal and vertical distances of positions on the beam from the clamp [m], for positions `along` [m]
-    at rest.
+    """Return the horizontal and vertical distances from the clamp [m] of positions on the beam at rest.
 
-    length [m]; rigidity: D [J]; weight: q per unit area [Pa]; stretching_stiffness: EA over the width [N/m].
+    along: arc lengths of the positions from the clamp [m]; length: length of the beam [m]; rigidity: D [J]; weight: q per
+    unit area [Pa]; stretching_stiffness: EA per width [N/m].
     """
 
     def change(s: Array, state: Array) -> Array:

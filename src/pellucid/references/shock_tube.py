@@ -64,7 +64,7 @@ class Tube:
 
 @dataclass(frozen=True)
 class Profile:
-    """Means over bins along x: `edges` [m], shape (n+1,), and one array of shape (n,) for each quantity."""
+    """A profile of means over bins along x: `edges` [m], shape (n+1,), and an array of shape (n,) for each quantity."""
 
     edges: Array
     means: dict[str, Array]

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 
 class Growing(NamedTuple):
-    """A circle, or a sphere, of film with exponent 1."""
+    """A growing circle or sphere of film whose equation of state has the exponent 1."""
 
     sphere: bool
     radius: float  # at the start [m]
@@ -47,7 +47,7 @@ class Growing(NamedTuple):
 
 
 class Tether(NamedTuple):
-    """A tube of film under tension σ with bending rigidity κ."""
+    """Force [N] and radius [m] of a tube of film under tension."""
 
     force: float  # [N]
     radius: float  # [m]

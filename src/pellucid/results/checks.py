@@ -44,7 +44,8 @@ def _passed(passing: Passing, readings: Readings, units: Mapping[str, str]) -> f
 
 
 def _compared(asked: Check, readings: Readings, instant: float | None, unit: str) -> tuple[float, float, float, float, str]:
-    """Return the value found, the right value, the error, the size of the reference, and how the value was read."""
+    """Return the computed value, the reference value, the error, the magnitude of the reference, and a description of the
+    evaluation."""
     times, values = readings.curve(asked.column)
     if asked.curve is None:
         wanted = in_si(asked.reference if asked.reference is not None else nan, unit)

@@ -12,7 +12,7 @@ class Metric:
     value: float
     reference: float
     error: float
-    """How far the value is from the reference, in the measure that `meaning` states; not negative."""
+    """Error of the value relative to the reference, as defined in `meaning`; not negative."""
     tolerance: float
     unit: str = ""
     """Unit of value and reference; empty for a pure number."""

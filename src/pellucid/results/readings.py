@@ -51,9 +51,9 @@ class Readings:
         return self._at_middles(x, whole), self._at_middles(y, whole)
 
     def at(self, y: str, instants: "np.ndarray | float") -> np.ndarray:
-        """Return a column at instants [s], not a number where the history has none.
+        """Return a column interpolated at times [s], NaN outside the history.
 
-        Between values it is linear, in a steady analysis a cubic spline.
+        The interpolation is linear, in a steady analysis a cubic spline.
         """
         times, values = self.curve(y, whole=True)
         linear = np.asarray(np.interp(instants, times, values, np.nan, np.nan))
@@ -64,7 +64,7 @@ class Readings:
         return np.where(np.isnan(linear), np.nan, CubicSpline(times, values)(instants))
 
     def first_time(self, y: str, value: float) -> float:
-        """Return the first time [s] at which a column has a value, between its values as `at` reads it; nan if it never has."""
+        """Return the first time [s] at which a column, interpolated as in `at`, has a value; NaN if it never has."""
         times, values = self.curve(y, whole=True)
         above = values - value
         rows = np.flatnonzero(above[:-1] * above[1:] <= 0.0)
@@ -98,5 +98,5 @@ class Readings:
 
 
 def mean_columns(probes: Collection[tuple[str, str]], is_steady: bool) -> tuple[str, ...]:
-    """Return the names of the columns that are means since the row before, of probes by name and quantity."""
+    """Return the names of the columns that are means since the previous row. probes: names and quantities."""
     return () if is_steady else tuple(name for name, quantity in probes if quantity in MEAN_QUANTITIES)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """A value of the study: its error, and ratio and order relative to the previous value."""
+    """A row of the study: value, error, and error ratio and order relative to the previous value."""
 
     value: Any
     error: float

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fit:
-    """Result of a fit."""
+    """Result of a fit: estimates with their uncertainties, fitted case and table of runs."""
 
     estimates: dict[str, Estimate]
     """Estimates by the key of the parameter: value, lower and upper end of the 95 % confidence interval, in SI units."""

@@ -67,7 +67,7 @@ class Curve(NamedTuple):
         return _read(x, y, self.x, _is_smooth(run))
 
     def extrapolation(self, run: Run) -> str | None:
-        """Report measured values beyond the end of a run, None if there are none."""
+        """Return a text that reports measured values beyond the end of a run; None if there are none."""
         x, _ = self._branch(run)
         return self._reach(x, run) if self._beyond(x) > 1e-6 * np.ptp(x) else None
 
@@ -120,7 +120,8 @@ class Curve(NamedTuple):
 
 
 def _is_smooth(run: Run) -> bool:
-    """Return True if a run is a curve of equilibria, few and smooth; motions in time have many rows, jumps and noise."""
+    """Return True if a run is a steady analysis, i.e. a smooth curve of few equilibria. Motions in time have many rows,
+    jumps and noise."""
     return run.stored.steady is not None
 
 

@@ -23,7 +23,7 @@ DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 
 @dataclass(frozen=True)
 class Member:
-    """A run of a study."""
+    """A member of a study: its settings, case, end time and digest."""
 
     settings: Mapping[str, Any]
     case: "Case"
@@ -32,7 +32,7 @@ class Member:
 
 
 class Outcome(NamedTuple):
-    """Outcome of a member."""
+    """Outcome of a member: state ("done" or "failed") and message."""
 
     state: str
     message: str = ""

@@ -190,7 +190,8 @@ class Misfit:
 
 
 def interpolation_warnings(curves: Sequence[Curve], run: Run) -> list[str]:
-    """Report curves that are not known well enough between the rows of a run, compared with their deviations or residuals."""
+    """Return a warning for each curve whose interpolation error between the rows of a run is large compared with its
+    deviations or residuals."""
     told = []
     for curve in curves:
         if (beyond := curve.extrapolation(run)) is not None:

@@ -47,7 +47,7 @@ def write_sweep_page(
 def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[str]) -> list[str]:
     """Return figures, as HTML, of every probe against time with a line for each member.
 
-    The colour shows the first numeric parameter; the line style shows the second one if it has few values.
+    The colour shows the first numeric parameter; the line style shows the second one if its number of values is small.
     """
     import matplotlib
 
@@ -84,8 +84,8 @@ def _curves(out: Path, members: Sequence[Member], table: Any, numeric: Sequence[
 
 
 def _kinds(table: Any, numeric: Sequence[str]) -> dict[str, str]:
-    """Return the line style of each member by its value of the first parameter in `numeric`; empty if there is no such
-    parameter or if it has too many values."""
+    """Return the line style of each member by its value of the first parameter in `numeric`; empty without parameters or
+    for too many values."""
     values = sorted(set(table[numeric[0]])) if numeric else []
     if not 1 < len(values) <= len(LINES):
         return {}

@@ -94,7 +94,7 @@ def metrics_of(run: Run) -> dict[str, float]:
 
 
 def probes_of(run: Run, names: Sequence[str]) -> dict[str, float]:
-    """Return the last value, the smallest, the largest and the mean over time of probes."""
+    """Return the last, smallest, largest and mean value over time of each probe."""
     found: dict[str, float] = {}
     for name in names:
         time, values = run.curve(name)

@@ -11,6 +11,6 @@ _libraries = ThreadpoolController()
 
 
 def on_one_thread() -> AbstractContextManager[Any]:
-    """Return a context in which products and factorizations of dense matrices use one thread."""
+    """Return a context that limits products and factorizations of dense matrices to one thread."""
     limit: AbstractContextManager[Any] = _libraries.limit(limits=1, user_api="blas")
     return limit

@@ -97,7 +97,7 @@ def home_of(function: Any) -> str:
 
 
 def file_of(source: Any) -> str:
-    """Return the file in which a class or function is defined; its module if there is no file, as in a notebook."""
+    """Return the path of the file that defines a class or function; its module if there is no file, as in a notebook."""
     return getattr(sys.modules.get(source.__module__), "__file__", None) or str(source.__module__)
 
 

@@ -18,7 +18,7 @@ CAPTIONS = {"capstan": "Mean tension along the drum while the belt slides; ratio
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Return the ratio of the forces of the drum, the pull, the tension along the drum and the energy balance."""
+    """Compute the metrics: ratio of the forces on the drum, pulling force, tension along the drum, energy balance."""
     exact, late = Capstan(run), np.asarray(run.history["time"]) >= SLIDES
     touch_x, touch_z = (float(np.mean(column(run, name)[late])) for name in ("touch_x", "touch_z"))
     pull = abs(float(np.mean(column(run, "pull")[late])))

@@ -1,4 +1,4 @@
-"""Blocks that slide, stick and rest, against Coulomb's law."""
+"""Blocks that slide, stick and rest, compared with Coulomb's law."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Collapsing water column against Martin and Moyce's experiment."""
+"""Collapsing water column compared with Martin and Moyce's experiment."""
 
 from typing import Any
 

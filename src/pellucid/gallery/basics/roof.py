@@ -18,7 +18,8 @@ METRICS = ("deflection", "weight", "energy")
 DEFLECTION, WEIGHT = 0.3024, 90.0
 """Deflection in the middle of the free edge, and weight per unit area, in the units of the benchmark."""
 LIMIT = 0.006
-"""Relative difference between the reference and deep shell theory (0.3006), to which meshes converge."""
+"""Tolerance of the deflection: relative difference between the reference and deep shell theory (0.3006), to which meshes
+converge."""
 SPAN, HALF_ANGLE = 25.0, 40.0 / 180.0 * pi
 
 

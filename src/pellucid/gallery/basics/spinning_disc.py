@@ -1,4 +1,4 @@
-"""A spinning elastic disc against the exact breathing motion of linear elasticity."""
+"""Spinning elastic disc compared with the exact radial oscillation of linear elasticity."""
 
 import numpy as np
 

@@ -79,11 +79,11 @@ def _compared(value: float, known: float, tolerance: float, unit: str) -> Metric
 
 
 def _scatter(run: Run) -> Metric:
-    """Return the scatter of the pressure: RMS difference of a node in the inner half from the mean of its neighbours,
-    divided by the range.
+    """Return the metric of the scatter of the pressure.
 
-    A checkerboard, two alternating values, has a scatter of one. For a smooth field it decreases with the square of the
-    spacing.
+    The scatter is the RMS difference between a node in the inner half and the mean of its neighbours, divided by the
+    pressure range. A checkerboard of two alternating values has a scatter of one. For a smooth field the scatter decreases
+    with the square of the spacing.
     """
     name = run.case.body[0].name
     start, pressure = run.fields(name, 0.0)["position"], run.fields(name)["pressure"]

@@ -1,4 +1,4 @@
-"""Arrows of the velocity in surfaces in space."""
+"""Arrows of the tangential velocity on surfaces in space."""
 
 import numpy as np
 

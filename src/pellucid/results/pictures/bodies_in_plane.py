@@ -27,7 +27,7 @@ from pellucid.state import FIELDS
 
 MOST_TICKS = 5
 MOST_POINTS = 60_000
-"""More points than this are thinned out evenly: a picture has no more places to show them."""
+"""Largest number of points in a picture; of more points, an evenly spaced subset is drawn."""
 
 PROFILES = ("density", "velocity", "pressure", "internal_energy")
 

@@ -1,4 +1,5 @@
-"""Pictures of bodies in three dimensions, coloured by a field; what hides others is cut open, and solids once more."""
+"""Pictures of bodies in three dimensions, coloured by a field. Bodies that hide others are cut open; solids are also drawn
+cut open."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -34,20 +35,20 @@ from pellucid.results.pictures.walls import around, meshes_of_walls, with_mirror
 
 COLUMNS = 700  # pixels of a panel
 GREY, FAILED = (0.77, 0.78, 0.82), (0.92, 0.10, 0.09)
-"""Of points without a value, and of those that bear no stress any more."""
+"""Colours of points without a value, and of failed points."""
 Direction = tuple[float, float, float]
 FRONT: Direction = (0.0, -1.0, 0.0)
-"""The side from which bodies are opened: the eye is there."""
+"""Direction towards the viewer, from which bodies are cut open."""
 
 ASIDE = 1e-3  # of the size of what is surrounded
 AT_REST = 1e-2  # of the fastest motion of the figure: what is slower has no arrows
 RIM = 3.0  # pixels: how wide the section of a membrane is drawn
 IN_FRONT = 0.01  # of the size of the picture, by which membranes are drawn nearer to the eye than what they lie on
 Box = tuple[np.ndarray, np.ndarray]
-"""Lower and upper corner [m], shape (3,) each."""
+"""Lower and upper corner of a bounding box [m], shape (3,) each."""
 
 MOST_BALLS = 60_000
-"""More points of a body than this are thinned out evenly, the balls grow instead."""
+"""Largest number of balls of a body; of more points, an evenly spaced subset is drawn with larger balls."""
 
 
 class SpaceStage:
@@ -164,7 +165,8 @@ def _fastest(fields: Fields) -> float:
 
 
 def is_open_in_front(run: Run) -> bool:
-    """Return True if all solids lie at the front of the grid, as at a plane of symmetry: they are open there without a cut."""
+    """Return True if all solids touch the front face of the grid, as at a plane of symmetry, so that their inside is
+    visible without a cut."""
     grid = run.stored.grid
     names = [body.name for body in run.stored.bodies if len(run.cells(body.name).tetrahedra)]
     fronts = np.array([run.fields(name, 0.0)["position"][:, 1].min() for name in names])

@@ -1,4 +1,4 @@
-"""Films of a run as animated GIF: they play everywhere and need nothing but pillow, which comes with matplotlib."""
+"""Films of a run as animated GIF, which needs only pillow, a dependency of matplotlib."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Pictures, films and plots that a case asks for."""
+"""Pictures, films and plots that a case requests."""
 
 from collections.abc import Iterator
 from itertools import cycle
@@ -119,7 +119,7 @@ def plot(run: Run, asked: Plot) -> Figure:
 def _draw_panel(run: Run, asked: Panel, axes: Axes, narrow: bool) -> None:
     """Draw the columns and measured curves of one panel.
 
-    narrow: place the legend above the panel if it has more than two entries.
+    narrow: place a legend of more than two entries above the panel.
     """
     (x_si, x_unit, x_size), (y_si, y_unit, y_size) = _units(run, asked)
     lines, marks, reach = cycle(LINES), cycle(MARKS), run.history[asked.x]

@@ -19,10 +19,10 @@ from pellucid.units import to_si
 
 VIEW = View(-50.0, 22.0)
 NORMAL_VELOCITY, BY_BODY = "normal_velocity", "bodies"
-"""The velocity of surfaces in space along their normals; a colour for each body."""
+"""Names of quantities: normal velocity of surfaces in space, and one colour for each body."""
 
 Fields = dict[str, np.ndarray]
-"""The fields of a body at an instant, by name."""
+"""Fields of a body at one time, by name."""
 
 
 class Slice(NamedTuple):
@@ -54,7 +54,8 @@ class Look(NamedTuple):
 
 
 BOTH_SIGNS = 0.2
-"""Where the smaller of the largest values of either sign is this part of the larger, zero has a colour of its own."""
+"""Smallest ratio of the largest magnitudes of both signs, the smaller divided by the larger, for which limits are symmetric
+about zero."""
 
 
 class Limits(NamedTuple):

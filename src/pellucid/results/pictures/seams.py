@@ -1,4 +1,4 @@
-"""Positions of bodies of a periodic grid for pictures: moved into the box of the grid if they have crossed a seam."""
+"""Positions of bodies of a periodic grid for pictures: bodies that have crossed a seam are moved into the box of the grid."""
 
 from collections.abc import Callable, Mapping
 
@@ -8,7 +8,7 @@ from pellucid.geometry.meshes.cells import Cells
 from pellucid.grid.model import GridCase
 
 SEAM = "seam"
-"""A field of points beside the others: by what their places are moved [m], shape (n, 3)."""
+"""Name of the additional field with the displacement of points into the periodic box [m], shape (n, 3)."""
 
 
 def in_box(fields: dict[str, np.ndarray], cells: Callable[[], Cells], grid: GridCase | None) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Picture of the state in which a run stopped with an error; the point at which the error occurred is marked."""
+"""Picture of the state at an error stop; the point at which the error occurred is marked."""
 
 from typing import Any
 

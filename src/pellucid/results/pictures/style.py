@@ -10,7 +10,8 @@ from pellucid.results.pictures.annotations import Axes, Figure
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 LINES = ("-", "--", "-.", ":")
 SEQUENTIAL, DIVERGING = "viridis", "coolwarm"
-"""Palettes of values of one sign, and of both, whose grey middle stands out from white paper."""
+"""Colour maps for values of one sign and for values of both signs; the grey middle of the second contrasts with white
+paper."""
 Layout = Literal["constrained", "compressed"]
 Extend = Literal["neither", "both", "min", "max"]
 DPI = 144

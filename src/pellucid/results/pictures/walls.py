@@ -1,4 +1,4 @@
-"""Walls that are planes without a body, as pictures and the view show them."""
+"""Plane walls without a body, for pictures and the interactive view."""
 
 from collections.abc import Sequence
 
@@ -43,9 +43,10 @@ def clipped(polygon: np.ndarray, normal: np.ndarray, level: float) -> np.ndarray
 def draw_walls(
     axes: Axes, walls: Sequence[StoredWall], time: float, flat: Sequence[int], at: float, window: tuple[np.ndarray, np.ndarray]
 ) -> None:
-    """Draw walls at a time [s] as lines that are hatched behind them.
+    """Draw walls at a time [s] as lines with hatching on their back side.
 
-    flat: axes of the picture; at: place of the picture along the other axis [m]; window: its corners [m], shape (2,) each.
+    flat: axes of the picture; at: position of the picture along the third axis [m]; window: its corners [m], shape (2,)
+    each.
     """
     (left, below), (right, above) = window
     paper = np.array([(left, below), (right, below), (right, above), (left, above)])
@@ -92,7 +93,7 @@ def around(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def meshes_of_walls(
     walls: Sequence[StoredWall], time: float, box: tuple[np.ndarray, np.ndarray], eye: np.ndarray
 ) -> list[Mesh]:
-    """Return walls at a time [s] within a box [m] as surfaces, if they are seen from the side on which bodies are.
+    """Return walls at a time [s] within a box [m] as surfaces, without walls that are seen from behind.
 
     eye: direction to the eye, a unit vector.
     """

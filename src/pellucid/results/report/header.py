@@ -11,7 +11,7 @@ from pellucid.results.storage.stored_case import StoredCase
 
 
 def are_films_alone(case: StoredCase) -> bool:
-    """True if all bodies are films with their own nodes, which choose their own steps and have no inertia."""
+    """Return True if all bodies are films with their own nodes, which have no inertia and choose their own time steps."""
     return case.grid is None and all(map(is_film, case.bodies))
 
 

@@ -40,7 +40,7 @@ class Run:
 
     @property
     def out(self) -> Path:
-        """The folder."""
+        """Path of the folder."""
         return self.folder.path
 
     @cached_property
@@ -50,7 +50,7 @@ class Run:
 
     @cached_property
     def stored(self) -> "StoredCase":
-        """The part of the case that results need. It can be read whatever kinds the case names."""
+        """The part of the case that results need. It can be read even if the kinds that the case names are unknown."""
         return self.folder.read_stored()
 
     @cached_property
@@ -60,7 +60,7 @@ class Run:
 
     @cached_property
     def readings(self) -> Readings:
-        """The columns of the history as curves."""
+        """The columns of the history, read as curves."""
         return Readings(self.history, self.stored.means, self.stored.steady is not None)
 
     def curve(self, y: str, x: str = "time") -> tuple[np.ndarray, np.ndarray]:
@@ -90,8 +90,8 @@ class Run:
 
     @property
     def stopped(self) -> dict[str, Any]:
-        """Reason and place of an error stop: message, step, time, and body, point and its state if known; empty if the run
-        did not stop itself."""
+        """Data of an error stop: message, step, time, and body, point and its state if known; empty if there was no error
+        stop."""
         return self.folder.read_failure()
 
     @property

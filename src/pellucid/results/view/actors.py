@@ -77,7 +77,7 @@ class WallActor:
     def __init__(
         self, wall: StoredWall, box: tuple[np.ndarray, np.ndarray], across: int | None, times: Sequence[float]
     ) -> None:
-        """Compute the outline of the wall where it first intersects the box.
+        """Compute the outline of the wall at its first intersection with the box.
 
         times: times that are shown [s].
         """

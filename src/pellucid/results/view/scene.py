@@ -126,7 +126,7 @@ def _of_wall(wall: WallActor, time: float) -> _Instant:
 
 
 def _packed(pack: Pack, actor: Actor | WallActor, instants: list[_Instant], fields: dict[str, Limits]) -> dict[str, Any]:
-    """Return the description of a body and add its arrays to the pack, in the order in which viewer/src/data.js reads them."""
+    """Return the description of a body and add its arrays to the pack, in the order that viewer/src/data.js requires."""
     low, high = bounding_box(np.concatenate([at.position[at.there] for at in instants]))
     cells = {"vertex": actor.surface.vertex, "triangles": actor.surface.triangles}
     cells |= {"lines": actor.cells.lines, "tetrahedra": actor.cells.tetrahedra}
@@ -200,7 +200,7 @@ def _word(name: str) -> str:
 
 
 def _surrounds_all(boxes: list[Box], k: int) -> bool:
-    """Return True if the box of a body surrounds at least two others and all of them: it would cover them."""
+    """Return True if the bounding box of a body contains all others, at least two, so that the body would hide them."""
     others = boxes[:k] + boxes[k + 1 :]
     return len(others) > 1 and all((boxes[k][0] <= low).all() and (high <= boxes[k][1]).all() for low, high in others)
 

@@ -10,7 +10,7 @@ from pellucid.results.pictures.rendering.camera import Camera
 LENGTHS = ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))
 INK = "#222233"
 UNCOLOURED = "#c4c8d0"
-"""Of what has no value."""
+"""Colour of points without a value."""
 
 
 def coloured(values: np.ndarray, limits: tuple[float, float], palette: str) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from pellucid.geometry.algorithms.enclosure import spread
 
 MOST = 2_000_000
-"""Pixels that are looked at together."""
+"""Largest number of pixels that are processed together."""
 
 DEPTHS = 1 << 24  # steps of depth that a canvas tells apart
 REACH = 1 << 15  # pixels of depth on either side of the origin: far beyond any picture

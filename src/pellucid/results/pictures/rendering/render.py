@@ -10,7 +10,7 @@ from pellucid.results.pictures.rendering.drawables import Balls, Drawable, Mesh
 from pellucid.results.pictures.rendering.raster import Canvas
 
 LIGHT = np.array([0.25, 0.50, 0.83]) / np.linalg.norm([0.25, 0.50, 0.83])
-"""Where the light comes from, in the axes of the camera: over the right shoulder of the beholder."""
+"""Direction towards the light in the axes of the camera: from the upper right, behind the viewer."""
 
 AMBIENT, DIFFUSE = 0.52, 0.52  # shares of the colour
 GLOSS, SHARPNESS = 0.10, 18.0

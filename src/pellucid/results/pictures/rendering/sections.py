@@ -16,8 +16,8 @@ _CROSSED = {
     2: [[0, 2], [0, 3], [1, 3], [0, 2], [1, 3], [1, 2]],
     3: [[0, 3], [1, 3], [2, 3]],
 }
-"""By the number of corners above the plane, the edges that cross it, three for each triangle of the face: four points round
-when two corners lie above."""
+"""Edges of a tetrahedron that cross the plane, by the number of corners above it, three for each triangle of the face; with
+two corners above, the face has four corners and two triangles."""
 
 
 def section(mesh: Mesh, camera: Camera, plane: Plane, position: np.ndarray, values: np.ndarray) -> np.ndarray:
