@@ -88,8 +88,8 @@ def _size(value: Any) -> int:
 
 
 def _moved(solid: Solid) -> int:
-    """Return the smallest number of bytes that an update reads and writes: all tables, the averages twice for averaged
-    volume ratios."""
+    """Return the smallest number of bytes that an update reads and writes: all tables once, or twice for averaged volume
+    ratios."""
     once = _size(solid.gradients) + solid.turns.nbytes + solid.deformation.nbytes
     averages = _size(solid.corners) if len(solid.block_volume) else 0
     return (2 if averages else 1) * (once + averages) + solid.weights.nbytes

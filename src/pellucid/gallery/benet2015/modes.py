@@ -71,8 +71,8 @@ def _exact(run: Run, film: FluidFilmCase) -> float:
 
 
 def decay_of(run: Run, film: FluidFilmCase) -> Decay:
-    """Return the decay of one film: the slope of ln(amplitude) in the frames after the start, when the tension has adapted
-    to the load."""
+    """Return the decay of one film: the slope of ln(amplitude) in the frames after the first, where its tension balances
+    the load."""
     times = run.times(film.name)
     amplitudes = np.array([_amplitude(run, film, float(time)) for time in times])
     slope = np.polyfit(times[1:], np.log(amplitudes[1:]), 1)[0]

@@ -100,8 +100,8 @@ def _outside(run: Run, time: float) -> float:
 
 
 def _pressure_of_energy(run: Run, times: list[float]) -> float:
-    """Return the pressure [Pa] of a uniform gas that fills the bag and has the total energy except strain and kinetic
-    energy."""
+    """Return the pressure [Pa] of a uniform gas that fills the bag, averaged over the given times. The energy of the gas is
+    the initial internal energy minus the strain and kinetic energy."""
     history, charge = run.history, next(body for body in run.case.body if body.name == GAS[0])
     material: Any = charge.material
     energy = history["internal_energy"][0] - history["strain_energy"] - history["kinetic_energy"]
