@@ -39,7 +39,7 @@ def test_a_mistake_is_named_with_file_line_key_limit_and_remedy(mistake: str, te
         (
             '[[contact]]\nbetween = ["drop", "block"]\n[[contact]]\nbetween = ["block", "drop"]\n',
             'between = ["block", "drop"]',
-            ["contact.1.between", "contact.0 (counted from 0) is between the same velocity fields", "keep one of the two"],
+            ["contact.1.between", "contact number 1 is between the same velocity fields", "keep one of the two"],
         ),
         (
             '[[motion]]\nname = "hand"\nbody = "block"\nhold = ["x"]\n'

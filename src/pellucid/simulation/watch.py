@@ -179,8 +179,8 @@ class Watch:
         gave, effect = ("added", "bodies rebound too fast") if amount > 0.0 else ("removed", "bodies are slowed down")
         text = (
             f"contact between surfaces {gave} {abs(amount):.3g} J ({100 * abs(amount) / scale:.2g} % of the exchanged "
-            f"energy) in addition to the energy of its springs, dampers and friction, so {effect}. Set a smaller time.step, or, for "
-            "deformable bodies, a smaller time.courant, or use finer surfaces and cells."
+            f"energy) in addition to the energy of its springs, dampers and friction, so {effect}. Set a smaller "
+            "time.step, or, for deformable bodies, a smaller time.courant, or use finer surfaces and cells."
         )
         self._warn("contact_energy", f"step {clock.n_steps}, time {clock.time:.6g} s: {text}")
 

@@ -48,7 +48,7 @@ REST_OF_SURFACE = (
 
 
 class MembraneElementsCase(MembraneCase):
-    """A membrane of finite elements that moves on its own nodes; it touches solids and other membranes by surfaces, and fluids on the grid."""
+    """A membrane of finite elements. Contact with solids and membranes is by surfaces, with fluids on the grid."""
 
     kind: Literal["membrane-elements"] = "membrane-elements"
     material: AnySolidMembraneMaterial = parameter("", "material of the membrane")
