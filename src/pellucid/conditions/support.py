@@ -110,8 +110,8 @@ class Support(Condition):
         yield from self._wetting_problems((*path, "contact_angle"), parts)
         films = [body for body in parts.of(BodyModel) if body.has_own_step and body.owns_nodes(is_alone(body, parts))]
         if self.until is not None and (held := [body.name for body in films if self.body in (None, body.name)]):
-            text = f"the nodes of {held[0]}, which takes substeps, cannot be released"
-            yield Finding((*path, "until"), text, "remove `until`, or name the body to constrain")
+            text = f"the nodes of {held[0]}, cannot be released during a run, since it has its own substeps"
+            yield Finding((*path, "until"), text, "remove `until`, or name another body in `body`")
         bodies = parts.of(BodyModel) if self.body is None else [parts.named(BodyModel, self.body)]
         fixed = [body.name for body in bodies if body is not None and not body.moves]
         if fixed and len(fixed) == len(bodies) and parts.are_sound(BodyModel):

@@ -298,7 +298,7 @@ class Filling(Protocol):
 
 
 class CellPressure:
-    """Mean pressures of full cells for bodies that share nodes, rows of internal forces and shape functions."""
+    """Mean pressures in cells filled with points, and their nodal forces. All bodies share one velocity field."""
 
     def __init__(self, grid: Grid, bodies: Sequence[Filling]) -> None:
         n, functions, forces = grid.n_nodes, bodies[0].functions, bodies[0].nodal_forces

@@ -81,7 +81,7 @@ class TakeVelocity(NamedTuple):
 
 
 class NoWork(NamedTuple):
-    """Option for points that keep no heat."""
+    """Option for points without stored heat."""
 
 
 class Work(NamedTuple):
@@ -89,7 +89,7 @@ class Work(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """Option for points that keep no heat, while their cells sum the growth rates of their volumes."""
+    """Option for points without stored heat, in whose cells the volume growth rates of the points are summed."""
 
 
 @generic

@@ -38,6 +38,6 @@ class InlinedCompiler(Compiler):  # type: ignore[misc]
     """Compiler that produces an `InlinedLibrary`."""
 
     def compile_extra(self, function: Any) -> Any:
-        """Compile a function without machine code."""
+        """Compile a function to intermediate code that is linked into kernels; generate no machine code."""
         self.state.library = InlinedLibrary(self.state.targetctx.codegen(), function.__qualname__)
         return super().compile_extra(function)

@@ -38,7 +38,9 @@ class FluidMembraneMaterial(MembraneMaterial):
 
     kind: Literal["fluid-membrane"] = "fluid-membrane"
     tension: float = parameter("Pa", "surface tension divided by the thickness, γ; independent of the area", 0.0, ge=0)
-    stiffness: float = parameter("Pa", "area modulus divided by the thickness, K; tension K (1 - 1/A)", 0.0, ge=0)
+    stiffness: float = parameter(
+        "Pa", "area modulus divided by the thickness, K; adds K (1 - 1/A) to the tension, A: area ratio", 0.0, ge=0
+    )
     viscosity: float = parameter("Pa*s", "surface shear viscosity divided by the thickness, μ", 0.0, ge=0)
     dilatational_viscosity: float = parameter("Pa*s", "surface second viscosity divided by the thickness, λ", 0.0, ge=0)
 

@@ -101,7 +101,7 @@ def springs_of_contact(rate: float) -> StepLimit:
 
 
 def fall_through_cells(step: float) -> StepLimit:
-    """Return the step limit by an object that falls from rest and crosses a cell in this time [s]."""
+    """Return the limit `step` [s] with its reason: an object falling from rest crosses a cell in this time."""
     return StepLimit(step, "gravity", f"an object falling from rest crosses a cell in {step:.3g} s")
 
 

@@ -36,7 +36,9 @@ class CellMaximumEntropyModel(MaximumEntropyModel):
     rings: int = parameter(
         "", "number of rings of cells around a node in its support; 1 gives the linear simplex", 2, ge=1, le=3
     )
-    smoothness: float = parameter("", "power s of the distance in the prior", 2.0, ge=1, le=8)
+    smoothness: float = parameter(
+        "", "exponent s: the prior weight of a node is the distance to the edge of its support to the power s", 2.0, ge=1, le=8
+    )
     shape: float = parameter("", "factor α that rounds the edges of the distance from a triangle", 0.2, gt=0, le=8)
 
     @property

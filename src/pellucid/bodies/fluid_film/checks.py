@@ -54,8 +54,8 @@ def _thickness_problems(film: "FluidFilmCase", path: Path) -> Iterator[Finding]:
     least = 0.5 * area * spacing / full  # of a disc or a band of thickness 2 V/A, or a tube of that radius
     if reduced >= least:
         return
-    text = f"{reduced:g} would leave {2.0 * reduced * full / area:.2g} m between the sides of the film, but its nodes are "
-    text += f"{spacing:.2g} m apart"
+    text = f"a reduced volume of {reduced:g} would leave {2.0 * reduced * full / area:.2g} m between the sides of the film, "
+    text += f"but its nodes are {spacing:.2g} m apart"
     more = (least / reduced) ** (2 if in_space else 1)
     remedy = f"use at least {np.ceil(1000.0 * least) / 1000.0:g}, or {np.ceil(11.0 * more) / 10.0:g} times as many nodes"
     yield Finding((*path, "volume", "reduced"), text, remedy)

@@ -74,7 +74,7 @@ class FluidFilmCase(BodyModel):
         "required with bending)",
         None,
     )
-    radial: AnyRadial = parameter("", "radial functions, if they interpolate the film", PolyharmonicModel())
+    radial: AnyRadial = parameter("", 'radial basis functions, used with interpolation = "radial"', PolyharmonicModel())
     nodes: Literal["even", "material"] = parameter(
         "", "even: nodes stay at equal distances and the film flows past them; material: nodes move with the film", "even"
     )
@@ -252,7 +252,7 @@ class FluidFilmCase(BodyModel):
 
     def why_no_motion(self) -> Reason | None:
         """Return the reason: its nodes do not stay at the same material points."""
-        text = f"the nodes of film {self.name} do not follow its material"
+        text = f"the nodes of film {self.name} do not follow its material, so they cannot get a motion along the axes"
         return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
 
     def why_no_normal_motion(self, whole: bool) -> Reason | None:

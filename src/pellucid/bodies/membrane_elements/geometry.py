@@ -35,7 +35,8 @@ def cross(a, b):
 
 @pointwise
 def edges(x, corners, e):
-    """Return χ, ψ of triangle e for a nodal field x, shape (n, 3); the last column of `corners`, shape (m, 4), is not used."""
+    """Return the edge vectors χ = x₂ - x₁ and ψ = x₃ - x₁ of triangle e for a nodal field x, shape (n, 3). corners: node
+    numbers, shape (m, 4); the last column is not used."""
     a, b, c = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2])
     return (
         (x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]),

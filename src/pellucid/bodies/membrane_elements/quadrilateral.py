@@ -57,8 +57,8 @@ GIVEN = 14  # column of a block whose forces are found: volume and hourglass for
 
 @pointwise
 def strain_quadrilaterals(surface, x, v, first, n, dt, c):
-    """Compute the new shapes, stresses and energies of n quadrilaterals, starting at `first`. The columns from BAD on
-    contain the quantities to be summed."""
+    """Compute the new geometry, stresses and energies of n quadrilaterals, starting at `first`, in the columns of the work
+    array `c`. Its columns from BAD on are summed over the elements by the caller."""
     _fetch(surface, x, v, first, n, c)
     _find_rates(n, dt, c)
     _respond(surface.law, surface.control, surface.thickness, n, dt, c)

@@ -87,8 +87,8 @@ class VolumeInertia:
         self._change, self.rate = arrays["volume_wear"].tolist()
 
     def release(self, free: np.ndarray) -> None:
-        """Release nodes: they move where `free` now. The first steps are as small as without this inertia, since released
-        nodes start at once."""
+        """Release constrained nodes. free: 1 for free components of the nodes, 0 for fixed ones, shape (n, 3). The step
+        is reduced to the limit without volume inertia, since released nodes accelerate suddenly."""
         self._free, self.rate = free, self._alone
         self.renew()
 
@@ -150,7 +150,7 @@ class VolumeRates:
         self._rows = 3 * np.searchsorted(pairs, np.arange(n + 1) * n)
 
     def find(self) -> sparse.csr_array:
-        """Return B in the present state [m²], shape (n, 3 n)."""
+        """Return the matrix B of nodal volume gradients in the current state [m²], shape (n, 3 n)."""
         values, n = np.empty((int(self._first[-1]), 3)), len(self._solid.volume)
         _find_rates(len(self._solid.sums), Bundle(self._solid), self._first, values)
         sums = [np.bincount(self._place, values[:, d], len(self._columns) // 3) for d in range(3)]

@@ -26,7 +26,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     last = times >= times[-1] - LAST
     for name in ("radius_0", "radius_90"):
         found = float(run.history[name][last].mean())
-        text = f"mean over the last {LAST:g} s, against a circle of the membrane's length, stretched by the gas"
+        text = f"mean over the last {LAST:g} s; expected: a circle of the membrane, stretched by the gas pressure"
         result[name] = compared(found, wanted, TOLERANCE, "m", text)
     lost = float(np.abs(loss(run)).max())
     result["energy"] = vanishing(lost, ENERGY, "largest change of the total energy over that at the start")

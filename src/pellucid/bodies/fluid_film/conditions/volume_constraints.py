@@ -37,7 +37,7 @@ class VolumeCase(Model):
                 text = f"{self.reduced:g} is impossible: no {curve} encloses more than a {full} of the same {of}, which has 1"
             else:
                 text = f"{self.reduced:g} is above {FULLEST:g}: a {full}, which has 1, cannot move at constant volume and {of}"
-            remedy = f"use at most {FULLEST:g}; for a {full}, start with one, without `volume` and `area`"
+            remedy = f"use at most {FULLEST:g}; for a {full}, use a {full} as `shape` and remove `volume` and `area`"
             yield Finding((*path, "reduced"), text, remedy)
         if self.over is None:
             text = "an instantaneous change of volume would need an infinite velocity"

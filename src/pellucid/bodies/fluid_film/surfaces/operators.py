@@ -11,7 +11,8 @@ import numpy as np
 
 
 class Operators(NamedTuple):
-    """Rows at the q quadrature points of e elements with m nodes each, in d dimensions, for given positions of the nodes."""
+    """Shape functions, strain operators and geometry at the q quadrature points of e elements with m nodes each, in d
+    dimensions, for given node positions."""
 
     area: np.ndarray  # (e, q) of a quadrature point [m²]
     position: np.ndarray  # (e, q, d) [m]
