@@ -101,8 +101,8 @@ class SurfacePair(PointContact):
 
 
 def _deepest(surface: ContactSurface) -> float:
-    """Return the largest depth [m] at which a point behind a surface is in contact with it; less than half the thickness of
-    the body."""
+    """Return the largest depth [m] at which a point behind a surface is in contact with it; for a body that is not
+    two-sided, less than half of its smallest extent."""
     extent = np.ptp(surface.place, axis=0)
     thick = extent[extent > 1e-3 * extent.max()].min(initial=np.inf)
     reach = float(np.median(surface.reach))

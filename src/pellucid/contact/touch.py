@@ -91,7 +91,7 @@ class Touch(ABC):
 
     @abstractmethod
     def way(self) -> np.ndarray:
-        """Return the unit vector of the mean contact force of the overlap, shape (3,); its sign has no meaning."""
+        """Return the unit vector along which the overlap pushes (its mean normal), shape (3,); its sign has no meaning."""
 
     @abstractmethod
     def overlaps(self) -> list[Overlap]:

@@ -110,8 +110,11 @@ def _stands(body: Floating, case: Case) -> bool:
 
 
 def _is_free(body: Floating, case: Case) -> bool:
-    """Return True if a body can move along gravity, i.e. no motion or support constrains any part of the body in this
-    direction."""
+    """Return True if a body can move along gravity.
+
+    A body is not free if a motion prescribes the body, or a part of it, along gravity. A deformable body is not free either
+    if the bounding box of a support's shape intersects its own, whatever directions the support constrains.
+    """
     parts, along = parts_of(case), {axis for axis in range(3) if case.gravity[axis] != 0.0}
     led = {axis for condition in parts.of(Condition) for axis in condition.prescribed_axes(body.name)}
     if along & led:

@@ -27,7 +27,10 @@ class Step(NamedTuple):
 
 
 def read_sweep(texts: Sequence[str]) -> dict[str, list[Any]]:
-    """Return the values by key from texts such as "grid.cell=0.05,0.025"."""
+    """Return the values by key from texts such as "grid.cell=0.05,0.025".
+
+    Raises UsageError for a range, and unless every key has the same number of values, and at least two.
+    """
     sweep = read_values(texts)
     for key, values in sweep.items():
         if isinstance(values, tuple):

@@ -161,7 +161,7 @@ class GridSurface(ContactSurface):
         return self._depth * self.area / np.where(size > 0.0, size, 1.0)
 
     def find_hosts(self) -> None:
-        """Update the storage rows of the host material points; the surface of points that left the grid moves with them."""
+        """Update the storage rows of the host material points; surface points whose hosts left the grid get zero area."""
         numbers = self._points["id"]
         stored = np.empty(len(numbers), np.int64)
         stored[numbers] = np.arange(len(numbers))
@@ -169,7 +169,7 @@ class GridSurface(ContactSurface):
         self.area[self._points["mass"][self._stored] == 0.0] = 0.0
 
     def end_at(self, faces: Sequence[tuple[int, float]]) -> None:
-        """Set the areas of surface points to zero if they lie on these faces and are normal to them."""
+        """Set the areas of surface points to zero if they lie on these faces and their area vectors are normal to the faces."""
         near = ON_A_FACE / self._moved.content.lattice.inverse_cell
         for axis, place in faces:
             on = np.abs(self.place[:, axis] - place) < near

@@ -30,7 +30,7 @@ class RigidState(Protocol):
         """Return the mobility; see `ContactSurface.mobility_along`."""
 
     def turning(self, place: np.ndarray) -> np.ndarray:
-        """Return the angular response; see `ContactSurface.turning`."""
+        """Return the velocities due to the rotation; see `ContactSurface.turning`."""
 
 
 @runtime_checkable

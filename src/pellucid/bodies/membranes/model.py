@@ -73,7 +73,7 @@ class MembraneCase(DampedModel):
         return Selectable.of_membrane(*self.surface.triangulate(), self.surface.sets())
 
     def why_not_excluded(self, grid: GridCase | None) -> Reason | None:
-        """Return a reason if the surface is open or flat: such a surface has no inside."""
+        """Return a reason if the surface is open, i.e. has no inside, or if the grid is one cell thick along an axis."""
         if grid is not None and any(grid.thin()):
             return Reason(f"the inside of a surface {NEEDS_SPACE}", "remove this name, or enlarge the grid")
         if not self.surface.closed:

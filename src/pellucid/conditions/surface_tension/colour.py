@@ -150,7 +150,7 @@ class SurfaceEnergy:
         return energy
 
     def _box(self, volume: np.ndarray) -> tuple[tuple[slice, slice, slice], list[tuple[bool, bool]]]:
-        """Return the box of nodes around the fluid, and for each axis whether its ends are walls."""
+        """Return the box of nodes around the fluid, and for each axis whether its ends are faces of the grid; set `at_wall`."""
         filled, box, walls = volume != 0.0, [], []
         for axis in range(3):
             n = volume.shape[axis]

@@ -14,8 +14,7 @@ METRICS = ("period", "pressure", "surface", "balance")
 
 
 def metrics(run: Run) -> dict[str, Metric]:
-    """Compute the metrics: period, mean pressure, initial surface area from the surface energy, error of the energy
-    balance."""
+    """Compute the metrics: period, mean pressure, initial surface energy, error of the energy balance."""
     rate, fading, radius, tension = _exact(run)
     time, stretch = _stretch(run)
     share = run.case.grid.cell / radius

@@ -21,7 +21,7 @@ Layout = tuple[tuple[str, int], ...]
 
 
 def is_gmsh(data: bytes) -> bool:
-    """Return True if a file starts like a Gmsh file of version 2, 4.0 or 4.1."""
+    """Return True if a file starts like a Gmsh file of version 2 or later."""
     return b"$MeshFormat" in data[:1000]
 
 
