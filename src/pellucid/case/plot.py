@@ -66,7 +66,7 @@ class Panel(Model):
             raise ValueError("`difference` requires a `measured` curve; add one, or remove `difference`")
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report unknown columns, units of another dimension, and files without the curve."""
+        """Report unknown columns, columns with different units, units of another dimension, and files without the curve."""
         wrong = list(unknown_column(self.x, (*path, "x"), parts))
         for name in self.y:
             wrong += unknown_column(name, (*path, "y"), parts)

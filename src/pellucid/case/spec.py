@@ -73,7 +73,8 @@ class TimeCase(Part):
         return time * (1.0 - ROUNDING) > self.end
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a fixed step above the stable step at the start, and a chosen step together with steady states."""
+        """Report a chosen step together with steady states, a fixed step above the stable step at the start or with too many
+        steps, a missing step if no body moves, and bodies that the scheme `usf` cannot strain first."""
         if parts.one(SteadyCase) is not None:
             text = "the step of a relaxation to steady states is chosen automatically"
             if self.step is not None:

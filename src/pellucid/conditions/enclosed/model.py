@@ -186,7 +186,8 @@ class Enclosed(Condition):
         return [ActiveEnclosed(enclosed, assembly) for enclosed in conditions]
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report membranes that do not exist, enclose no volume or already have contents."""
+        """Report membranes that do not exist, enclose no volume, are named twice or already have contents, and reserved
+        names."""
         yield from super().problems(path, parts)
         yield from encloses_problems(self.body, self.lids, path, parts, allows_flat=False)
         for number, name in enumerate(self.inside):
