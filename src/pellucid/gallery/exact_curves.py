@@ -47,13 +47,13 @@ def deviations(
     ValueError if the problem differs from the gallery's, because the reference is not valid for it.
     """
     if not finite_elements.same_problem(run.case, load(run.stored.id)):
-        raise ValueError("the finite elements are for bodies and materials as the gallery's case has them")
+        raise ValueError("the finite-element reference requires the bodies and materials of the gallery's case")
     reference, found = finite_elements.read(table), {}
     for name, (of, what) in columns.items():
         error = finite_elements.largest_deviation(
             run.history["time"], run.history[of], reference["time"], reference[known + of]
         )
-        text = f"largest deviation of {what} from finite elements over their largest change"
+        text = f"largest deviation of {what} from finite elements, relative to their largest change"
         found[name] = vanishing(error, tolerance, text)
     return found
 

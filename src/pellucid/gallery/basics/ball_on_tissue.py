@@ -39,7 +39,9 @@ class Pressed(NamedTuple):
         """Build the reference of a run."""
         block, ball = run.case.body
         if not isinstance(block, MeshlessSolidCase) or not isinstance(ball, MembraneElementsCase) or not ball.surface.sphere:
-            raise TypeError("the exact force is that of a sphere, a membrane of elements, on a block, a meshless solid")
+            raise TypeError(
+                "the exact force requires a block that is a meshless solid and a sphere that is a membrane of elements"
+            )
         elastic, sphere = block.material.model_dump(), ball.surface.sphere
         low, high = block.bounds()
         layer = Layer(elastic["young_modulus"], elastic["poisson_ratio"], float(high[2] - low[2]), bonded=True)
@@ -65,12 +67,14 @@ def metrics(run: Run) -> dict[str, Metric]:
     beneath = (begun[:, 2] > begun[:, 2].max() * (1.0 - 1e-9)) & (np.hypot(now[:, 0], now[:, 1]) < BENEATH * exact.radius)
     gap = float(np.mean(np.linalg.norm(from_middle[beneath], axis=1)) - exact.radius)
     momentum = float(run.summary["conservation"]["momentum"])
-    off = "mean distance of the face from the ball beneath it; tolerated is what the ball rises within a cell"
+    off = "mean gap between the ball and the face beneath it; tolerance: rise of the ball's surface within a cell"
     return {
-        "force": compared(float(found), known, FORCE * (cell / FINE) ** 2, "N", "exact, on a linear elastic layer"),
+        "force": compared(
+            float(found), known, FORCE * (cell / FINE) ** 2, "N", "reference: exact force on a linear elastic layer"
+        ),
         "gap": vanishing(gap, 0.5 * cell**2 * exact.radius, off, "m"),
         "energy": energy_metric(run, ENERGY),
-        "momentum": vanishing(momentum, MOMENTUM, "error of the momentum relative to all impulses from outside"),
+        "momentum": vanishing(momentum, MOMENTUM, "error of the momentum balance, relative to all external impulses"),
     }
 
 

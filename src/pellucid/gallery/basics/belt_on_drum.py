@@ -14,7 +14,7 @@ SLIDES = 0.2  # s from when on the weight has grown and all of the belt slides
 RATIO, PULL, CURVE, ENERGY = 0.02, 0.02, 0.02, 0.01
 
 METRICS = ("ratio", "pull", "tension", "energy")
-CAPTIONS = {"capstan": "Mean tension along the drum while the belt slides; ratio of the forces of the drum on the belt."}
+CAPTIONS = {"capstan": "Mean tension along the drum while the belt slides; ratio of the contact forces of the drum."}
 
 
 def metrics(run: Run) -> dict[str, Metric]:
@@ -24,11 +24,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     pull = abs(float(np.mean(column(run, "pull")[late])))
     angles, tensions = tension_along(run)
     worst = float(np.abs(tensions / exact.tension(angles) - 1.0).max())
-    text = f"mean from {SLIDES:g} s on; reference: the capstan equation with the drag"
-    of_drum = "horizontal over vertical force of the drum"
+    text = f"mean from {SLIDES:g} s on; reference: capstan equation with drag"
+    of_drum = "ratio of the horizontal to the vertical contact force of the drum"
     return {
         "ratio": compared(abs(touch_x / touch_z), exact.ratio, RATIO, "", f"{of_drum}, {text}"),
-        "pull": compared(pull, exact.pull, PULL, "N", f"force at the end that is pulled, {text}"),
+        "pull": compared(pull, exact.pull, PULL, "N", f"force at the pulled end, {text}"),
         "tension": vanishing(worst, CURVE, "largest relative error of the mean tension along the drum"),
         "energy": energy_metric(run, ENERGY),
     }

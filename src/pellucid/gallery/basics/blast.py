@@ -14,13 +14,13 @@ ENERGY = 1e-12  # of its scale: rounding
 SAMPLES = 20  # of the exact density in a ring of one cell
 
 CAPTIONS = {
-    "blast": "Radius of the shock against time, and density at the end over the radius. Density is the "
-    "mass in rings of one cell over their volume. The shock is spread over a few cells, so that the place where its pressure "
-    "is half of the exact one may be ahead or behind, by two cells at most (dotted).",
-    "bodies_speed": "The bodies, coloured by speed. The hot gas inside is so thin that few points are left in a cell, or none. "
-    "With FLIP such points keep velocities that the grid, which knows means only, cannot slow down; so they cross at several "
-    "times the speed of the exact flow, each with its mirror image. They have little of the mass. With APIC they "
-    "move as the exact flow does.",
+    "blast": "Shock radius against time, and density at the end against radius. The density is the mass in radial bins "
+    "of one cell divided by their volume. The shock is spread over a few cells: the position at which the pressure is "
+    "half of the exact one may differ from the exact shock by at most two cells (dotted).",
+    "bodies_speed": "The bodies, coloured by speed. The density of the hot gas inside is so low that cells contain few "
+    "points or none. With FLIP these points keep velocities that the grid, which stores only mean velocities, cannot "
+    "reduce; they move at several times the speed of the exact flow, each with its mirror image. Their share of the "
+    "mass is small. With APIC they follow the exact flow.",
 }
 
 METRICS = ("radius", "worst_radius", "density_l1", "energy")
@@ -47,9 +47,9 @@ def metrics(run: Run) -> dict[str, Metric]:
         allowed = DISPLACED * cell / exact[frame]
         return Metric(float(found[frame]), float(exact[frame]), float(errors[frame]), float(allowed), "m", text)
 
-    text = "where the pressure of rings of one cell passes half of that behind the exact shock"
-    farthest = "the same in that frame of the later half of the time in which it is farthest off"
-    rings_off = "relative L1 error of the density of rings; the exact one, displaced by two cells"
+    text = "radius at which the binned pressure passes half of the exact pressure behind the shock"
+    farthest = "shock radius in the frame of the second half of the run with the largest error"
+    rings_off = "relative L1 error of the binned density; tolerance: exact profile displaced by two cells"
     return {
         "radius": at(-1, f"{text}, at the end"),
         "worst_radius": at(worst, farthest),

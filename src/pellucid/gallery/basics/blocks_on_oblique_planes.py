@@ -8,7 +8,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"blocks_on_oblique_planes": "Speeds down the slope, ways seen from above, and how far they are off the exact line."}
+CAPTIONS = {"blocks_on_oblique_planes": "Speeds down the slope, paths from above, and distances from the exact line."}
 
 METRICS = ("on_plate", "on_wall", "on_plate_aside", "on_wall_aside", "energy")
 
@@ -35,13 +35,13 @@ def metrics(run: Run) -> dict[str, Metric]:
         # v_down + μ v_off = g (sin - μ cos) t however the block swings, as friction is μ times the force of the plane; its
         # springs take a millisecond to load
         found = float(vectors(run, block, "v")[-1] @ (DOWN + FRICTION * NORMAL))
-        meaning = "at the end, speed down the slope and μ times that off it"
+        meaning = "at the end: speed down the slope plus μ times the speed normal to it"
         result[block] = compared(found, PULL * end, 0.005, "m/s", meaning)
     for block in BLOCKS:
         way = vectors(run, block)
         # friction leans against the motion of each point of the foot, and these swing
         aside = float(np.max(np.abs(way @ ASIDE)))
-        meaning = "farthest from the line of the steepest descent, over the way"
+        meaning = "largest distance from the line of steepest descent; error relative to the distance travelled"
         result[f"{block}_aside"] = Metric(aside, 0.0, aside / float(way[-1] @ DOWN), 0.002, "m", meaning)
     return result | {"energy": energy_metric(run, 0.005)}
 

@@ -24,9 +24,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     # back late stays as vibration.
     front = (0.125 * (run.case.grid.cell / (2.0 * LENGTH)) ** 2) ** (1.0 / 3.0)
     return {
-        "force": compared(middle, FORCE, 0.02, "N", "mean over the middle of the touch"),
-        "duration": compared(lasted, DURATION, 2.0 * front, "s", "for which the force is above half of the exact one"),
-        "striker": Metric(striker, 0.0, abs(striker) / SPEED, 2.0 * front, "m/s", "speed at the end over that at the start"),
+        "force": compared(middle, FORCE, 0.02, "N", "mean over the middle of the contact"),
+        "duration": compared(lasted, DURATION, 2.0 * front, "s", "time for which the force exceeds half of the exact force"),
+        "striker": Metric(
+            striker, 0.0, abs(striker) / SPEED, 2.0 * front, "m/s", "speed at the end; error relative to the initial speed"
+        ),
         "struck": compared(struck, SPEED, 2.0 * front, "m/s", "speed at the end"),
         "energy": energy_metric(run, 0.01),
     }

@@ -27,12 +27,12 @@ def metrics(run: Run) -> dict[str, Metric]:
     asymmetry = float(np.max(np.abs(lower + upper)) / speed)
     off_line = float(np.max(np.abs(lower[:, 0] - lower[:, 1])) / speed)
     result = {
-        "momentum": vanishing(drift, 1e-12, "|sum m v| over sum m |v| at the end: rounding only"),
-        "mirror": vanishing(asymmetry, 1e-9, "largest sum of the two mean velocities over the speed"),
-        "diagonal": vanishing(off_line, 1e-6, "largest vx - vy of a disc over the speed"),
+        "momentum": vanishing(drift, 1e-12, "|sum m v| divided by sum m |v| at the end: only round-off is allowed"),
+        "mirror": vanishing(asymmetry, 1e-9, "largest sum of the two mean velocities, relative to the initial speed"),
+        "diagonal": vanishing(off_line, 1e-6, "largest vx - vy of a disc, relative to the initial speed"),
         "energy": energy_metric(run, 0.02),
         # Contact squeezes a cell or two of each disc at once, which the step follows at first order only: 0.5 % at most.
-        "energy_swing": worst_balance(run, 0.03, "largest relative error of the energy balance on the way"),
+        "energy_swing": worst_balance(run, 0.03, "largest relative error of the energy balance during the run"),
     }
     if _as_published(run):
         result |= _contact(run, times, lower, speed)
@@ -51,9 +51,11 @@ def _contact(run: Run, times: Array, lower: Array, speed: float) -> dict[str, Me
     length, slower = ends - begins, abs(-rebound / RESTITUTION - 1.0)
     late, longer = abs(begins / CONTACT_BEGINS - 1.0), abs(length / CONTACT_DURATION - 1.0)
     return {
-        "contact_begins": Metric(begins, CONTACT_BEGINS, late, early / CONTACT_BEGINS, "s", "when they slow down"),
-        "contact_duration": Metric(length, CONTACT_DURATION, longer, early / CONTACT_DURATION, "s", "how long"),
-        "rebound": Metric(-rebound, RESTITUTION, slower, 0.1, "", "speed of a disc's centre after over before"),
+        "contact_begins": Metric(begins, CONTACT_BEGINS, late, early / CONTACT_BEGINS, "s", "start of the deceleration"),
+        "contact_duration": Metric(length, CONTACT_DURATION, longer, early / CONTACT_DURATION, "s", "duration of the contact"),
+        "rebound": Metric(
+            -rebound, RESTITUTION, slower, 0.1, "", "ratio of the speeds of a disc's centre after and before the contact"
+        ),
     }
 
 

@@ -9,7 +9,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"cylinders_in_trough": "How far the cylinders have swung, how far off the exact place they are, and their energy."}
+CAPTIONS = {"cylinders_in_trough": "Angles of the cylinders, errors of the angles, and changes of energy."}
 
 METRICS = ("glides", "rolls", "glides_energy", "rolls_energy", "slip", "spin", "aside", "energy")
 
@@ -51,18 +51,32 @@ def metrics(run: Run) -> dict[str, Metric]:
     result = {}
     for name in INERTIA:
         off = float(np.max(np.abs(angle(run, name) - exact(run, name))))
-        meaning = "farthest from the angle of the pendulum, over that of the start"
+        meaning = "largest difference from the angle of the pendulum; error relative to the initial angle"
         result[name] = Metric(off, 0.0, off / START, 0.04 * cells, "rad", meaning)
         change = float(np.max(np.abs(energy_change(run, name))))
-        meaning = "largest change of energy, over what is freed on the way down"
+        meaning = "largest change of energy, relative to the potential energy released on the way down"
         result[f"{name}_energy"] = vanishing(change, (0.06 if name == "glides" else 0.12) * cells, meaning)
     turned, way = column(run, "rolls_angle"), LENGTH / RADIUS * (START - angle(run, "rolls"))
     slip, spin = float(np.max(np.abs(turned - way))), float(np.max(np.abs(column(run, "glides_angle"))))
-    meaning = "what rolls: turned, less what its way says, over this at the end"
+    meaning = "rolling cylinder: largest difference between its rotation and that of rolling without slip"
     result["slip"] = Metric(slip, 0.0, slip / float(way[-1]), 0.04 * cells, "rad", meaning)
-    result["spin"] = Metric(spin, 0.0, spin / float(way[-1]), 0.02 * cells, "rad", "what glides, over what the other turns")
+    result["spin"] = Metric(
+        spin,
+        0.0,
+        spin / float(way[-1]),
+        0.02 * cells,
+        "rad",
+        "sliding cylinder: largest rotation; error relative to that of the rolling cylinder",
+    )
     aside = max(float(np.ptp(column(run, f"{name}_z"))) for name in INERTIA)
-    result["aside"] = Metric(aside, 0.0, aside / RADIUS, 1e-6, "m", "along the trough, over the radius: points lie mirrored")
+    result["aside"] = Metric(
+        aside,
+        0.0,
+        aside / RADIUS,
+        1e-6,
+        "m",
+        "displacement along the trough; error relative to the radius: the points are symmetric",
+    )
     return result | {"energy": energy_metric(run, 0.005)}
 
 

@@ -22,7 +22,7 @@ SPEED_TOLERANCE = 0.12
 HEIGHT_TOLERANCE = 0.05  # of the first height: the table's own digits are 0.01, the surface is known to a cell
 
 CAPTIONS = {
-    "front": "Front of the water, and its height at the wall, against time, beside the experiment and Ritter's bound.",
+    "front": "Front of the water and height at the wall against time, compared with the experiment and Ritter's bound.",
 }
 
 METRICS = ("start", "front", "front_speed", "wall_height", "ritter_bound", "density_spread")
@@ -39,14 +39,14 @@ def metrics(run: Run) -> dict[str, Metric]:
     ahead = float(np.max(front - column.ritter(times)))
     cell_share = run.case.grid.cell / column.width
     result["ritter_bound"] = Metric(
-        ahead, 0.0, max(0.0, ahead), cell_share, "", "largest lead over the front of a frictionless thin sheet, over a"
+        ahead, 0.0, max(0.0, ahead), cell_share, "", "largest lead over the front of a frictionless thin sheet, divided by a"
     )
     density = np.asarray(run.fields(run.case.body[0].name)["density"])
     water: Any = run.case.body[0].material
     spread = float(np.std(density) / water.density)
     # weak compressibility promises (v/c)²; v is at most the sheet's speed 2 sqrt(gH)
     allowed = 4.0 * column.gravity * column.height / water.eos.sound_speed**2
-    result["density_spread"] = vanishing(spread, allowed, "deviation of the density over its rest value")
+    result["density_spread"] = vanishing(spread, allowed, "standard deviation of the density divided by the density at rest")
     return result
 
 
@@ -62,18 +62,18 @@ def _against_experiment(run: Run, column: Column) -> dict[str, Metric]:
         known = (wanted_time >= PASSAGE_TIME) & (wanted_time <= aligned[-1])
         found = np.interp(wanted_time[known], aligned, front)
         error = float(np.sqrt(np.mean((found / wanted[known] - 1.0) ** 2)))
-        text = "front x/a at the last table time reached; the error is the rms relative one from that passage on"
+        text = "front x/a at the last tabulated time reached; error: relative rms error from that passage on"
         result["front"] = Metric(float(found[-1]), float(wanted[known][-1]), error, FRONT_TOLERANCE, "", text)
         if known.sum() >= 5:
             speed, reference = (float(np.polyfit(wanted_time[known], z, 1)[0]) for z in (found, wanted[known]))
-            error, text = abs(speed / reference - 1.0), "slope of x/a over T = n t sqrt(g/a)"
+            error, text = abs(speed / reference - 1.0), "slope of x/a against T = n t sqrt(g/a)"
             result["front_speed"] = Metric(speed, reference, error, SPEED_TOLERANCE, "", text)
     height_times, heights = wall_height(run, column)
     wanted_time, wanted = martin_moyce("height")
     known = wanted_time <= height_times[-1]
     found = np.interp(wanted_time[known], height_times, heights)
     error = float(np.sqrt(np.mean((found - wanted[known]) ** 2)))
-    text = "height at the wall over the first one, at the last table time reached; rms error over the table"
+    text = "height at the wall divided by the initial height, at the last tabulated time; error: rms over the table"
     result["wall_height"] = Metric(float(found[-1]), float(wanted[known][-1]), error, HEIGHT_TOLERANCE, "", text)
     return result
 

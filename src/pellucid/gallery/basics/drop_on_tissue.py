@@ -26,15 +26,15 @@ def metrics(run: Run) -> dict[str, Metric]:
     given = -float(np.asarray(run.history["force"]) @ np.diff(run.history["time"], prepend=0.0))
     begun, ended = (_momentum(run, float(run.times("water")[frame])) for frame in (0, -1))
     gained, momentum, mass = ended - begun, float(kept["momentum"]), float(kept["mass"])
-    above = "least height of the water above the face in any frame, in cells"
-    got = "momentum along z that the water got; the reference is the sum of the forces of contact"
-    unexplained = "momentum that no impulse explains, over the largest sum of mass times speed"
+    above = "smallest height of the water above the face in any frame, in cells"
+    got = "change of the water's momentum along z; reference: impulse of the contact force"
+    unexplained = "error of the momentum balance, relative to the largest sum of mass times speed"
     return {
         "clearance": Metric(cells, 0.0, max(0.0, -cells), LEAK, "", above),
         "impulse": Metric(gained, given, abs(gained - given) / abs(begun), ROUNDING, "N*s", got),
         "momentum": vanishing(momentum, ROUNDING, unexplained),
         "mass": vanishing(mass, ROUNDING, "relative change of the mass"),
-        "energy": worst_balance(run, ENERGY, "largest error of the energy balance, over the largest energy that moved"),
+        "energy": worst_balance(run, ENERGY, "largest error of the energy balance, relative to the largest energy exchanged"),
     }
 
 

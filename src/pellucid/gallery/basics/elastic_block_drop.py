@@ -33,7 +33,7 @@ class Impact(NamedTuple):
         """Build the reference of a run."""
         body = run.case.body[0]
         if not isinstance(body, MeshlessSolidCase) or body.mesh.box is None:
-            raise TypeError("the exact impact is that of a box of a meshless solid")
+            raise TypeError("the exact impact requires a box of a meshless solid")
         low, high = (np.array(corner) for corner in body.bounds())
         size, speed = high - low, -body.velocity[2]
         fall = float(low[2]) - run.case.grid.lower[2]
@@ -76,10 +76,10 @@ def metrics(run: Run) -> dict[str, Metric]:
     # the reference is linear in the strain v/c; the nodes on the floor, half a spacing of the mass, stop at once
     strain, stopped = exact.speed / exact.wave_speed, 0.5 * exact.spacing / exact.length
     half = 0.5 * exact.duration
-    text = "velocity at the end: the front comes back widened, and its tail stays in the block as vibration"
+    text = "velocity at the end: the returning wave front is wider, and its tail remains in the block as vibration"
     return {
-        "force": compared(force, exact.force, strain + stopped, "N", "mean over the middle of the touch"),
-        "turn": compared(turn, half, strain + stopped, "s", "from the touch until the block stands still"),
+        "force": compared(force, exact.force, strain + stopped, "N", "mean over the middle of the contact"),
+        "turn": compared(turn, half, strain + stopped, "s", "time from first contact until the velocity is zero"),
         "rebound": compared(rebound, exact.speed, 2.0 * exact.front, "m/s", text),
         "energy": energy_metric(run, 0.02),
     }

@@ -31,7 +31,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     ):
         scale = abs(wave.amplitude) * (1.0 if name == "velocity_l2" else 1.0 / wave.frequency)
         error = float(np.sqrt(np.mean((found - exact) ** 2)) / (scale * np.sqrt(0.5)))
-        result[name] = vanishing(error, allowed, f"L2 error of the {name.split('_')[0]} over the norm of its amplitude")
+        result[name] = vanishing(error, allowed, f"L2 error of the {name.split('_')[0]}, relative to the norm of its amplitude")
     period = period_of(run.history["time"], run.history["antinode"])
     result["period"] = compared(period, wave.period, slower, "s", "period at the antinode")
     return result

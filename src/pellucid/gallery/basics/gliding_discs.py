@@ -10,7 +10,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"energy": "Energy of both discs; grey, the exact one."}
+CAPTIONS = {"energy": "Energy of both discs; grey: exact."}
 
 METRICS = ("speed", "contact_work", "energy_flat", "energy_round", "way")
 
@@ -28,17 +28,23 @@ def metrics(run: Run) -> dict[str, Metric]:
     # moves. The rest is surface points that come and go: together half a percent.
     lost = 0.005
     result = {
-        "speed": compared(float(speed[-1]), float(speed[0]), lost, "m/s", "on the plate at the end, against the start"),
-        "contact_work": Metric(work, 0.0, abs(work) / moving, lost, "J", "of the kinetic energy at the start"),
+        "speed": compared(
+            float(speed[-1]), float(speed[0]), lost, "m/s", "speed on the plate at the end; reference: at the start"
+        ),
+        "contact_work": Metric(
+            work, 0.0, abs(work) / moving, lost, "J", "work of contact; error relative to the initial kinetic energy"
+        ),
     }
     for name, level in (("flat", 0.6), ("round", HILL[1])):
         energy = energy_of(run, name, level)
         change = float(np.max(np.abs(energy / energy[0] - 1.0)))
-        meaning = "largest change of kinetic and potential energy, the latter above the middle of what it glides on"
+        meaning = "largest change of kinetic plus potential energy; heights from the middle of plate or hill"
         result[f"energy_{name}"] = Metric(float(energy[-1]), float(energy[0]), change, lost, "J/kg", meaning)
     # The start leaves the hill free by the sagitta of a facet, and a rigid disc sinks in again: 1e-3 m, which the unstable
     # way over the top doubles.
-    result["way"] = Metric(off, 0.0, off / CENTRES, 0.01, "m", "farthest from the exact way at the same time, over 0.8 m")
+    result["way"] = Metric(
+        off, 0.0, off / CENTRES, 0.01, "m", "largest distance from the exact position; error relative to 0.8 m"
+    )
     return result
 
 

@@ -16,9 +16,10 @@ PLACE, STRESS = 0.005, 0.02
 LEDGER = 1e-4  # of what is at stake
 
 CAPTIONS = {
-    "column": "Displacement and stress of every point at the end over its height in the stress-free column; speed of the "
-    "fastest point against time. Where the column is compressed most, near the ground, its points are no lattice of the cells "
-    "any more: stresses swing about the exact ones there by what sums over points lack of integrals. Dotted: what is allowed."
+    "column": "Displacement and stress of every point at the end against its height in the stress-free column; speed of "
+    "the fastest point against time. Near the ground, where the column is compressed most, the points no longer form a "
+    "lattice of the cells: stresses oscillate about the exact ones by the quadrature error of sums over points. "
+    "Dotted: tolerances."
 }
 
 METRICS = ("displacement", "stress", "fastest", "energy")
@@ -36,10 +37,10 @@ def metrics(run: Run) -> dict[str, Metric]:
     scale = float(np.abs(column.stress(np.zeros(1))).max())
     worst = float(np.sqrt(np.mean((stress - column.stress(rest)) ** 2))) / scale
     fastest = float(np.max(run.history["fastest"]))
-    text = "of the uppermost points; the error is the largest of any point, over the largest displacement"
+    text = "of the uppermost points; error: largest of any point, relative to the largest displacement"
     return {
         "displacement": Metric(float(place[top] - rest[top]), float(exact[top]), apart, PLACE, "m", text),
-        "stress": vanishing(worst, STRESS, "rms error of the stress of the points, over that on the ground"),
+        "stress": vanishing(worst, STRESS, "rms error of the stress of the points, relative to the stress on the ground"),
         "fastest": vanishing(fastest, SLOW, "speed of the fastest point in any row of the history", "m/s"),
         "energy": worst_balance(run, LEDGER),
     }

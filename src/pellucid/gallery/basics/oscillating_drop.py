@@ -8,7 +8,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"oscillating_drop": "How far the drop is stretched, against time, beside a swing of Rayleigh's frequency."}
+CAPTIONS = {"oscillating_drop": "Stretch of the drop against time, compared with an oscillation of Rayleigh's frequency."}
 
 METRICS = ("period", "pressure", "surface", "balance")
 
@@ -29,11 +29,18 @@ def metrics(run: Run) -> dict[str, Metric]:
     surface = float(np.asarray(run.history[f"{name}_surface_energy"])[0])
     exact = float(2.0 * np.pi / np.sqrt(rate**2 - fading**2))
     return {
-        "period": compared(period, exact, 0.5 * share, "s", "Rayleigh's with Lamb's damping"),
-        "pressure": compared(float(np.mean(pressures)), 2.0 * tension / radius, 0.03, "Pa", "2 σ/R, mean over the run"),
-        "surface": compared(surface, octant, 0.5 * share, "J", "σ times the area at the start"),
+        "period": compared(period, exact, 0.5 * share, "s", "reference: Rayleigh's period with Lamb's damping"),
+        "pressure": compared(
+            float(np.mean(pressures)), 2.0 * tension / radius, 0.03, "Pa", "mean over the run; reference: 2 σ/R"
+        ),
+        "surface": compared(surface, octant, 0.5 * share, "J", "surface energy at the start; reference: σ times the area"),
         "balance": Metric(
-            missed, 0.0, missed, 0.02, "", "what the balance misses over the run, of the kinetic energy at the start"
+            missed,
+            0.0,
+            missed,
+            0.02,
+            "",
+            "largest error of the energy balance during the run, relative to the initial kinetic energy",
         ),
     }
 

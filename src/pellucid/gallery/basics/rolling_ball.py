@@ -20,6 +20,8 @@ def metrics(run: Run) -> dict[str, Metric]:
     return {
         "way": compared(way, 0.5 * pull * end**2, 0.04, "m", "along the slope at the end"),
         "speed": compared(float(column(run, "ball_vx")[-1]), pull * end, 0.04, "m/s", "along the slope at the end"),
-        "aside": Metric(aside, 0.0, aside / way, 0.002, "m", "farthest from its line, over the way: points lie mirrored"),
+        "aside": Metric(
+            aside, 0.0, aside / way, 0.002, "m", "largest distance from its line; error relative to the distance travelled"
+        ),
         "energy": energy_metric(run, 0.005),
     }

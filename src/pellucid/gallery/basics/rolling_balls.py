@@ -29,7 +29,7 @@ def metrics(run: Run) -> dict[str, Metric]:
         text = f"mean along the slope over the last {LAST:g} s"
         result[f"{name}_speed"] = compared(float(found), float(reference), tolerance, "m/s", text)
         aside = max(aside, float(np.abs(column(run, f"{name}_aside")).max() / way[-1]))
-    text = "farthest that a ball is from its line, over the way: the meshes are not quite symmetric"
+    text = "largest lateral deviation, relative to the distance travelled: the meshes are not exactly symmetric"
     return {**result, "aside": Metric(aside, 0.0, aside, ASIDE, "", text), "energy": energy_metric(run, ENERGY)}
 
 

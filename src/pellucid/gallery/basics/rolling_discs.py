@@ -21,10 +21,12 @@ def metrics(run: Run) -> dict[str, Metric]:
     tolerances = {"rigid": 0.16 * cells, "elastic": 0.32 * cells, "gliding": 0.08 * cells}
     result = {
         name: compared(
-            float(column(run, f"{name}_x")[-1]), 0.5 * share * along * end**2, tolerances[name], "m", "way along the slope"
+            float(column(run, f"{name}_x")[-1]), 0.5 * share * along * end**2, tolerances[name], "m", "distance along the slope"
         )
         for name, share in SHARES.items()
     }
     speed = float(column(run, "gliding_vx")[-1])
-    result["gliding_speed"] = compared(speed, along * end, tolerances["gliding"], "m/s", "without friction, at the end")
+    result["gliding_speed"] = compared(
+        speed, along * end, tolerances["gliding"], "m/s", "speed of the frictionless disc at the end"
+    )
     return result | {"energy": energy_metric(run, 0.005)}

@@ -12,7 +12,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"shape": "The middle of the strip at rest, and the heavy elastica."}
+CAPTIONS = {"shape": "Centreline of the strip at rest, compared with the heavy elastica."}
 
 METRICS = ("drop", "reach", "weight", "energy")
 
@@ -25,15 +25,19 @@ def metrics(run: Run) -> dict[str, Metric]:
     reach, drop = _elastica(run, np.array([FREE]))
     surface = body.surface.chosen()
     if not isinstance(surface, Rectangle):
-        raise ValueError(f"the surface of body {body.name} is no rectangle")
+        raise ValueError(f"the surface of body {body.name} is not a rectangle")
     # second order in the edges h: folds at nodes sum moments by the trapezoidal rule, which gives h²/L² of the drop
     edge = surface.first_edge[0] / (surface.points[0] - 1)
     tolerance = 1.5 * (edge / FREE) ** 2
     pull = body.material.density * body.thickness * abs(run.case.gravity[2]) * surface.first_edge[0] * surface.second_edge[1]
     return {
-        "drop": compared(-float(column(run, "tip_z")[-1]), float(drop[0]), tolerance, "m", "of the tip at rest"),
-        "reach": compared(float(column(run, "tip_x")[-1]), float(reach[0]), tolerance, "m", "of the tip from the clamp"),
-        "weight": compared(float(column(run, "hold_z")[-1]), pull, 1e-3, "N", "force of the clamp: the weight of the strip"),
+        "drop": compared(-float(column(run, "tip_z")[-1]), float(drop[0]), tolerance, "m", "deflection of the tip at rest"),
+        "reach": compared(
+            float(column(run, "tip_x")[-1]), float(reach[0]), tolerance, "m", "distance of the tip from the clamp"
+        ),
+        "weight": compared(
+            float(column(run, "hold_z")[-1]), pull, 1e-3, "N", "force on the clamp; reference: weight of the strip"
+        ),
         "energy": energy_metric(run, 0.005),
     }
 
@@ -56,7 +60,7 @@ def figures(run: Run) -> dict[str, Figure]:
 def _strip(run: Run) -> MembraneElementsCase:
     body = run.case.body[0]
     if not isinstance(body, MembraneElementsCase):
-        raise ValueError(f"body {body.name} is no membrane of elements")
+        raise ValueError(f"body {body.name} is not a membrane of elements")
     return body
 
 

@@ -9,7 +9,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"spinning_disc": "Mean stress against time, and the stresses over the radius, averaged over the frames."}
+CAPTIONS = {"spinning_disc": "Mean stress against time, and stresses against the radius, averaged over the frames."}
 
 METRICS = ("mean_stress", "breathing_period", "angle", "angular_momentum", "energy")
 
@@ -39,11 +39,16 @@ def metrics(run: Run) -> dict[str, Metric]:
     spin = [_angular_momentum(frame) for frame in frames]
     lost = abs(spin[-1] / spin[0] - 1.0)
     return {
-        "mean_stress": compared(mean, static, first_order, "Pa", "time mean of sxx + syy: the virial theorem"),
-        "breathing_period": compared(period, breath, first_order, "s", "first radial mode"),
-        "angle": compared(angle, wanted, strain + 3.0 * second_order, "rad", "turned angle at the end"),
+        "mean_stress": compared(mean, static, first_order, "Pa", "time mean of sxx + syy; reference: virial theorem"),
+        "breathing_period": compared(period, breath, first_order, "s", "period of the first radial mode"),
+        "angle": compared(angle, wanted, strain + 3.0 * second_order, "rad", "rotation angle at the end"),
         "angular_momentum": Metric(
-            spin[-1], spin[0], lost, second_order, "kg m^2/s", "at the end against the start: the transfer conserves it nearly"
+            spin[-1],
+            spin[0],
+            lost,
+            second_order,
+            "kg m^2/s",
+            "at the end; reference: at the start (the transfer conserves it approximately)",
         ),
         "energy": energy_metric(run, 0.02),
     }

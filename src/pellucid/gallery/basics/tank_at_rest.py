@@ -16,10 +16,10 @@ COLUMN_SHARE = 0.005  # the same beside the compressible column, which leaves no
 LEDGER = 1e-6  # rounding of the energies stored, over the little that moves
 
 CAPTIONS = {
-    "tank": "The pressure of every point at the end over its height, beside that of a column of the same liquid, which its own "
-    "weight compresses, and ρ₀ g depth, which leaves the compression out. Right: "
-    "the largest difference between the pressure of a point and each of these two after the start, over the pressure on the "
-    "ground. Dotted: the largest that is allowed."
+    "tank": "Left: pressure of every point at the end against its height, compared with a compressible column of the "
+    "same liquid under its own weight and with ρ₀ g depth, which neglects the compression. Right: largest difference "
+    "between the pressure of a point and each of these two after the start, relative to the pressure on the ground. "
+    "Dotted: tolerances."
 }
 
 METRICS = ("fastest", "pressure", "column", "energy")
@@ -31,11 +31,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     fastest = float(np.max(run.history["fastest"]))
     weight, squeezed = (float(np.max(errors)) for errors in pressure_errors(run))
     text = "speed of the fastest point in any row of the history"
-    pressure = "largest difference from {} of any point in any frame, over the pressure on the ground"
+    pressure = "largest difference from {} of any point in any frame, relative to the pressure on the ground"
     return {
         "fastest": vanishing(fastest, SLOW, text, "m/s"),
-        "pressure": vanishing(weight, PRESSURE_SHARE, pressure.format("density times g times depth")),
-        "column": vanishing(squeezed, COLUMN_SHARE, pressure.format("that of a compressible column")),
+        "pressure": vanishing(weight, PRESSURE_SHARE, pressure.format("density * g * depth")),
+        "column": vanishing(squeezed, COLUMN_SHARE, pressure.format("the pressure of a compressible column")),
         "energy": worst_balance(run, LEDGER),
     }
 

@@ -9,7 +9,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"turned_blocks": "Speeds of what slides, ways of what sticks, and the bodies at the end."}
+CAPTIONS = {"turned_blocks": "Speeds of the sliding blocks, displacements of the sticking blocks, and the bodies at the end."}
 
 METRICS = ("east", "west", "east_aside", "west_aside", "east_sticks", "west_sticks", "energy")
 
@@ -32,15 +32,18 @@ def metrics(run: Run) -> dict[str, Metric]:
     for side in PLATES:
         # as in blocks-on-slope: exact however the block swings on the plate
         along, off = along_and_off(run, f"{side}_slides", "v")
-        meaning = "at the end, speed along the plate and μ times that off it"
+        meaning = "at the end: speed along the plate plus μ times the speed normal to it"
         result[side] = compared(float((along + FRICTION * off)[-1]), PULL * end, 0.005, "m/s", meaning)
         aside = float(np.max(np.abs(along_and_off(run, f"{side}_slides")[1])))
         # what the weight presses the block and the layers in contact together, no more
-        meaning = "farthest off the line of the plate, over the cell"
+        meaning = "largest displacement normal to the plate; error relative to the cell size"
         result[f"{side}_aside"] = Metric(aside, 0.0, aside / cell, 0.02, "m", meaning)
         # and friction is a spring about as soft as a layer of cells
         way = float(np.max(np.abs(along_and_off(run, f"{side}_sticks")[0])))
-        meaning, spare = "farthest way, beside the mean of the block's own shear [m]", 1e-4 * softness(run) - sheared
+        meaning, spare = (
+            "largest displacement; reference: mean displacement by the shear of the block itself [m]",
+            1e-4 * softness(run) - sheared,
+        )
         result[f"{side}_sticks"] = Metric(way, sheared, abs(way - sheared), spare, "m", meaning)
     return result | {"energy": energy_metric(run, 0.005)}
 

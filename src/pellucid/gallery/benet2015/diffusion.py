@@ -14,11 +14,12 @@ from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {
     "profiles": "Concentration at the start and at the end (as figure 4.5 of the thesis).",
-    "errors": "What the nodes differ from the exact solution by at the end (as figure 4.6).",
+    "errors": "Errors of the nodes at the end (as figure 4.6).",
     "windows": (
-        "Left: what a window answers to a wave of the nodes, over its width. Right: the fastest growth of the discrete "
-        "equations of a closed bar. Windows wider than the spacing answer to some wave with nothing; content and outflow do "
-        "so at slightly different waves, and one between these grows if it fits on the bar (as figure 4.7)."
+        "Left: response of a window to a wave of the nodal values, divided by its width. Right: largest growth rate of "
+        "the discrete equations of a closed bar. For windows wider than the spacing the response vanishes at some wave "
+        "number; for content and outflow these wave numbers differ slightly, and a wave between them grows if it fits "
+        "on the bar (as figure 4.7)."
     ),
 }
 
@@ -37,7 +38,7 @@ def _bar(run: Run) -> tuple[DiffusingFieldCase, Line]:
         or line is None
         or (line.at_lower, line.at_upper, line.lower) != (0.0, 0.0, 0.0)
     ):
-        raise ValueError("the reference is for a bar from 0 whose ends are held at 0")
+        raise ValueError("the reference requires a bar that starts at 0, with both ends held at 0")
     return body, line
 
 
@@ -74,8 +75,8 @@ def metrics(run: Run) -> dict[str, Metric]:
     left = float(0.5 * length * weights @ _exact(run, 0.5 * length * (points + 1.0), time))
     amount = float(run.history["amount"][-1])
     return {
-        "relative_error": vanishing(error, allowed, "largest error of a node over the largest concentration"),
-        "amount": compared(amount, left, allowed, "m^3", "concentration over the bar, exact series"),
+        "relative_error": vanishing(error, allowed, "largest error of a node, relative to the largest concentration"),
+        "amount": compared(amount, left, allowed, "m^3", "integral of the concentration over the bar; reference: exact series"),
     }
 
 

@@ -11,7 +11,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"harmonics": "Left: the amplitude of each harmonic. Right: what it differs from the exact one by."}
+CAPTIONS = {"harmonics": "Left: amplitude of each harmonic. Right: relative difference from the exact amplitude."}
 
 METRICS = ("decay_2", "decay_3", "amount", "area")
 
@@ -21,7 +21,7 @@ def _field(run: Run) -> tuple[DiffusingFieldCase, float]:
     body = run.case.body[0]
     surface = body.domain.surface if isinstance(body, DiffusingFieldCase) else None
     if not isinstance(body, DiffusingFieldCase) or surface is None or surface.icosphere is None:
-        raise ValueError("the reference is for an icosphere")
+        raise ValueError("the reference requires an icosphere")
     return body, surface.icosphere.radius
 
 
@@ -53,12 +53,14 @@ def metrics(run: Run) -> dict[str, Metric]:
         angle = sought * (run.case.time.step or 0.0)
         # of the trapezoidal rule, and of polynomials of degree 4 as found, which fall faster
         allowed = 1.2 * (abs(body.alpha - 0.5) * angle + angle**2 / 12.0) + 2e-3 * (degree * spacing) ** 4
-        text = f"rate at which the harmonic of degree {degree} fades, l (l + 1) D/R²"
+        text = f"decay rate of the harmonic of degree {degree}; reference: l (l + 1) D/R²"
         result[f"decay_{degree}"] = compared(float(rate), sought, allowed, "1/s", text)
     amounts = run.history["amount"]
     drift = float(np.abs(amounts - amounts[0]).max() / abs(amounts[0]))
-    result["amount"] = Metric(float(amounts[-1]), float(amounts[0]), drift, 1e-12, "m^3", "largest change of the amount")
-    result["area"] = compared(area, exact, 0.02 * spacing**4, "m^2", "area of the surface that the functions span")
+    result["amount"] = Metric(
+        float(amounts[-1]), float(amounts[0]), drift, 1e-12, "m^3", "amount at the end; error: largest relative change"
+    )
+    result["area"] = compared(area, exact, 0.02 * spacing**4, "m^2", "area of the surface represented by the shape functions")
     return result
 
 

@@ -10,7 +10,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"growth": "Radius, density and speed of the film against time, with the exact ones."}
+CAPTIONS = {"growth": "Radius, density and speed of the film against time, compared with the exact solution."}
 METRICS = ("radius", "density", "energy")
 
 
@@ -43,7 +43,7 @@ def metrics(run: Run) -> dict[str, Metric]:
         density = float(motion.densities(np.array(radius)))
         result[at] = compared(float(history[at][-1]), radius, allowed, "m", "radius at the end")
         result[dense] = compared(float(history[dense][-1]), density, 2.0 * allowed, "kg/m^2", "density at the end")
-    text = "of the load and of what is stored and dissipated, largest so far"
+    text = "largest relative error of the power balance (load, storage, dissipation)"
     return {**result, "energy": worst_balance(run, allowed, text)}
 
 

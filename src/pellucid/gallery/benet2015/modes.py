@@ -12,7 +12,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"decay": "Amplitudes over that at the start against time, with the exact rates."}
+CAPTIONS = {"decay": "Amplitudes, divided by the initial amplitude, against time, with the exact decay."}
 
 WAVES = {"two-waves": 2, "three-waves": 3, "sphere": 2}
 """Number of waves about the circle, or degree of the spherical harmonic, by name of the film."""
@@ -85,7 +85,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     for film in films_of(run):
         of = decay_of(run, film)
         error = abs(of.rate / of.exact - 1.0)
-        result[film.name] = Metric(of.rate, of.exact, error, ALLOWED, "1/s", "rate at which the amplitude falls")
+        result[film.name] = Metric(of.rate, of.exact, error, ALLOWED, "1/s", "decay rate of the amplitude")
     return result
 
 

@@ -8,9 +8,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {
-    "flow": "Along the meridian density and velocity at the end, and how far the film has moved from the waist; its radius."
-}
+CAPTIONS = {"flow": "Density and velocity along the meridian at the end, displacement from the waist, and radius of the waist."}
 
 METRICS = ("waist", "energy", "mass")
 
@@ -23,7 +21,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     """Compute the metrics: radius of the waist at the end against a separate solution; balance of power; mass."""
     mass = abs(float(run.summary["conservation"]["mass"]))
     result = {
-        "energy": worst_balance(run, 5e-3, "of the load and of what is stored and dissipated"),
+        "energy": worst_balance(run, 5e-3, "largest relative error of the power balance (load, storage, dissipation)"),
         "mass": vanishing(mass, 1e-13, "relative change of the mass"),
     }
     band = BANDS.get(lipid_of(film_of(run)).stiffness)

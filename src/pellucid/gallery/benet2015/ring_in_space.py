@@ -9,7 +9,9 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"profile": "Profiles at the end, and what the radius of the film in space differs by from that of revolution."}
+CAPTIONS = {
+    "profile": "Profiles at the end, and difference between the radii of the film in space and of the film of revolution."
+}
 
 METRICS = ("waist", "profile", "energy", "mass")
 
@@ -48,9 +50,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     worst = float(np.abs(off).max())
     mass = abs(float(run.summary["conservation"]["mass"]))
     return {
-        "waist": compared(found, waist, 1e-2, "m", "radius in space against that of revolution"),
-        "profile": Metric(worst, 0.0, worst / waist, 1e-2, "m", "largest difference of radii, over the waist"),
-        "energy": worst_balance(run, 5e-3, "of the load and of what is stored and dissipated"),
+        "waist": compared(found, waist, 1e-2, "m", "waist radius of the film in space; reference: film of revolution"),
+        "profile": Metric(
+            worst, 0.0, worst / waist, 1e-2, "m", "largest difference of the radii; error relative to the waist radius"
+        ),
+        "energy": worst_balance(run, 5e-3, "largest relative error of the power balance (load, storage, dissipation)"),
         "mass": vanishing(mass, 1e-13, "relative change of the mass"),
     }
 

@@ -9,7 +9,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"tether": "Force at the pole against its way, with that of a tube, and the meridian at the end."}
+CAPTIONS = {"tether": "Force at the pole against its displacement, compared with a tube, and the meridian at the end."}
 
 METRICS = ("force", "radius", "thin_force", "energy")
 
@@ -40,12 +40,12 @@ def metrics(run: Run) -> dict[str, Metric]:
     tube, thin = _tube(run)
     force, radius = float(run.history["force"][-1]), _radius(run)
     share = 0.5 * thin.radius / radius_of(film_of(run))  # πr²P/F with P = 2σ/R
-    text = "force on the pole against 2π√(2κσ), which leaves out the pressure in the tube"
+    text = "force on the pole; reference: 2π√(2κσ), which neglects the pressure in the tube"
     return {
         "force": compared(force, tube.force, 0.02, "N", "force on the pole"),
         "radius": compared(radius, tube.radius, 0.02, "m", "radius of the tube"),
         "thin_force": compared(force, thin.force, 0.005 + share, "N", text),
-        "energy": worst_balance(run, 1e-3, "of the load and of what is stored and dissipated"),
+        "energy": worst_balance(run, 1e-3, "largest relative error of the power balance (load, storage, dissipation)"),
     }
 
 

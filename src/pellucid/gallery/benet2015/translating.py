@@ -9,7 +9,7 @@ from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
 CAPTIONS = {
-    "translation": "Error of the velocity against time, and the tension along the axis of motion at its end and the exact one."
+    "translation": "Error of the velocity against time; tension along the axis of motion at the end, with the exact one."
 }
 METRICS = ("velocity", "rigidity", "tension", "energy")
 
@@ -60,9 +60,9 @@ def metrics(run: Run) -> dict[str, Metric]:
     off = (2.0 * np.pi / n) ** 2 if film.shape.span != "space" else np.pi / (np.sqrt(3.0) * n)
     return {
         "velocity": compared(found, exact, 1e-3, "m/s", "mean velocity of the nodes at the end"),
-        "rigidity": vanishing(spread, 1e-3, "largest difference from the mean velocity, over this"),
-        "tension": vanishing(error, 2e-3 + off, "largest error of the tension at the nodes"),
-        "energy": worst_balance(run, 1e-3, "of the load and of what is stored and dissipated"),
+        "rigidity": vanishing(spread, 1e-3, "largest difference from the mean velocity, relative to the exact velocity"),
+        "tension": vanishing(error, 2e-3 + off, "largest error of the tension at the nodes, relative to the largest tension"),
+        "energy": worst_balance(run, 1e-3, "largest relative error of the power balance (load, storage, dissipation)"),
     }
 
 

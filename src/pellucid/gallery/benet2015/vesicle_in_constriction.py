@@ -17,7 +17,7 @@ SHORT = 0.01  # of its radius
 FASTEST = 1.5  # of the mean velocity between plates: the middle of the channel
 SIDEWAYS = 0.01  # of its radius: channel, flow and points are symmetric
 CAPTIONS = {
-    "shape": "Place and deformation of the vesicle, and the area inside, against time.",
+    "shape": "Position and deformation of the vesicle, and enclosed area, against time.",
 }
 
 METRICS = ("passage", "beyond", "clearance", "sideways", "area", "film_mass")
@@ -45,16 +45,21 @@ def metrics(run: Run) -> dict[str, Metric]:
     )
     nearest = min(_distance(run, place) for place in places) / run.case.grid.cell
     aside = float(np.abs(middle[:, 1]).max()) / radius
-    text = "flow that took its middle into the throat, of what was between; reference: the middle of 1/1.5 and 1"
+    text = "displaced volume when the centre reaches the throat, relative to the volume between; reference: mean of 1/1.5 and 1"
     return {
         "passage": Metric(share, reference, abs(share - reference), band, "", text),
         "beyond": Metric(
-            last, end, max(0.0, end - last), SHORT, "", "its last node at the end, in radii; reference: where walls end"
+            last,
+            end,
+            max(0.0, end - last),
+            SHORT,
+            "",
+            "position of the last node at the end, in radii; reference: end of the walls",
         ),
         "clearance": Metric(
-            nearest, NEAREST, max(0.0, NEAREST - nearest), TOUCH, "", "least distance from the walls, in cells"
+            nearest, NEAREST, max(0.0, NEAREST - nearest), TOUCH, "", "smallest distance from the walls, in cells"
         ),
-        "sideways": vanishing(aside, SIDEWAYS, "largest distance of its middle from that of the channel, in radii"),
+        "sideways": vanishing(aside, SIDEWAYS, "largest distance of the vesicle's centre from the channel axis, in radii"),
         **kept(run, NAME),
     }
 

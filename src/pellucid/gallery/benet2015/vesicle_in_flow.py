@@ -14,7 +14,7 @@ from pellucid.results.pictures.style import COLOURS, label, new_panels
 CLOSE, CELLS = 0.05, 6.0  # error at so many cells a radius; it falls at second order
 
 CAPTIONS = {
-    "deformation": "Deformation of the drop against time, with that of small-deformation theory between the plates.",
+    "deformation": "Deformation of the drop against time, compared with small-deformation theory between plates.",
 }
 
 METRICS = ("deformation", "volume", "film_mass")
@@ -56,7 +56,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     tolerance = CLOSE * (CELLS * run.case.grid.cell / drop.radius) ** 2
     return {
         "deformation": compared(
-            found, expected, tolerance, "", "(L - B)/(L + B) at the end; reference: Taylor, Cox, with plates by Shapira & Haber"
+            found,
+            expected,
+            tolerance,
+            "",
+            "(L - B)/(L + B) at the end; reference: Taylor, Cox; effect of the plates: Shapira & Haber",
         ),
         **kept(run, "film"),
     }

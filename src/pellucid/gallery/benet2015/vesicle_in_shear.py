@@ -13,7 +13,7 @@ NAME = "vesicle"
 CLOSE, CELLS = 0.03, 4.0  # error at so many cells a radius, at first order
 TURNED = 0.035  # 2 degrees, in radians
 CAPTIONS = {
-    "shape": "Deformation and inclination against time, with those by boundary integrals.",
+    "shape": "Deformation and inclination against time, compared with boundary integrals.",
 }
 
 METRICS = ("deformation", "inclination", "area", "film_mass")
@@ -28,7 +28,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     found, turned = shapes[-1].deformation, shapes[-1].inclination
     off = float(np.radians(abs(turned - angle)))
     shape = "(L - B)/(L + B) at the end; reference: boundary integrals"
-    axis = "of the longest axis at the end, reference the same; error and tolerance in radians"
+    axis = "of the longest axis at the end; reference: boundary integrals; error and tolerance in radians"
     return {
         "deformation": compared(found, expected, CLOSE * CELLS / cells, "", shape),
         "inclination": Metric(turned, angle, off, TURNED * CELLS / cells, "degree", axis),

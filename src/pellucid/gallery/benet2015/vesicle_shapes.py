@@ -12,7 +12,7 @@ from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import new_figure
 
 CAPTIONS = {
-    "shapes": "Meridians of the vesicles at rest to one scale, with reduced volume and bending energy over that of a sphere."
+    "shapes": "Meridians of the vesicles at rest, to a common scale, with reduced volume and bending energy divided by that of a sphere."
 }
 
 METRICS = tuple(f"{branch}-{round(100 * reduced)}" for branch, reduced in SHAPE_ENERGIES)
@@ -32,7 +32,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     for name, found in _energies(run).items():
         branch, hundredths = name.split("-")
         exact = SHAPE_ENERGIES[branch, int(hundredths) / 100]
-        result[name] = compared(found, exact, 1e-3, "", "bending energy over 8πκ")
+        result[name] = compared(found, exact, 1e-3, "", "bending energy divided by 8πκ")
     return result
 
 

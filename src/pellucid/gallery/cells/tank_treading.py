@@ -19,7 +19,7 @@ DRAWN, STEADY = 1.0, 3.0  # from when on it has an inclination, and keeps its sh
 SLOWER, SPREAD = 0.025, 0.1
 """Tolerances of the rate. Boundary integrals give a rate 2.2 % below the ellipsoid's. The grid smooths forces and
 velocities over a cell, an error of first order: 5 % are allowed with 4 cells per radius, 3.8 % with 8 cells."""
-CAPTIONS = {"tread": "How far the surface went round, in the mean, and how it is inclined, beside an ellipsoid of its axes."}
+CAPTIONS = {"tread": "Mean phase of the surface and inclination, compared with an ellipsoid of the same axes."}
 METRICS = ("inclination", "tread_rate")
 
 
@@ -36,11 +36,15 @@ def metrics(run: Run) -> dict[str, Metric]:
     longs, shorts = axes[late, 0], axes[late, 1]
     ideal = -SHEAR_RATE * float(np.mean(longs * shorts / (longs**2 + shorts**2)))
     cell = run.case.grid.cell if run.case.grid is not None else 0.0
-    what = "angle of the longest axis with the flow at the end; reference: an ellipsoid of its axes; error in degrees"
+    what = "angle of the longest axis to the flow at the end; reference: ellipsoid of the same axes; error in degrees"
     return {
         "inclination": Metric(turned, expected, abs(turned - expected), 2.0, "degree", what),
         "tread_rate": compared(
-            rate, ideal, SLOWER + SPREAD * cell, "1/s", "mean rate at which the surface goes round, from 3 on"
+            rate,
+            ideal,
+            SLOWER + SPREAD * cell,
+            "1/s",
+            "mean tank-treading rate from time 3 on; reference: ellipsoid of the same axes",
         ),
     }
 

@@ -43,7 +43,7 @@ def metrics(run: Run) -> dict[str, Metric]:
             else:
                 found = float(np.interp(stretch, stretches, tensions))
             reference = float(np.interp(stretch, *exact[law, pull]))
-            text = f"tension of a {pull} of {kind} at the stretch {stretch:g}"
+            text = f"tension of a {pull} of {kind} at a stretch of {stretch:g}"
             result[f"{name}-{stretch:g}"] = compared(found, reference, TOLERANCES[kind], "N/m", text)
     error = abs(float(run.summary["conservation"]["energy"]))
     result["balance"] = vanishing(error, 0.005, "relative error of the energy balance at the end")
@@ -83,8 +83,8 @@ def figures(run: Run) -> dict[str, Figure]:
 
 
 CAPTIONS = {
-    "curves": "Tension against stretch: strips with free sides, sheets pulled both ways, by points (lines) and elements "
-    "(crosses). Circles: the derivatives of the energies."
+    "curves": "Tension against stretch for strips with free sides and sheets stretched in both directions, with points "
+    "(lines) and elements (crosses). Circles: derivatives of the energies."
 }
 
 

@@ -16,13 +16,13 @@ METRICS = ("cube_z_deviation", "gas_pressure_deviation", "leak")
 def metrics(run: Run) -> dict[str, Metric]:
     """Compute the metrics: largest deviations from the finite elements over the run, and leaks."""
     columns = {
-        "cube_z_deviation": ("cube_z", "the cube's displacement"),
-        "gas_pressure_deviation": ("gas_pressure", "the mean pressure"),
+        "cube_z_deviation": ("cube_z", "the displacement of the cube"),
+        "gas_pressure_deviation": ("gas_pressure", "the mean gas pressure"),
     }
     tolerance = TOLERANCE * max(1.0, run.case.grid.cell / CELL)
     result = deviations(run, "membrane_expansion", columns, tolerance, "flowing_")
     share = points_above(run) / len(run.fields("gas")["mass"])
-    result["leak"] = vanishing(share, LEAK, "share of the gas's points that are above the lid at the end")
+    result["leak"] = vanishing(share, LEAK, "share of the gas points above the lid at the end")
     return result
 
 

@@ -18,12 +18,15 @@ def metrics(run: Run) -> dict[str, Metric]:
     """Compute the metrics: largest deviations from the tied finite elements over the run, lowest point and its time."""
     reference, times = finite_elements.read("net_impact"), run.history["time"]
     tolerance = TOLERANCE * max(1.0, run.case.grid.cell / CELL)
-    columns = {"cuboid_deviation": ("cuboid_z", "the cuboid's centre"), "net_deviation": ("net_z", "the net's middle")}
+    columns = {
+        "cuboid_deviation": ("cuboid_z", "the centre of the cuboid"),
+        "net_deviation": ("net_z", "the centre of the net"),
+    }
     result = deviations(run, "net_impact", columns, tolerance, "tied_")
     if times[-1] >= TURNED:
         found, wanted = run.history["cuboid_z"], reference["tied_cuboid_z"]
         low, lowest = float(found.min()), float(wanted.min())
         result["lowest"] = compared(low, lowest, tolerance, "m", "lowest point of the cuboid's centre")
         turn, turning = float(times[np.argmin(found)]), float(reference["time"][np.argmin(wanted)])
-        result["turning_time"] = compared(turn, turning, TURNING_TIME, "s", "when it is there")
+        result["turning_time"] = compared(turn, turning, TURNING_TIME, "s", "time of the lowest point")
     return result

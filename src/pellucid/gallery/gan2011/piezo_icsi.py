@@ -22,8 +22,8 @@ FIRST = piezo_pictures.INSTANTS[0]
 MICRO = 1e6
 
 CAPTIONS = piezo_pictures.CAPTIONS | {
-    "failure": "The side of the zona that faces the pipette, as it lies at the start; colours tell at which recorded instant a "
-    "point had failed.",
+    "failure": "The side of the zona that faces the pipette, in the initial configuration. Colours: recorded instant by "
+    "which a point had failed.",
 }
 
 METRICS = ("tip_path", "leak", "facing", "energy_error", "points")
@@ -45,11 +45,11 @@ def metrics(run: Run) -> dict[str, Metric]:
     facing = _facing(run, float(recorded(run.times("zona"), [FIRST])[0]))
     result = {
         # rounding of places of 100 um under displacements of 10 um
-        "tip_path": vanishing(off, 1e-9, "largest distance of the tip from its prescribed path, over its swing"),
-        "leak": vanishing(escaped, 0.5, "most points of the cytoplasm outside the zona at any recorded instant"),
+        "tip_path": vanishing(off, 1e-9, "largest distance of the tip from its prescribed path, relative to its amplitude"),
+        "leak": vanishing(escaped, 0.5, "largest number of cytoplasm points outside the zona at any recorded instant"),
         # a failure that knew no place would give a half
         "facing": Metric(
-            facing, 1.0, 1.0 - facing, 0.15, "", "share of the points failed at 28 us on the half that faces the pipette"
+            facing, 1.0, 1.0 - facing, 0.15, "", "share of the points failed at 28 us that are on the half facing the pipette"
         ),
         # of first order in the step; with five times the paper's it is 0.9 % just after the pipette has set off
         "energy_error": worst_balance(run, 0.05),
@@ -57,7 +57,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     if run.case.grid == load("gan2011/piezo-icsi").grid:
         points = sum(len(run.fields(body.name, 0.0)["mass"]) for body in run.case.body)
         error = abs(points / PAPER_POINTS - 1.0)
-        result["points"] = Metric(float(points), float(PAPER_POINTS), error, 0.02, "", "material points, beside the paper's")
+        result["points"] = Metric(float(points), float(PAPER_POINTS), error, 0.02, "", "material points; reference: the paper")
     return result
 
 

@@ -24,8 +24,8 @@ INSTANTS = (28e-6, 52e-6, 76e-6, 100e-6)
 CAPTIONS = {
     "oocyte": "The zona, whole and cut open along the path of the pipette; failed parts in red.",
     "oocyte_whole": "Zona, pipette and holding plate at the instants of the paper's pictures; failed parts of the zona in red.",
-    "oocyte_cut": "The same, cut open along the path of the pipette: the zona in its true thickness, the pressure in the "
-    "cytoplasm as a mean over neighbouring points, and the points of the medium in the layer of cells below the cut.",
+    "oocyte_cut": "The same instants, cut open along the path of the pipette: zona with its true thickness, pressure in "
+    "the cytoplasm averaged over neighbouring points, and points of the medium in the layer of cells below the cut.",
 }
 
 WHOLE, CUT = View(-48.0, 24.0), View(-90.0, 60.0)

@@ -38,7 +38,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     position, front = _shock_position(tube, points), tube.fronts(time)["shock"]
     travelled = front - tube.diaphragm
     result["shock_position"] = Metric(
-        position, front, abs(position - front) / travelled, DISPLACED * tube.cell / travelled, "m", "where the shock is"
+        position, front, abs(position - front) / travelled, DISPLACED * tube.cell / travelled, "m", "position of the shock"
     )
     return result | _densest(run, tube)
 
@@ -54,7 +54,7 @@ def _densest(run: Run, tube: Tube) -> dict[str, Metric]:
     scatter = DENSEST - 1.0 if tube == Tube.of(load("gan2011/shock-tube")) else SCATTER
     largest = {
         "largest_density": (float(np.nanmax(means)), DENSEST - 1.0, "largest mean density of the driven gas"),
-        "densest_point": (float(driven["density"].max()), scatter, "densest single point of the driven gas"),
+        "densest_point": (float(driven["density"].max()), scatter, "largest density of a single point of the driven gas"),
     }
     exact = tube.solution.right_wave.density
     return {

@@ -21,9 +21,9 @@ PARTS = 8  # of the bag, of which one is computed
 INSTANTS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.008)
 
 CAPTIONS = {
-    "curves": "Volume beside that of the bag of least energy (dashed) at the pressure of the end; mean pressure of the gas and "
-    "of its parts over their points.",
-    "wrinkles": "Upper sheet from above: the smaller principal stress over the larger one; 0 where the sheet is wrinkled.",
+    "curves": "Volume, compared with the bag of least energy (dashed) at the final pressure; mean pressure of the gas, "
+    "and of its parts over their points.",
+    "wrinkles": "Upper sheet from above: ratio of the smaller to the larger principal stress; 0 where the sheet is wrinkled.",
 }
 
 METRICS = ("volume", "paper_bag", "height", "half_width", "leak", "pressure", "energy", "compression")
@@ -39,30 +39,30 @@ def metrics(run: Run) -> dict[str, Metric]:
     pressure = float(np.mean([gas_pressure(run, time) for time in rest]))
     least = at_rest(pressure / (skin.material.young_modulus * skin.thickness))
     result = {}
-    text = "mean volume of the bag over the last quarter of the run; reference: least energy at the gas's pressure"
+    text = "mean volume of the bag over the last quarter of the run; reference: least energy at the gas pressure"
     result["volume"] = compared(volume, least["volume"], VOLUME, "m³", text)
-    text = "the same; reference: the flat bag of paper, which neither has a dome nor stretches"
+    text = "mean volume over the last quarter; reference: inextensible flat bag (paper bag) without a dome"
     result["paper_bag"] = compared(volume, PAPER_BAG, PAPER, "m³", text)
     history = run.history
     late = history["time"] >= REST * history["time"][-1]
     for name, what in (("height", "half the height"), ("half_width", "half width in the middle of an edge")):
         value = float(np.mean(history[name][late]))
-        text = f"mean {what} over the last quarter; error over half the side"
+        text = f"mean {what} over the last quarter; error relative to half the side"
         result[name] = Metric(value, least[name], abs(value - least[name]) / (0.5 * SIDE), SHAPE, "m", text)
     leak = max(_outside(run, float(time)) for time in times)
-    text = f"largest share of the gas's points that lie more than {CLOSE:g} cells outside the bag"
+    text = f"largest share of the gas points more than {CLOSE:g} cells outside the bag"
     result["leak"] = vanishing(leak, 1e-6, text)
     expected = _pressure_of_energy(run, rest)
-    text = "mean pressure of the gas; reference: (γ-1)/V times the energy of the start that sheet and motion do not have"
+    text = "mean gas pressure; reference: (γ-1)/V times (initial energy - energy of the sheet - kinetic energy)"
     result["pressure"] = compared(pressure, expected, PRESSURE, "Pa", text)
     total = np.sum([history[f"{name}_energy"] for name in ("internal", "kinetic", "strain", "hourglass")], axis=0)
     lost = float(np.abs(total - total[0]).max())
-    text = "largest change of the energy of gas and bag; error over that of the start"
+    text = "largest change of the energy of gas and bag; error relative to the initial energy"
     result["energy"] = Metric(lost, 0.0, lost / float(total[0]), ENERGY, "J", text)
     if skin.material.wrinkling:
         lowest, highest = zip(*(_extreme_stresses(run, float(time)) for time in times), strict=True)
         squeezed = max(0.0, -min(lowest)) / max(highest)
-        text = "largest compressive principal stress in the sheet over the largest tension of the run"
+        text = "largest compressive principal stress in the sheet, relative to the largest tension of the run"
         result["compression"] = vanishing(squeezed, COMPRESSION, text)
     return result
 
@@ -90,7 +90,7 @@ def gas_pressure(run: Run, time: float) -> float:
 def _same_bag(cushion: Any, poisson_ratio: float) -> None:
     same = cushion is not None and cushion.sides == (SIDE, SIDE) and cushion.height == HEIGHT
     if not (same and set(cushion.halved) == {"x", "y", "z"} and poisson_ratio == POISSON_RATIO):
-        raise ValueError("the reference is for an eighth of the gallery's cushion and its Poisson's ratio")
+        raise ValueError("the reference requires an eighth of the gallery's cushion with its Poisson's ratio")
 
 
 def _outside(run: Run, time: float) -> float:

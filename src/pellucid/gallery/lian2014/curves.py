@@ -24,7 +24,7 @@ def tolerance_of(run: Run) -> float:
 def beside_elements(run: Run, table: str, columns: Mapping[str, tuple[str, str]], known: str = "") -> dict[str, Metric]:
     """Return the metrics of `deviations` and of the hourglass energy."""
     share = float(run.history["hourglass_energy"].max() / run.history["kinetic_energy"][0])
-    text = "largest energy of hourglass modes over that of the motion at first"
+    text = "largest hourglass energy, relative to the initial kinetic energy"
     return {
         **deviations(run, table, columns, tolerance_of(run), known),
         "hourglass": vanishing(share, HOURGLASS, text),

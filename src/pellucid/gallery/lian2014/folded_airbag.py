@@ -33,7 +33,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     volume, pressure = (float(np.mean(history[name][late])) for name in ("gas_volume", "gas_pressure"))
     gap = least_gap(frames, triangles, bag.thickness)
     of = "mean over the last fifth of the run; reference: a circle with the circumference of both layers"
-    text = "least distance of two layers at a frame over the thickness; error: by how much it is less than 1"
+    text = "smallest distance of two layers in any frame, divided by the thickness; error: shortfall from 1"
     return {
         "volume": compared(volume, pi * radius**2 * length, VOLUME, "m³", of),
         "pressure": compared(pressure, gas / (pi * radius**2), PRESSURE, "Pa", of),
@@ -43,7 +43,7 @@ def metrics(run: Run) -> dict[str, Metric]:
     }
 
 
-CROSSINGS = "largest number, at a frame, of edges that cross triangles with other vertices"
+CROSSINGS = "largest number of edges in a frame that intersect triangles with other vertices"
 
 
 def circle(circumference: float, stretch: float, gas: float) -> float:

@@ -26,10 +26,10 @@ def metrics(run: Run) -> dict[str, Metric]:
     last = times >= times[-1] - LAST
     for name in ("radius_0", "radius_90"):
         found = float(run.history[name][last].mean())
-        text = f"mean over the last {LAST:g} s; expected: a circle of the membrane, stretched by the gas pressure"
+        text = f"mean over the last {LAST:g} s; reference: circular membrane stretched by the gas pressure"
         result[name] = compared(found, wanted, TOLERANCE, "m", text)
     lost = float(np.abs(loss(run)).max())
-    result["energy"] = vanishing(lost, ENERGY, "largest change of the total energy over that at the start")
+    result["energy"] = vanishing(lost, ENERGY, "largest change of the total energy, relative to the initial energy")
     return result
 
 

@@ -10,7 +10,7 @@ METRICS = ("centre_deviation", "corner_deviation", "hourglass")
 def metrics(run: Run) -> dict[str, Metric]:
     """Compute the largest deviations over the run."""
     columns = {
-        "centre_deviation": ("centre_z", "the sheet's middle"),
+        "centre_deviation": ("centre_z", "the middle of the sheet"),
         "corner_deviation": ("corner_z", "a corner of the sheet"),
     }
     return beside_elements(run, "membrane_on_sphere", columns, "relaxed_")

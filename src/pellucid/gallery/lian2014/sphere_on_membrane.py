@@ -16,15 +16,15 @@ METRICS = ("membrane_deviation", "sphere_top_deviation", "hourglass", "lowest", 
 def metrics(run: Run) -> dict[str, Metric]:
     """Compute the metrics: largest deviations over the run, lowest point of the sheet, rebound speed."""
     columns = {
-        "membrane_deviation": ("membrane_z", "the sheet's middle"),
-        "sphere_top_deviation": ("sphere_top_z", "the sphere's top"),
+        "membrane_deviation": ("membrane_z", "the middle of the sheet"),
+        "sphere_top_deviation": ("sphere_top_z", "the top of the sphere"),
     }
     result = beside_elements(run, "sphere_on_membrane", columns)
     found, known, tolerance = run.history, finite_elements.read("sphere_on_membrane"), tolerance_of(run)
     low, lowest = (float(curves["membrane_z"].min()) for curves in (found, known))
-    result["lowest"] = compared(low, lowest, tolerance, "m", "lowest point of the sheet's middle")
+    result["lowest"] = compared(low, lowest, tolerance, "m", "lowest position of the middle of the sheet")
     speed, wanted = (_last_speed(curves["time"], curves["sphere_top_z"]) for curves in (found, known))
-    result["rebound"] = compared(speed, wanted, tolerance, "m/s", "mean speed of the sphere's top over the last 0.05 ms")
+    result["rebound"] = compared(speed, wanted, tolerance, "m/s", "mean speed of the top of the sphere over the last 0.05 ms")
     return result
 
 

@@ -26,7 +26,7 @@ IMAGES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
 PLANS = (6e-4, 9e-4, 1.1e-3, 1.3e-3)
 
 CAPTIONS = {
-    "pieces": "The water from above: what hangs together with most of it, and what no longer does.",
+    "pieces": "The water from above: the largest connected piece, and separated pieces.",
 }
 
 METRICS = ("leak", "momentum", "energy", "spread", "broken")
@@ -40,14 +40,16 @@ def metrics(run: Run) -> dict[str, Metric]:
     least = 0.5 / len(run.fields("drop")["mass"])
     result["leak"] = vanishing(worst, least, "largest share of the drop's points below the sheet in any frame")
     momentum = run.summary["conservation"]["momentum"]
-    text = "momentum that no impulse explains, over the largest sum of mass times speed"
+    text = "error of the momentum balance, relative to the largest sum of mass times speed"
     result["momentum"] = vanishing(momentum, ROUNDING, text)
-    result["energy"] = worst_balance(run, ENERGY, "largest error of the energy balance, over the largest energy that moved")
+    result["energy"] = worst_balance(
+        run, ENERGY, "largest error of the energy balance, relative to the largest energy exchanged"
+    )
     grown = radius(run, end) / radius(run, 0.0)
-    text = "the drop's radius over that at the start; falls short of the reference by"
+    text = "radius of the drop divided by the initial radius; error: shortfall from the reference"
     result["spread"] = Metric(grown, SPREAD, max(0.0, 1.0 - grown / SPREAD), SHORT, "", text)
     apart = broken(run, end)
-    text = "share of the drop's mass that is more than a cell from most of it; falls short of the reference by"
+    text = "share of the drop's mass more than a cell from its main part; error: shortfall from the reference"
     result["broken"] = Metric(apart, BROKEN, max(0.0, BROKEN - apart), SHORT, "", text)
     return result
 

@@ -27,29 +27,29 @@ def metrics(run: Run) -> dict[str, Metric]:
     outside, space = zip(*(_fit(run, float(time)) for time in times), strict=True)
     result = {}
     leak = max(outside)
-    text = f"largest share of the water's points that lie more than {CLOSE:g} cells outside the skin"
+    text = f"largest share of the water points more than {CLOSE:g} cells outside the skin"
     result["leak"] = vanishing(leak, 1e-6, text)
     widest_space = max(map(abs, space))
-    text = "largest mean distance of skin and water, the bag's volume less the water's over its area, in cells"
+    text = "largest mean gap of skin and water, in cells: (volume of the bag - volume of the water) / area"
     result["space"] = vanishing(widest_space, CLOSE, text)
     first = int(np.argmax(np.abs(history["floor_force"]) > 0.0))
     gap = (float(history["bottom_z"][first]) - 0.5 * skin_case.thickness) / cell
-    text = "distance of the bag from the floor when that first pushes, in cells; a row of the history late"
+    text = "distance of the bag from the floor when the contact force starts, in cells; at most one history row late"
     result["touch"] = vanishing(gap, CLOSE, text)
     wide = float(times[np.argmax([_half_width(run, float(time)) for time in times])])
     skin = run.fields("skin", wide)["position"]
     directions = np.linspace(0.0, 0.5 * np.pi, 19)
     widths = np.array([(skin[:, 0] * np.cos(a) + skin[:, 1] * np.sin(a)).max() for a in directions])
     spread = float((widths.max() - widths.min()) / widths.mean())
-    result["roundness"] = vanishing(spread, ROUND, "difference of the half widths at the widest, over their mean")
+    result["roundness"] = vanishing(spread, ROUND, "spread of the half widths at the largest width, relative to their mean")
     stored = float(np.interp(wide, history["time"], history["strain_energy"]))
     least = least_energy(
         skin_case.surface.sphere.radius, float(widths.mean()), skin_case.thickness, law.young_modulus, law.poisson_ratio
     )
-    text = "energy of the skin at the widest; error: what it lacks of the least with which a bag of that volume is as wide"
+    text = "energy of the skin at the largest width; reference: least energy of a bag as wide; error: shortfall"
     result["skin_energy"] = Metric(stored, least, max(0.0, 1.0 - stored / least), SLACK, "J", text)
     start = float(history["kinetic_energy"][0])
-    text = "energy of the skin at the widest over that of the fall; error: what it has in excess of it"
+    text = "energy of the skin at the largest width divided by the initial kinetic energy; error: excess over 1"
     result["balance"] = Metric(stored / start, 1.0, max(0.0, stored / start - 1.0), SLACK, "", text)
     return result
 

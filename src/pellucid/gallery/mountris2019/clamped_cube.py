@@ -23,7 +23,7 @@ def at(run: Run, distance: float) -> tuple[float, float]:
     moved = displacement(run, 2)
     row = int(np.argmin(abs(moved - distance)))
     if abs(moved[row] - distance) > 1e-6 * abs(distance):
-        raise ValueError(f"no equilibrium at {distance:g} m; take a number of load steps that has one")
+        raise ValueError(f"no equilibrium at {distance:g} m; choose a number of load steps that includes this displacement")
     return float(run.history["strain_energy"][row]), float(run.history["reaction_z"][row])
 
 
@@ -97,4 +97,6 @@ def _scatter(run: Run) -> Metric:
     inner = (abs(start - middle) < 0.26 * edge).all(axis=1)
     off = (pressure - total / count)[inner]
     scatter = float(np.sqrt(np.mean(off**2)) / np.ptp(pressure[inner]))
-    return vanishing(scatter, 0.1, "pressure of a node less that of its neighbours, over the range of both")
+    return vanishing(
+        scatter, 0.1, "rms difference between the pressure of a node and the mean of its neighbours, relative to the range"
+    )

@@ -11,8 +11,8 @@ JUDGED = -0.01  # m: beyond, the sides pass the plates, and finite elements with
 KNOWN = (JUDGED, -0.02)
 
 CAPTIONS = {
-    "cube_compression": "Force on the top and strain energy against its displacement; squares: finite elements, and by how "
-    "much the run is off."
+    "cube_compression": "Force on the top and strain energy against its displacement. Squares: finite elements, with "
+    "the error of the run."
 }
 
 

@@ -17,8 +17,7 @@ DISTANCE = 0.05
 METRICS = (*SHARED, "bulge")
 
 CAPTIONS = {
-    "cube_extension": "How far the free sides have moved: points, and lines by finite elements. The force on the top, and by "
-    "how much it is off."
+    "cube_extension": "Displacement of the free sides (points: run, lines: finite elements); force on the top with its error."
 }
 
 

@@ -10,7 +10,7 @@ from pellucid.results.metrics import Metric
 from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import COLOURS, label, new_panels
 
-CAPTIONS = {"cube_unconstrained": "Displacements of the nodes against the exact ones, and what they differ by."}
+CAPTIONS = {"cube_unconstrained": "Displacements of the nodes against the exact ones, and their errors."}
 
 METRICS = ("nrmse", "strain_energy", "reaction_z", "ebc_residual_nodes", "ebc_residual_between")
 
@@ -41,9 +41,9 @@ def metrics(run: Run) -> dict[str, Metric]:
     force, pulled = float(run.history["reaction_z"][-1]), cube.stress * edge**2
     tight = 1e-6  # linear fields are in the span of the functions, and consistent gradients integrate them exactly
     return {
-        "nrmse": vanishing(error, tight, "root mean square error of the displacements over their range"),
-        "strain_energy": compared(stored, energy, tight, "J", "exact uniform strain"),
-        "reaction_z": compared(force, pulled, tight, "N", "of the top on the cube"),
+        "nrmse": vanishing(error, tight, "root mean square error of the displacements, relative to their range"),
+        "strain_energy": compared(stored, energy, tight, "J", "reference: exact, uniform strain"),
+        "reaction_z": compared(force, pulled, tight, "N", "force of the top on the cube"),
         **residuals(run),
     }
 

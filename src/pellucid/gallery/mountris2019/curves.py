@@ -22,7 +22,7 @@ def form_of(run: Run) -> Literal["coupled", "decoupled"]:
     """Return the form of the neo-Hookean energy of a run. Raises ValueError for another law, which has no reference here."""
     kind = run.stored.bodies[0].material
     if kind not in ("neo-hookean", "decoupled-neo-hookean"):
-        raise ValueError(f'the references are those of neo-Hookean tissue, not of kind "{kind}"')
+        raise ValueError(f'the references require neo-Hookean tissue, not tissue of kind "{kind}"')
     return "coupled" if kind == "neo-hookean" else "decoupled"
 
 
@@ -35,9 +35,9 @@ def elasticity(run: Run) -> tuple[float, float]:
 def residuals(run: Run, tolerance: float = 1e-12) -> dict[str, Metric]:
     """Return the residuals of the prescribed field [m], at the nodes and between them; the paper has 1e-17 at the nodes."""
     found = {}
-    for place, where in (("nodes", "at the nodes of prescribed faces"), ("between", "at places between these nodes")):
+    for place, where in (("nodes", "at the nodes of prescribed faces"), ("between", "between these nodes")):
         value = float(run.summary[f"ebc_residual_{place}"])
-        found[f"ebc_residual_{place}"] = vanishing(value, tolerance, f"of the field {where}", "m")
+        found[f"ebc_residual_{place}"] = vanishing(value, tolerance, f"error of the prescribed displacement {where}", "m")
     return found
 
 
@@ -47,7 +47,7 @@ def work_done(run: Run) -> Metric:
     energies = run.summary["energies"]
     given = float(energies["motion_work"] - energies["damping_heat"])
     stored = float(energies["strain"])
-    return compared(stored, given, 2e-3, "J", "work of the motion less the heat of the damping")
+    return compared(stored, given, 2e-3, "J", "reference: work of the motion minus heat of the damping")
 
 
 def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction: str) -> dict[str, Metric]:
@@ -64,7 +64,7 @@ def excess(run: Run, body: Literal["cylinder", "heart"], share: float, reaction:
     found = {}
     for name, column, (first, second) in (("energy", "strain_energy", known.energy), ("force", reaction, known.force)):
         above = float((abs(run.history[column][row]) - second) / (first - second))
-        text = f"{name} above that of quadratic tetrahedra, over how far linear ones are above"
+        text = f"{name}: excess over quadratic tetrahedra, relative to the excess of linear tetrahedra"
         found[f"excess_{name}"] = vanishing(above, EXCESS, text)
     return found
 
@@ -79,7 +79,7 @@ def least_volume(run: Run) -> Metric:
     name, density = run.stored.bodies[0].name, run.stored.bodies[0].density
     ratio = float(density / run.fields(name)["density"].max())
     return Metric(
-        ratio, 1.0, abs(ratio - 1.0), LEAST_LOST, "", "least volume of a node over that at rest; nearly incompressible: one"
+        ratio, 1.0, abs(ratio - 1.0), LEAST_LOST, "", "smallest volume ratio J at a node; reference: 1 (nearly incompressible)"
     )
 
 
