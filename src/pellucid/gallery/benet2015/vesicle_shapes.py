@@ -12,7 +12,7 @@ from pellucid.results.pictures.annotations import Figure, Run
 from pellucid.results.pictures.style import new_figure
 
 CAPTIONS = {
-    "shapes": "Meridians of the vesicles at rest, to a common scale, with reduced volume and bending energy divided by that of a sphere."
+    "shapes": "Meridians of the vesicles at rest (common scale), with reduced volume and bending energy relative to a sphere."
 }
 
 METRICS = tuple(f"{branch}-{round(100 * reduced)}" for branch, reduced in SHAPE_ENERGIES)
