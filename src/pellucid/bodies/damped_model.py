@@ -12,7 +12,7 @@ from pellucid.parts.part import Parts
 
 
 class DampedModel(BodyModel):
-    """A body with optional drag on its motion; the energy that the drag dissipates is `damping_heat`."""
+    """A body with an optional drag proportional to velocity; `damping_heat` is the energy that the drag dissipates."""
 
     damping: float = parameter("1/s", "rate of a mass-proportional drag; steady states choose their own", 0.0, ge=0)
     damping_until: float | None = parameter("s", "time at which the drag ends; default: never", None, gt=0)

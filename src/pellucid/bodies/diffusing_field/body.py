@@ -74,7 +74,7 @@ class DiffusingField(NodalBody):
         c[self._free] += self._solver.solve(-dt * (self._outflow @ c)[self._free])
 
     def renew_totals(self) -> None:
-        """Do nothing: there is no momentum, no energy and no step limit."""
+        """Do nothing: the body has no momentum, no energy and no step limit."""
 
     def check(self, n_steps: int, time: float) -> None:
         """Raise `RunStopped` if a concentration is not finite."""
@@ -100,7 +100,7 @@ class DiffusingField(NodalBody):
 
     @property
     def field_names(self) -> list[str]:
-        """Return its own arrays, the carrier's density, and the amount at each node."""
+        """Return the names of the body's own fields, `density` of the carrier, and the amount of substance at each node."""
         return [*OWN_FIELDS, "density", "amount"]
 
     def field(self, name: str) -> np.ndarray:

@@ -11,7 +11,7 @@ from pellucid.model import Model, parameter
 
 
 class Line(Model):
-    """An interval of the x-axis with nodes at equal distances, its ends among them."""
+    """An interval of the x-axis with equally spaced nodes, including one at each end."""
 
     lower: float = parameter("m", "lower end")
     upper: float = parameter("m", "upper end")
@@ -31,7 +31,7 @@ class Line(Model):
 
 
 class Domain(Choice):
-    """A line or a closed surface."""
+    """A line or a closed surface with the nodes on which a field diffuses."""
 
     what: ClassVar[str] = "a domain"
 

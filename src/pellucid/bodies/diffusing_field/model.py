@@ -27,7 +27,7 @@ from pellucid.state import Field
 
 STENCIL_BYTES = 60  # of a node, over the square of the nodes of its stencil: measured on a sphere of 10 242
 WIDEST = 1.0
-"""Largest half-width of a window divided by the node spacing; waves on the nodes grow if it is larger."""
+"""Largest half-width of a window divided by the node spacing; in wider windows, oscillations from node to node grow."""
 
 
 class DiffusingFieldCase(BodyModel):
@@ -69,7 +69,7 @@ class DiffusingFieldCase(BodyModel):
         return False
 
     def why_no_motion(self) -> Reason:
-        """Return the reason: its nodes are fixed."""
+        """Return the reason why no motion can be prescribed: the nodes are fixed."""
         return Reason(f"the nodes of body {self.name} are fixed", "remove this motion")
 
     def initial_velocity(self, position: np.ndarray) -> np.ndarray:
@@ -99,7 +99,7 @@ class DiffusingFieldCase(BodyModel):
         return "position", "mass", "volume", "density", "concentration", "amount"
 
     def problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report a grid, stencils that are too wide, faults of the surface, and too few nodes for a stencil."""
+        """Report a case with a grid, stencils that are too wide, an invalid surface, and fewer nodes than a stencil needs."""
         yield from super().problems(path, parts)
         yield from initial_problems(self.initial, ("concentration",), path)
         if parts.grid is not None:

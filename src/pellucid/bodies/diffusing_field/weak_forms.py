@@ -18,7 +18,10 @@ CHUNK = 2048  # triangles whose functions are kept at a time
 
 
 class WeakForm(NamedTuple):
-    """Matrices of n nodes. If windows are contiguous, or the test functions are the shape functions, columns of K sum to 0."""
+    """Matrices M and K of n nodes.
+
+    The columns of K sum to 0 if the windows adjoin, or if the test functions are the shape functions.
+    """
 
     content: csr_array  # M (n, n) [m or m²]
     outflow: csr_array  # K (n, n) for D = 1 [1/m or 1]
@@ -26,8 +29,8 @@ class WeakForm(NamedTuple):
 
 
 def on_line(line: Line, radial: RadialModel, window: float) -> WeakForm:
-    """Return the matrices of the balances of windows around the nodes; their half-width is `window` times the node spacing
-    (Benet 2015, eqs. 4.26 to 4.31)."""
+    """Return M and K from balances over windows around the nodes; the half-width of a window is `window` times the node
+    spacing (Benet 2015, eqs. 4.26 to 4.31)."""
     content, outflow = windows_on_line(line.places(), radial, window)
     meeting = windows_on_line(line.places(), radial).content
     return WeakForm(content, outflow, np.asarray(meeting.sum(axis=0)))
@@ -57,7 +60,10 @@ def on_closed_surface(mesh: Triangulation, radial: RadialModel) -> WeakForm:
 
 
 def _sparse(rows: BlendedRows, entries: np.ndarray, n: int) -> csr_array:
-    """Assemble a sparse matrix with one row per point, from entries of shape (t, q, r)."""
+    """Assemble a sparse matrix with one row per quadrature point and one column per node.
+
+    entries: values for triangle, quadrature point and node of the triangle's stencil, shape (t, q, r).
+    """
     t, q, r = entries.shape
     columns = np.broadcast_to(rows.nodes[:, None], entries.shape)
     matrix = csr_array((entries.ravel(), columns.ravel(), np.arange(t * q + 1) * r), shape=(t * q, n))
@@ -66,7 +72,7 @@ def _sparse(rows: BlendedRows, entries: np.ndarray, n: int) -> csr_array:
 
 
 def _weighed(matrix: csr_array, weights: np.ndarray) -> csr_array:
-    """Return the symmetric matrix Bᵀ W B, where W is the diagonal matrix of the weights."""
+    """Return the symmetric matrix Bᵀ W B of a sparse matrix B, where W is the diagonal matrix of the weights."""
     scaled = matrix.copy()
     scaled.data = matrix.data * np.repeat(weights, np.diff(matrix.indptr))
     return csr_array(matrix.T @ scaled)

@@ -47,7 +47,7 @@ class Driving(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The motion of the film at an instant."""
+    """The velocities of a film at an instant, and the forces that determine them."""
 
     velocity: np.ndarray  # (n, d) [m/s]
     parts: Forms
@@ -57,7 +57,7 @@ class Found(NamedTuple):
 
 
 class StepDone(NamedTuple):
-    """A step of the film."""
+    """The result of one step of the film."""
 
     x: np.ndarray  # (n, d) at its end [m]
     velocity: np.ndarray  # (n, d) over it [m/s]
@@ -71,13 +71,13 @@ class StepDone(NamedTuple):
 
     @property
     def power_received(self) -> float:
-        """Return the power received from loads and from prescribed motions, volume and area [W]."""
+        """Return the power that loads, prescribed motions, and constraints of volume and area supply to the film [W]."""
         leading = float(np.sum((self.prescribed + self.leading) * self.velocity))
         return sum((power for _, power in self.loads), self.bordered + leading)
 
     @property
     def at_rest(self) -> "StepDone":
-        """Return the same forces with zero velocity and zero power."""
+        """Return a step with the same forces, but zero velocity and zero power."""
         still = [(column, 0.0) for column, _ in self.loads]
         return self._replace(velocity=np.zeros_like(self.velocity), loads=still, viscous=0.0, drag=0.0, bordered=0.0)
 
@@ -161,10 +161,10 @@ class FilmBalance(FilmForces):
         return Found(solution.velocity, parts, tractions, list(zip(borders, forces, strict=True)), normal)
 
     def _led(self, system: System, borders: Sequence[Border], led: Led, normal: np.ndarray) -> Solution:
-        """Solve with nodes prescribed along the normals, shape (n, d).
+        """Solve the balance with velocities prescribed along the normals, shape (n, d), at some nodes.
 
-        If the film does not interpolate its nodes, the film moves at the prescribed rate; the difference to the nodes is
-        computed from the best known velocity.
+        If the film does not pass through its nodes, the prescribed rate is the rate of the film. The difference between the
+        velocities of film and node is computed from the best estimate of the velocity so far.
         """
         frames, nodes = Frames(normal, led.nodes), self.geometry.nodes
         near = system.guess if system.guess.any() else led.before
@@ -193,8 +193,8 @@ class FilmBalance(FilmForces):
 
 
 def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the loads on the nodes [N], shape (n, d), by label; `tractions` are the nodal forces of the tractions, shape
-    (n, d) each."""
+    """Return the loads on the nodes [N], shape (n, d), by name of the load; `tractions` are the nodal forces of the tractions,
+    shape (n, d) each."""
     loads = {acting.label: force for acting, force in zip(driving.tractions, tractions, strict=True)}
     for column, force in driving.forces:
         label = "gravity" if column == GRAVITY else "the forces on its nodes"
@@ -203,7 +203,8 @@ def _by_label(driving: Driving, tractions: Sequence[np.ndarray]) -> dict[str, np
 
 
 def _rows(o: Operators, driving: Driving) -> list[np.ndarray]:
-    """Return the rows of the rates of the prescribed volume and area, shape (e, m, d) each."""
+    """Return the derivatives of the prescribed volume and area with respect to the nodal positions, by element: shape (e, m,
+    d) each."""
     rows = []
     if driving.volume is not None:
         rows.append(o.volume_rate().sum(axis=1))

@@ -98,7 +98,7 @@ class FluidFilm(
         self._held.rates = rates
 
     def complete(self) -> None:
-        """Raise an error if nodes are constrained twice."""
+        """Raise an error if two conditions prescribe the same node."""
         self._held.check(self.name)
 
     def share_gravity(self, share: float) -> None:
@@ -114,7 +114,7 @@ class FluidFilm(
         self._fields.show_velocities(self._steps.velocities_now(dt, self._elapsed, self._driving()))
 
     def predict(self, dt: float) -> None:
-        """Do nothing: the film moves after all loads are known."""
+        """Do nothing: `update` moves the film when all loads are known."""
 
     def correct(self, remap: bool) -> None:
         """Do nothing: `update` moves the film."""
@@ -152,7 +152,7 @@ class FluidFilm(
         self.totals.stored = self.balance.stored_energy(o, self.arrays["part_mass"])
 
     def check(self, n_steps: int, time: float) -> None:
-        """Raise `RunStopped` if the motion was not solved, is not finite, or the film is too thin."""
+        """Raise `RunStopped` if the velocities could not be computed, values are not finite, or the film is too thin."""
         if self._steps.fault is not None:
             text = f"step {n_steps}, time {time:.6g} s: film {self.name} {self._steps.fault}"
             raise RunStopped(text, step=n_steps, time=time, body=self.name)
@@ -202,7 +202,7 @@ class FluidFilm(
         return self._fields.field(name)
 
     def pressed_areas(self) -> np.ndarray:
-        """Return ∫ N_I n dA around each node [m²], shape (n, 3)."""
+        """Return ∫ N_I n dA around each node I [m²], shape (n, 3), with its shape function N_I and the normal n of the film."""
         o = self.geometry.operators(self.arrays["x"])
         return in_space(self.balance.vector_areas(o), self.geometry.axes)[self.order()]
 

@@ -115,7 +115,7 @@ class FluidFilmCase(BodyModel):
         return Curve(len(places), self.radial, self.is_around), places
 
     def numbers(self) -> np.ndarray:
-        """Return the rows of the geometry's nodes in the order of the shape, shape (n,): surfaces are stored in spatial
+        """Return the number in the shape of each node of the geometry, shape (n,): surfaces store their nodes in spatial
         order."""
         if self.shape.surface is not None:
             return spatial_order(self.shape.surface.triangulate().vertices)
@@ -190,8 +190,8 @@ class FluidFilmCase(BodyModel):
         return aware
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the time step for one cell crossing of the fastest wave; no limit if the film has its own velocity field,
-        since it then takes substeps."""
+        """Return the limit at which the fastest wave crosses one cell in a step; no limit if the film has its own velocity
+        field, since it then takes substeps."""
         if not self._is_shared or cell is None:
             return NO_LIMIT
         from pellucid.bodies.fluid_film.wave_speeds import Signals
@@ -228,7 +228,7 @@ class FluidFilmCase(BodyModel):
         return Selectable(self.positions())
 
     def occupied(self) -> None:
-        """Return None: its inside is not available to other bodies."""
+        """Return None: the region enclosed by a film cannot be excluded from other bodies."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         return bounding_box(self.positions())
@@ -256,8 +256,8 @@ class FluidFilmCase(BodyModel):
         return Reason(text, "use a displacement along the `normal`, or a support with a `velocity`")
 
     def why_no_normal_motion(self, whole: bool) -> Reason | None:
-        """Return the reason for motions of all nodes, which leave no freedom to volume and area, and for films moved by the
-        grid."""
+        """Return the reason why no motion along the normal can be prescribed: motions of all nodes would also determine volume
+        and area, and nodes of the grid move a film that shares their velocity field."""
         if self._is_shared:
             return Reason(f"the fluid around film {self.name} moves its nodes", "remove this motion")
         if not whole or (self.volume is None and self.area == "free"):

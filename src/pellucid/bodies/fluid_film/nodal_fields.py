@@ -21,7 +21,8 @@ class NodalFields:
         self._corners = cells.lines if len(cells.lines) else cells.triangles
 
     def show(self, o: Operators) -> None:
-        """Update the positions [m], velocities [m/s] and masses [kg] of the nodes. o: operators at the present positions."""
+        """Update the positions [m], velocities [m/s] and masses [kg] of the nodes. o: operators of the film at these
+        positions."""
         arrays, geometry = self._arrays, self._forces.geometry
         arrays["position"][:] = in_space(geometry.places(arrays["x"]), geometry.axes)
         self.show_velocities(arrays["v"])

@@ -92,7 +92,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         super().__init__(case.name, velocity_field, functions, velocity_transfer, arrays)
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays, including those that its functions depend on."""
+        """Return the arrays of the film, including those on which the functions of its geometry depend."""
         kept = {f"geometry/{name}": array for name, array in self.geometry.state_arrays().items()}
         surface = self.skin.state_arrays() if self.skin is not None else {}
         return {**super().state_arrays(), **kept, **surface}
@@ -164,8 +164,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return sparse.csr_array(entries, shape=(n, n))
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:
-        """Limit the step to that at the start if the film touches others by its surface; otherwise drop the contact
-        surface."""
+        """Limit the step by the contact springs if the film's contact surface is in use; otherwise drop this surface."""
         if self.skin is not None and any(other is self.skin for other in touching):
             self._contact_rate = self.skin.rate
         else:
@@ -184,21 +183,21 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
     # motion
 
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Do nothing: strains follow from its own nodes."""
+        """Do nothing: the strains of a film follow from the motion of its nodes."""
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Move the film if `move`, then update its state; with dt = 0, sum the totals of the present state."""
+        """Move the film if `move` is True, and update its state; with dt = 0, sum the totals of the present state."""
         if move or dt == 0.0:
             self.update_positions(dt)
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the velocity that strains points. In MUSL it is the velocity of the points' own momentum, which costs no
-        energy."""
+        """Return the nodal velocities of the grid with which points are strained [m/s]; a film moves with them, so that no
+        energy is lost between its motion and the work of its forces."""
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:
-        """Move the nodes, spread them evenly, and update energies and step limit."""
+        """Move the nodes, redistribute them evenly, and update energies and step limit."""
         film, order, axes = self._film, self.arrays["node"], list(self.geometry.axes)
         move_points(self._by_nodes, dt)
         self._complete("position")
@@ -221,8 +220,7 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self._bound_rate(max(self._signals().rate(h) + fastest * h, self._contact_rate))
 
     def _spread(self, moved: np.ndarray) -> None:
-        """Move nodes along the film to distribute them evenly, and transfer mass with them. The total momentum is
-        conserved."""
+        """Redistribute the nodes evenly along the film, and their mass accordingly. The total momentum is conserved."""
         film, points, order = self._film, self.points, self.arrays["node"]
         x, film["part_mass"][:] = self.geometry.redistributed(film["x"], film["part_mass"], moved)
         stay = np.array_equal(x, film["x"])
@@ -243,14 +241,14 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         self._fields.show(self._o)
 
     def _of_grid(self) -> np.ndarray:
-        """Return the velocities of the grid at the nodes of the film [m/s], shape (n, 3)."""
+        """Interpolate a velocity of the grid to the nodes of the film [m/s], shape (n, 3)."""
         found = np.empty_like(self.points.position)
         gather_vectors(self.n_slabs, self.mapped, self.grid.nodes.strain_velocity, found)
         self.shared.fill(found)
         return found
 
     def _signals(self) -> Signals:
-        """Return the signals in the present state of the film."""
+        """Return the signal speeds in the present state of the film."""
         return Signals(self.forces.physics, self.forces.material, self.forces.densities(self._o, self._film["part_mass"]))
 
     def signal_limit(self) -> StepLimit:

@@ -28,15 +28,15 @@ FIRST_SHARE = 1e-3  # of the first step of the clock, with which its own begin
 
 
 def is_still(done: StepDone, span: float) -> bool:
-    """Return True if a step [s] moves nodes by no more than round-off of their positions."""
+    """Return True if a step of this length [s] moves nodes by no more than the round-off of their positions."""
     return bool(span * np.abs(done.velocity).max() <= STILL * np.abs(done.x).max())
 
 
 class OwnSteps:
     """Moves a film by substeps.
 
-    Updates the arrays `x`, `v`, `part_mass`, `own_step` and `unspread`; `unspread` is the displacement of the nodes with
-    the film since they were last redistributed [m].
+    Updates the arrays `x` (nodal positions), `v` (nodal velocities), `part_mass`, `own_step` (length of a substep) and
+    `unspread` (displacement of the nodes with the film since they were last redistributed [m]).
     """
 
     def __init__(self, balance: FilmBalance, goals: Goals, how: "FluidFilmCase", arrays: dict[str, np.ndarray]) -> None:
@@ -47,7 +47,7 @@ class OwnSteps:
     def over(self, dt: float, elapsed: float, driving: Driving, count: Callable[[StepDone, float], None]) -> Operators:
         """Move the film over a step dt of the run that begins at time `elapsed` [s], and return the operators at the end.
 
-        count: called with each substep and its length [s].
+        count: function called with the result of each substep and its length [s].
         """
         arrays, geometry, accuracy, left = self._arrays, self._balance.geometry, self._how.accuracy, dt
         own = float(arrays["own_step"][0]) or FIRST_SHARE * dt
@@ -102,7 +102,8 @@ class OwnSteps:
         """Accept a step [s] that began with these operators, redistribute the nodes evenly, and return the operators at the
         end.
 
-        The surface through nodes that moved along it differs by the order of the functions and may store more energy.
+        The surface through the redistributed nodes differs from the surface before by the interpolation error, and may
+        store more energy.
         Redistribution that can wait is done only if the stored energy grows by at most the work done on the film.
         """
         arrays, balance, geometry = self._arrays, self._balance, self._balance.geometry
@@ -121,8 +122,8 @@ class OwnSteps:
 
 
 def too_thin(balance: FilmBalance, arrays: dict[str, np.ndarray], o: Operators) -> str | None:
-    """Return a description, with the position, if the film is stretched beyond the range of the model; None otherwise. o:
-    operators of the present state."""
+    """Describe where the film is stretched beyond the range of the model; None if it is not. o: operators of the present
+    state."""
     geometry, rest = balance.geometry, balance.material.density
     density = balance.densities(o, arrays["part_mass"])
     if density.min() >= THINNEST * rest:

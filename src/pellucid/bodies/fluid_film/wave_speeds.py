@@ -22,11 +22,11 @@ class Signals:
         self.bending = physics.bending_rigidity / least
 
     def rate(self, h: float) -> float:
-        """Return the largest rate at which signals cross a cell of edge 1/h [1/s]."""
+        """Return the largest rate at which signals cross a cell [1/s]. h: reciprocal of the cell size [1/m]."""
         return max(h * self.wave, 2.0 * h * h * self.spread, 2.0 * h * h * sqrt(self.bending))
 
     def limit(self, cell: float, speed: float) -> StepLimit:
-        """Return the step limit from these signals in cells of size `cell` [m], for a film that moves at a speed [m/s]."""
+        """Return the limit of the time step for cells of size `cell` [m] and a film that moves at a speed [m/s]."""
         waves, spread = waves_in_cells(cell, self.wave, cause="membrane"), spread_in_cells(cell, self.spread)
         tight = tightest([waves, spread, bending_in_cells(cell, self.bending)])
         return tight._replace(step=1.0 / (1.0 / tight.step + speed / cell))

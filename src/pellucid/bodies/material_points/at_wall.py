@@ -18,14 +18,14 @@ from pellucid.grid.vectors import scatter_listed
 from pellucid.jit import kernel
 
 LAYER = 2.0
-"""Largest mass that the contact spring of a wall acts on, in edges of points (layers), if less than a layer of cells:
-points at the wall may move alone. The spring oscillates at the rate of the fluid: at the highest rate that the step can
-resolve, oscillating points at the wall would sustain waves."""
+"""Largest mass that the contact spring of a wall acts on, in layers of points, unless a layer of cells is less: points at the
+wall may move alone. The spring oscillates at the frequency of the fluid: at the highest frequency that the step can resolve,
+oscillating points at the wall would sustain waves."""
 
 
 @kernel()
 def _list_beside(position, n, normal, level, most, listed):
-    """List the first n points that are at most `most` above a plane [m] into `listed`; return their number."""
+    """List the first n points that are at most `most` above a plane [m] into `listed`; return the number of points listed."""
     count = 0
     for p in range(n):
         height = position[p, 0] * normal[0] + position[p, 1] * normal[1] + position[p, 2] * normal[2] - level

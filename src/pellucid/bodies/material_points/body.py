@@ -96,14 +96,14 @@ class MaterialPoints(
         self._stressed = None
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load the arrays of an earlier run, which may have had explicit viscosity."""
+        """Load the arrays of an earlier run, in which the viscosity may have been explicit."""
         if VISCOUS_STRESS in self.arrays:
             state = {VISCOUS_STRESS: np.zeros((len(state["id"]), 6)), **state}
         super().load_state(state)
 
     @property
     def _strains(self) -> bool:
-        """True if the grid strains the body."""
+        """True if the velocity gradients of the grid strain the body, i.e. no constraint moves it as a whole."""
         return self.constraint is None or self.constraint.strains
 
     @property
@@ -156,12 +156,12 @@ class MaterialPoints(
 
     @property
     def filling(self) -> Filling | None:
-        """Return self if `cell_pressure` is on and no motion prescribes the body."""
+        """The body itself if `cell_pressure` is on and no motion prescribes the body; None otherwise."""
         return self if self._by_cells and self.constraint is None else None
 
     @property
     def viscous(self) -> Viscous | None:
-        """Return self if the viscosity is implicit and the grid strains the body."""
+        """The body itself if its viscosity is implicit and the grid strains it; None otherwise."""
         return self if VISCOUS_STRESS in self.arrays and self._strains else None
 
     @property
@@ -208,7 +208,7 @@ class MaterialPoints(
         return np.asarray(self.arrays["position"][stored[numbers]])
 
     def particle_to_grid(self, inertia: bool, force: bool) -> None:
-        """Scatter mass, momentum and internal forces to the grid (P2G). A body that is not strained keeps its initial
+        """Scatter mass, momentum and internal forces to the grid (P2G). A body that the grid does not strain keeps its initial
         stress (usually zero)."""
         if force and not self._strains:
             if self._stressed is None:
@@ -259,7 +259,7 @@ class MaterialPoints(
 
     @property
     def keeps_heat(self) -> bool:  # type: ignore[override]
-        """True if the material keeps heat and the grid strains the body."""
+        """True if the material has an internal energy that heating changes, and the grid strains the body."""
         return self.material.keeps_heat and self._strains
 
     def return_heat(self, share: float) -> None:
@@ -331,7 +331,8 @@ class MaterialPoints(
 
     @property
     def n_told(self) -> int:
-        """Return the number of points present if points can enter."""
+        """Return the number of points to report: those present if points can enter, otherwise all, including points that
+        left."""
         return self.n_there if self._takes_in else self.n_points
 
     def make_room(self, rows: int, place: np.ndarray) -> None:
@@ -379,7 +380,7 @@ class MaterialPoints(
         return entered
 
     def _stored_in(self, arrays: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the internal or strain energies of points with these arrays [J], shape (n,)."""
+        """Return the internal or strain energies of points whose state is in these arrays [J], shape (n,)."""
         kind = self.material.energy_field
         if kind in arrays:
             return np.asarray(arrays["mass"] * arrays[kind])
@@ -411,7 +412,8 @@ class MaterialPoints(
 
 
 def _initial_arrays(case: SeededBody, grid: GridCase, here: Wanted, gravity: Vector) -> tuple[dict[str, np.ndarray], int]:
-    """Return the arrays of the points chosen by `here`, first in arrays with room for all points, and their number."""
+    """Return the arrays of the points that `here` selects, in memory with room for all points, and the number of these
+    points."""
     seeds = case.seeded(grid, everywhere if case.has_users_fields else here)
     arrays = {"id": seeds.number, **_arrays_at(case, seeds.position, seeds.volume, gravity)}
     if case.has_users_fields:
@@ -432,7 +434,7 @@ def _arrays_at(case: SeededBody, position: np.ndarray, volume: np.ndarray, gravi
 
 
 def _with_room(values: np.ndarray, n: int) -> np.ndarray:
-    """Return an array of n rows that starts with the given values of points; the memory of the other rows is allocated on
+    """Return an array of n rows, of which the first are the given values of points; the memory of the others is allocated on
     first use."""
     if len(values) == n:
         return values

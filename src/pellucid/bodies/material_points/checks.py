@@ -54,7 +54,7 @@ def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Find
 
 
 def cut_problems(body: SeededBody, path: Path, grid: GridCase, parts: Parts) -> Iterator[Finding]:
-    """Report faces that the body does not reach, or that are neither planes of symmetry nor open to a fluid."""
+    """Report faces in `cut` that the body does not reach, or that are neither planes of symmetry nor open to a fluid."""
     if not parts.are_sound(Condition):
         return
     bounds, walls = body.bounds(), (grid.lower, grid.extent_upper())
@@ -94,7 +94,7 @@ def rigid_problems(body: SeededBody, path: Path) -> Iterator[Finding]:
 
 
 def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator[Finding]:
-    """Report a hydrostatic start of a material that does not flow, without gravity, or for a state that does not exist."""
+    """Report a hydrostatic start of a material that does not flow, without gravity, or if no such state at rest exists."""
     rest, gravity = body.hydrostatic, parts.gravity
     if rest is None or gravity is None:
         return
@@ -126,7 +126,8 @@ def hydrostatic_problems(body: SeededBody, path: Path, parts: Parts) -> Iterator
 
 
 def _far_level(body: SeededBody, path: Path, grid: GridCase, gravity: Vector) -> Finding | None:
-    """Report a level so far from the grid that the fluid there has a clearly different density."""
+    """Report a pressure level so far from the grid that the density of the fluid there differs clearly from that in the
+    body."""
     rest = body.hydrostatic
     if rest is None or rest.level is None:
         return None

@@ -26,7 +26,7 @@ LARGEST_SCALE = 0.02  # by which volumes may be corrected
 
 
 class FilledRegion:
-    """A shape minus excluded regions, in the cells of a lattice."""
+    """A shape minus excluded regions, represented by the cells of a lattice."""
 
     def __init__(self, shape: Geometry, left_out: Sequence[Geometry], cells: SeedLattice, active: ActiveAxes) -> None:
         self._shape, self._left_out, self._cells, self._active = shape, left_out, cells, active
@@ -40,8 +40,8 @@ class FilledRegion:
         self._offsets = np.stack(offsets, axis=-1).reshape(-1, 3) * cells.spacing
 
     def points(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield the points inside, shape (k, 3) [m], and the measure of each in numbers of cells, shape (k,), for some
-        layers at a time.
+        """Yield the points inside, shape (k, 3) [m], and the volume of each divided by the volume of a cell, shape (k,), for
+        some layers at a time.
 
         Points also receive slivers from neighbouring layers; these slivers may be closer to points of further layers, so
         those are included in the search.
@@ -65,8 +65,8 @@ class FilledRegion:
             yield places, share[mine]
 
     def measure(self, total: float) -> float:
-        """Return the measure of the region [m, m², m³], once all points are known; `total` is the number of cells that
-        points represent.
+        """Return the length [m], area [m²] or volume [m³] of the region, once all points are known; `total` is the number of
+        cells that the points represent.
 
         Raises ValueError if more volume than can be corrected is too far from every point.
         """
@@ -84,7 +84,7 @@ class FilledRegion:
         return exact
 
     def _kept(self, places: np.ndarray) -> np.ndarray:
-        """Return a mask of the positions in the region."""
+        """Return a mask of the positions that lie in the region."""
         kept = self._shape.contains(places, self._active)
         for other in self._left_out:
             kept &= ~other.contains(places, self._active)

@@ -1,6 +1,7 @@
 """Contact points on the sharp edges and corners of a body that does not deform.
 
-The points of a face lie half a spacing inside its edges. Alone, they would let a block tip about a line inside the face.
+The contact points on a face lie half a spacing inside its edges. With these points alone, a block would tip about a line
+inside the face.
 The edges therefore have their own points: one at each corner, and a row along each edge from end to end. For a box at rest
 on one of its sides, their total area is one and a half times the area with which rim and interior of that side carry equal
 loads.

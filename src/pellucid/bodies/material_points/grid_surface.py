@@ -33,7 +33,7 @@ WIDTHS = 2.5  # distances between its points over which the weights of one reach
 
 
 class MovedSurface(NamedTuple):
-    """Surface points, and the nodal data that move them."""
+    """Surface points, and the nodal velocities that move them."""
 
     functions: Any  # shape functions along x, y, z
     lattice: Lattice
@@ -95,7 +95,7 @@ def _add_forces(surface, listed, force, target):
 
 @kernel()
 def _list_pushed(force, listed):
-    """List the points with non-zero forces [N], shape (m, 3), into `listed`, and return their number."""
+    """List the numbers of the points with non-zero forces [N], shape (m, 3), into `listed`; return how many there are."""
     n = 0
     for p in range(len(force)):
         if force[p, 0] != 0.0 or force[p, 1] != 0.0 or force[p, 2] != 0.0:
@@ -191,7 +191,7 @@ class GridSurface(ContactSurface):
         _put_on_hosts(self._moved, self._points["position"], self._stored, not self.is_hard, self._depth, self.place)
 
     def follow(self, dt: float) -> None:
-        """Move with the nodes over a step dt [s]; the surface of a body with prescribed motion moves with its material
+        """Move the surface with the nodes over a step dt [s]; if the motion of the body is prescribed, with its material
         points."""
         self._rests = False
         _follow(len(self._host) // CHUNK + 1, self._moved, 0.0 if self.is_hard else dt, dt)
@@ -208,8 +208,8 @@ class GridSurface(ContactSurface):
             self._rests = True
 
     def turn(self, centre: np.ndarray, rotation: np.ndarray, new_centre: np.ndarray, dt: float) -> None:
-        """Move as a rigid body over dt [s]: the centre moves to a new position [m], (3,), and the body turns by a rotation
-        matrix (3, 3)."""
+        """Move the surface as a rigid body over dt [s]: its centre moves to a new position [m], (3,), and it turns by a
+        rotation matrix (3, 3)."""
         self._rests = False
         arm = self._host + self._offset + self._above() - centre
         self._offset[...] = self._offset @ rotation.T

@@ -10,8 +10,8 @@ from pellucid.materials.eos.column import ColumnEnds
 from pellucid.model import Model, Vector, parameter
 
 FAR = 1.5
-"""Largest ratio of densities, in either direction, between the fluid at its level and the fluid in the body; beyond it the
-level does not belong to this fluid."""
+"""Largest ratio of densities, in either direction, between the fluid at the given level and the fluid in the body; if it is
+larger, the level is assumed to belong to another fluid."""
 Bounds = tuple[np.ndarray, np.ndarray]
 REMEDY = (
     "lower the top of the body or the level, or increase the pressure at the level; for a liquid, `carries_tension` is possible"

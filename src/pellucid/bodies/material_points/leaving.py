@@ -65,7 +65,7 @@ def empty(arrays: Mapping[str, np.ndarray], which: np.ndarray, lattice: Lattice)
 
 
 def brought_in(arrays: Mapping[str, np.ndarray], stored: np.ndarray) -> tuple[Passed, float]:
-    """Return the mass, momentum and energy of entering points with internal or strain energies [J], shape (n,), and their Σ
-    m|v| [kg m/s]."""
+    """Return the mass, momentum and energy of entering points, and their Σ m|v| [kg m/s]. stored: their internal or strain
+    energies [J], shape (n,)."""
     entered, _ = taken_along(arrays, stored, slice(None), 0.0)
     return entered, float(np.sum(arrays["mass"] * np.linalg.norm(arrays["velocity"], axis=1)))

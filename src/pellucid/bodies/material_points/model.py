@@ -59,7 +59,8 @@ class MaterialPointsCase(SeededBody):
         return heat if self.solves_viscosity else ()
 
     def why_no_outflow(self) -> Reason | None:
-        """Return a reason for rigid bodies, and for cell pressures, which treat faces of the grid as walls."""
+        """Return the reason why points cannot leave through open faces, for rigid bodies and for `cell_pressure`, which treats
+        faces as walls."""
         if self.rigid:
             return Reason(f"body {self.name} is rigid: it cannot lose points", "remove `rigid = true`, or this body")
         if self.cell_pressure:
@@ -89,19 +90,19 @@ class MaterialPointsCase(SeededBody):
         return Reason(text, "remove it, or `implicit_viscosity` of the body")
 
     def why_no_wall(self) -> Reason | None:
-        """Return None: solids touch walls by their surface, fluids by their points."""
+        """Return None: walls are possible for solids, by their surface, and for fluids, by their points."""
         return None
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the time step for one cell crossing of the fastest wave; None for rigid or driven bodies, which have no
-        waves."""
+        """Return the limit at which the fastest wave crosses one cell in a step; None for bodies that are rigid or have a
+        prescribed motion, in which there are no waves."""
         if cell is None or self.rigid or is_driven or any(self.material.problems()):
             return None
         return signals_in_cells(cell, *self.material.signals(cell), hypot(*self.velocity))
 
     def limit_in_motion(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the limit with the initial motion and the artificial viscosity of a fluid, which raises the signal speed
-        under compression."""
+        """Return the limit that also includes the initial motion, and for a fluid the artificial viscosity, which raises the
+        signal speed under compression."""
         if cell is None:
             return None
         if self.rigid or is_driven:

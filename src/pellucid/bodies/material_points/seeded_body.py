@@ -90,7 +90,7 @@ class SeededBody(DampedModel):
         return inside
 
     def with_others(self, bodies: Sequence[BodyModel]) -> Self:
-        """Return a copy that has the regions of the bodies that it excludes. Raises KeyError for an unknown name."""
+        """Return a copy that stores the regions of the bodies named in `outside`. Raises KeyError for an unknown name."""
         if not self.outside:
             return self
         places = {body.name: body for body in bodies}

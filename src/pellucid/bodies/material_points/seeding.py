@@ -48,7 +48,7 @@ class Seeds(NamedTuple):
 
 
 def everywhere(position: np.ndarray) -> np.ndarray:
-    """Select all points."""
+    """Select all positions."""
     return np.arange(len(position))
 
 

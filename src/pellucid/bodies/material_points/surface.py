@@ -16,8 +16,11 @@ ABOUT = 12  # points by which a deformation gradient is fitted
 
 
 class RigidState(Protocol):
-    """A rigid body at the start of a step: its centre of mass [m]; its change of velocity per unit impulse along the axes
-    [1/kg], (3,); its change of angular velocity per unit angular impulse [1/(kg m²)], (3, 3)."""
+    """A rigid body at the start of a step.
+
+    Its centre of mass [m], its change of velocity per unit impulse along the axes [1/kg], (3,), and its change of angular
+    velocity per unit angular impulse [1/(kg m²)], (3, 3).
+    """
 
     @property
     def centre(self) -> np.ndarray: ...

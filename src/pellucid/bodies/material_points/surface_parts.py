@@ -29,7 +29,7 @@ SHEARED = 0.5  # cells by which places may lie beside where their material point
 class SurfaceParts:
     """About one point per cell of the surface of a body, moving with its material points.
 
-    begun: initial positions of the material points by number [m], shape (n, 3).
+    begun: initial positions of all material points by number [m], shape (n, 3).
     """
 
     def __init__(self, model: SeededBody, grid: GridCase, begun: np.ndarray) -> None:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 
 class Kept(NamedTuple):
-    """A penalized quantity Q of the whole membrane. A volume is negative if the normals point inwards."""
+    """A quantity Q of the whole membrane, area or volume, whose change is penalised. A volume is negative if the normals point
+    inwards."""
 
     stiffness: float
     initial: float
@@ -39,8 +40,8 @@ class Kept(NamedTuple):
 
 
 class Swings(NamedTuple):
-    """Half the eigenfrequencies of the nodes on the area and on the volume spring, each alone [1/s]; 0 if there is no
-    spring."""
+    """Half the eigenfrequencies of the oscillations of the nodes on the area spring and on the volume spring, each alone
+    [1/s]; 0 if there is no such spring."""
 
     area: float = 0.0
     volume: float = 0.0
@@ -51,7 +52,7 @@ class Swings(NamedTuple):
         return hypot(self.area, self.volume)
 
     def limit(self) -> StepLimit:
-        """Return the step limit of the faster of both oscillations."""
+        """Return the step limit by the faster of the two oscillations."""
         if self.rate <= 0.0:
             return NO_LIMIT
         what = "volume" if self.volume > self.area else "area"
@@ -81,7 +82,7 @@ class Constraints(NamedTuple):
             target -= self.volume.force(volume) * outwards
 
     def energy_and_swings(self, surface: "ElementSurface", position: np.ndarray) -> tuple[float, Swings]:
-        """Return the stored energy of both [J] and the oscillation rates of the nodes."""
+        """Return the stored energy of both penalties [J] and the oscillation rates of the nodes."""
         area, volume, growth, outwards = self._measured(surface, position)
         swings = self.swings(growth, outwards, surface.node_mass[surface.number])
         return self.area.energy(area) + self.volume.energy(volume), swings
@@ -91,7 +92,7 @@ class Constraints(NamedTuple):
         return Swings(0.5 * sqrt(self.area.eigenvalue(growth, mass)), 0.5 * sqrt(self.volume.eigenvalue(outwards, mass)))
 
     def drifts(self, surface: "ElementSurface", position: np.ndarray) -> dict[str, float]:
-        """Return the relative changes of area and volume since the start, for those that are penalized."""
+        """Return the relative changes since the start of the area and the volume, if they are penalised."""
         area, volume, _, _ = self._measured(surface, position)
         drifts = {"area_drift": (self.area, area), "volume_drift": (self.volume, volume)}
         return {name: value / kept.initial - 1.0 for name, (kept, value) in drifts.items() if kept.stiffness > 0.0}
@@ -107,7 +108,8 @@ class Constraints(NamedTuple):
 
 def slopes_of(mesh: ElementMesh, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the slopes of area and volume with respect to the nodal positions, shape (n, 3) each, for a mesh of triangles
-    with nodes at these positions [m], shape (n, 3). Like the kernels of a run, but without compilation."""
+    with nodes at these positions [m], shape (n, 3). Computes the same values as the kernels of a run, but without
+    compilation."""
     corners = position[mesh.corners[:, :3]]
     chi, psi = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(chi, psi)

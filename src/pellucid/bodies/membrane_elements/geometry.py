@@ -46,7 +46,8 @@ def edges(x, corners, e):
 
 @pointwise
 def area_slopes(chi, psi):
-    """Return ∂A/∂x of a triangle [m] at its second and third corner; the first corner has minus their sum."""
+    """Return the derivatives of the area of a triangle with respect to its second and third corner [m]; the derivative for the
+    first corner is minus their sum."""
     n = cross(chi, psi)
     half = 0.5 / sqrt(dot(n, n))
     b, c = cross(psi, n), cross(n, chi)
@@ -55,7 +56,8 @@ def area_slopes(chi, psi):
 
 @pointwise
 def spans(x, corners, e):
-    """Return χ, ψ, η of quadrilateral e for a nodal field x, shape (n, 3); `corners` has the shape (m, 4)."""
+    """Return the tangents χ, ψ and the hourglass vector η of quadrilateral e (see the module), or the same differences of a
+    nodal field x, shape (n, 3); `corners` has the shape (m, 4)."""
     a, b, c, d = uintp(corners[e, 0]), uintp(corners[e, 1]), uintp(corners[e, 2]), uintp(corners[e, 3])
     # the diagonals
     ux, uy, uz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
@@ -110,7 +112,8 @@ def within(frame, vectors):
 
 @pointwise
 def gradient(local, rate):
-    """Return ∂v_i/∂x_j, i = 1, 2, 3 and j = 1, 2, row by row, from (χ, ψ, η) and their rates in the frame."""
+    """Return the in-plane derivatives ∂v_i/∂x_j of the velocity, i = 1, 2, 3 and j = 1, 2, row by row, from (χ, ψ, η) and
+    their rates in the frame."""
     c, p = local[0], local[1]
     cr, pr = rate[0], rate[1]
     inverse = 1.0 / (c[0] * p[1] - c[1] * p[0])
@@ -126,7 +129,7 @@ def gradient(local, rate):
 
 @pointwise
 def steepness(local):
-    """Return Σ ∇N_K ∇N_K of a quadrilateral, components 11, 22, 12 [1/m²]."""
+    """Return Σ_K ∇N_K ∇N_K over the nodes K of a quadrilateral, with the shape functions N_K; components 11, 22, 12 [1/m²]."""
     c, p = local[0], local[1]
     det = c[0] * p[1] - c[1] * p[0]
     scale = 4.0 / (det * det)
@@ -202,7 +205,7 @@ def rotated(s, cosine, sine):
 
 @pointwise
 def in_space(s, t, u):
-    """Return s₁₁ t⊗t + s₂₂ u⊗u + s₁₂ (t⊗u + u⊗t), components xx, yy, zz, yz, xz, xy, of an in-plane tensor (11, 22, 12)."""
+    """Return an in-plane tensor s, components (11, 22, 12) along the tangents t and u, in space: xx, yy, zz, yz, xz, xy."""
     return (
         s[0] * t[0] * t[0] + s[1] * u[0] * u[0] + 2.0 * s[2] * t[0] * u[0],
         s[0] * t[1] * t[1] + s[1] * u[1] * u[1] + 2.0 * s[2] * t[1] * u[1],

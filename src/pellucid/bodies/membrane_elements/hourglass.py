@@ -46,7 +46,8 @@ class HourglassCase(Model):
 
 @generic
 def resisted(control: Any, force: float, rate: float, dt: float, stiffness: float, impedance: float) -> float:
-    """Return Q after a step [N], from Q before, the rate q̇ [m/s], m c² B² [N/m] and m c B [kg/s]."""
+    """Return the hourglass force Q after a step [N], from Q before, the hourglass rate q̇ [m/s], and the coefficients m c² B²
+    [N/m] and m c B [kg/s] (see the module)."""
 
 
 @point_function(resisted, StiffnessControl)

@@ -9,7 +9,7 @@ from pellucid.parts.capabilities import Membrane
 
 
 class ElementMembrane(Body, Membrane):
-    """A body whose nodes are the nodes of an `ElementSurface`."""
+    """A body whose nodes are the nodes of an `ElementSurface`; provides its fields and contact data."""
 
     energy_kind = "strain"
     surface: ElementSurface
@@ -18,7 +18,8 @@ class ElementMembrane(Body, Membrane):
         return self.surface.cells
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return the contact offset of the body."""
+        """Return the distance from the mid-surface at which contact begins, as the parameters of the half-width of a contact
+        body."""
         return self.surface.contact_reach, 0.0, 0.0
 
     def check(self, n_steps: int, time: float) -> None:
@@ -28,7 +29,8 @@ class ElementMembrane(Body, Membrane):
             self.stop(*fault, n_steps, time)
 
     def vector_areas(self) -> np.ndarray:
-        """Return ∫ N_K n dA around each node [m²], shape (n, 3), in storage order."""
+        """Return ∫ N_K n dA around each node K [m²], shape (n, 3), in storage order; N_K is its shape function, n the
+        normal."""
         return self.surface.vector_areas(self.arrays["position"])
 
     def pressed_areas(self) -> np.ndarray:

@@ -75,7 +75,7 @@ class MembraneElementsCase(MembraneCase):
 
     @property
     def is_kept(self) -> bool:
-        """True if penalties act on area or volume."""
+        """True if a penalty acts on the area or on the volume."""
         return self.area_stiffness + self.volume_stiffness > 0.0
 
     def why_no_wall(self) -> Reason | None:
@@ -103,7 +103,8 @@ class MembraneElementsCase(MembraneCase):
         return None
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Return the reason if other bodies share its velocity field: its nodes are then nodes of the grid."""
+        """Return the reason why a relaxation is impossible: other bodies share the velocity field, so nodes of the grid move
+        the membrane."""
         text = f"other bodies share the velocity field of {self.name}"
         return None if alone else Finding(("field",), text, "set a separate `field` for it")
 
@@ -125,13 +126,13 @@ class MembraneElementsCase(MembraneCase):
         return MembraneElements(self, placement)
 
     def start_warnings(self) -> Iterator[str]:
-        """Warn of a step limited by few elements."""
+        """Warn if few elements determine the time step."""
         mesh = self.mesh()
         if found := slowest_of_surface(mesh):
             yield step_warning(self.name, found, mesh.centres())
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the step limit from waves across an element and nodes across a cell, and from penalty springs and bending."""
+        """Return the step limit by waves across an element, nodes that cross a cell, penalty springs, and bending."""
         wave, diffusivity = self.signals_at_start()
         mesh = self.mesh()
         fastest = float(rates_of_surface(mesh).max())
@@ -192,7 +193,7 @@ class MembraneElementsCase(MembraneCase):
         yield from place_problems(place, self.bounds(), parts.grid, self.is_surface)
 
     def _constraint_problems(self, path: Path, parts: Parts) -> Iterator[Finding]:
-        """Report penalties on quadrilaterals or thin grids, and a volume penalty on an open surface."""
+        """Report penalties for a membrane with quadrilaterals or on a thin grid, and a volume penalty for an open surface."""
         key = (*path, "volume_stiffness" if self.volume_stiffness else "area_stiffness")
         if len(self.mesh().quads):
             yield Finding(key, "applies to triangles, but the membrane has quadrilaterals", 'use `elements = "triangles"`')
@@ -202,7 +203,7 @@ class MembraneElementsCase(MembraneCase):
             yield Finding(key, "the surface is open and encloses no volume", REST_OF_SURFACE)
 
     def _size_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
-        """Report elements so large that cells between their nodes contain no part of the membrane."""
+        """Report elements so large that some cells between their nodes would contain no node of the membrane."""
         mesh, thin, reach = self.mesh(), grid.thin(), sqrt(0.5) * grid.cell
         places = np.where(thin, 0.0, mesh.vertices)  # along a thin axis nothing varies, so that distances do not count
         longest, remote = longest_edge(places[mesh.quads]), 0.0

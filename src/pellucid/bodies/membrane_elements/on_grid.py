@@ -144,17 +144,18 @@ class ElementsOnGrid(ElementMembrane, BendsOnGrid, TakesPressure, HasContactSurf
         return forces
 
     def begin_stress(self, dt: float, move: bool) -> None:
-        """Do nothing: strains follow from its own nodes."""
+        """Do nothing: the strains of elements follow from the motion of their nodes."""
 
     def end_stress(self, dt: float, move: bool) -> None:
-        """Move the nodes if `move`, then update strains and stresses; with dt = 0, sum the totals of the present state."""
+        """Move the nodes if `move` is True, and update strains and stresses; with dt = 0, sum the totals of the present
+        state."""
         if move or dt == 0.0:
             self.update_positions(dt)
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the velocity that strains points. In MUSL it is the velocity of the points' own momentum, which costs no
-        energy."""
+        """Return the nodal velocities of the grid with which points are strained [m/s]; the nodes of the membrane move with
+        them, so that no energy is lost between their motion and the work of their forces."""
         return self.grid.nodes.strain_velocity
 
     def update_positions(self, dt: float) -> None:

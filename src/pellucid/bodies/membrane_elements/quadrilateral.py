@@ -79,7 +79,7 @@ def _fetch(surface, x, v, first, n, c):
 
 @pointwise
 def _find_rates(n, dt, c):
-    """Compute the spans in the frame of the middle of the step, velocity gradients, rates of deformation, and rotations."""
+    """Compute χ, ψ, η in the frame at the middle of the step, velocity gradients, rates of deformation, and rotations."""
     half = 0.5 * dt
     for q in range(n):
         now, moving = take((SPANS, SPANS), c, q + NOW * WIDTH)
@@ -102,7 +102,7 @@ def _find_rates(n, dt, c):
 
 @pointwise
 def _turn_of(here, change, dt):
-    """Return the component of χ × ψ along the normal at the middle of the step, after `dt`."""
+    """Return the component of χ × ψ along the normal of the middle of the step, with χ and ψ advanced by `dt`."""
     c, p, cr, pr = here[0], here[1], change[0], change[1]
     return (c[0] + dt * cr[0]) * (p[1] + dt * pr[1]) - (c[1] + dt * cr[1]) * (p[0] + dt * pr[0])
 
@@ -193,7 +193,7 @@ def quadrilateral_forces(surface, x, forces, first, n, c):
 
 @pointwise
 def _span_forces(now, s, V, Q1, Q2):
-    """Return the forces conjugate to the rates of χ, ψ and η."""
+    """Return the forces that do work on the rates of χ, ψ and η."""
     frame = frame_of(now[0], now[1])
     here = within(frame, now)
     bend = here[2]

@@ -23,7 +23,7 @@ STRAIN, HOURGLASS, FREQUENCY, ELEMENT_SUMS = range(4)  # columns of the sums of 
 
 
 class ElementArrays(NamedTuple):
-    """State of the elements; m elements, q quadrilaterals first, in the order of the mesh."""
+    """State arrays of m elements in the order of the mesh: q quadrilaterals, then triangles."""
 
     element_mass: np.ndarray  # (m,) [kg]
     plane_stress: np.ndarray  # (m, 3) σ₁₁, σ₂₂, σ₁₂ in the material's frame; of triangles S in the axes at rest [Pa]
@@ -38,7 +38,7 @@ class ElementArrays(NamedTuple):
 
 
 class StrainedElements(NamedTuple):
-    """Element data for kernels; m elements, n_quads quadrilaterals first."""
+    """Element data for kernels: of m elements, the first n_quads are quadrilaterals."""
 
     corners: np.ndarray  # (m, 4) nodes; of triangles the last one twice
     n_quads: int

@@ -132,14 +132,14 @@ class ElementSurface:
         forces.add_corners(self._ranges, self._about, self._corner_forces.reshape(-1, 3), target)
 
     def vector_areas(self, position: np.ndarray) -> np.ndarray:
-        """Return ∫ N_K n dA around each node [m²], shape (n, 3); in plane problems, of the slice."""
+        """Return ∫ N_K n dA around each node K [m²], shape (n, 3); in plane problems, for the computed slice."""
         areas = np.zeros((len(position), 3))
         self.add_pressure_forces(position, 1.0, areas)
         return areas
 
     def slopes(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return ∂A/∂x and ∂V/∂x of each node of a membrane of triangles, shape (n, 3) each. The arrays must not be
-        modified."""
+        """Return the derivatives of area A and enclosed volume V with respect to the position of each node, for a membrane of
+        triangles, shape (n, 3) each. The arrays must not be modified."""
         if self._slopes is None or not np.array_equal(self._slopes[0], position):
             growth = np.zeros((len(position), 3))
             forces.area_slopes(self._chunks, self._bundle, position, self._corner_forces)

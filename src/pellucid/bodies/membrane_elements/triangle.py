@@ -30,8 +30,10 @@ NARROWEST = 1e-3  # principal stretch; what is folded to less counts as this wid
 
 @pointwise
 def gradients(rest, chi, psi):
-    """Return the columns of F = χ ⊗ b₁ + ψ ⊗ b₂; rest: b₁ and b₂, the gradients of the second and third shape function at
-    rest."""
+    """Return the columns of the deformation gradient F = χ ⊗ b₁ + ψ ⊗ b₂ of a triangle with edges χ and ψ.
+
+    rest: b₁ and b₂, the gradients of the second and third shape function at rest.
+    """
     b11, b12, b21, b22 = rest
     return (
         (chi[0] * b11 + psi[0] * b21, chi[1] * b11 + psi[1] * b21, chi[2] * b11 + psi[2] * b21),
@@ -41,7 +43,7 @@ def gradients(rest, chi, psi):
 
 @pointwise
 def between(w, E):
-    """Return w E w for symmetric tensors w and E (11, 22, 12)."""
+    """Return the matrix product w E w of two symmetric tensors, given and returned as components (11, 22, 12)."""
     a11, a12 = w[0] * E[0] + w[2] * E[2], w[0] * E[2] + w[2] * E[1]
     a21, a22 = w[2] * E[0] + w[1] * E[2], w[2] * E[2] + w[1] * E[1]
     return a11 * w[0] + a12 * w[2], a21 * w[2] + a22 * w[1], a11 * w[2] + a12 * w[1]
@@ -133,7 +135,7 @@ def triangle_forces(surface, x, forces, e):
 
 @kernel(inline=True)
 def press_triangle(surface, x, forces, e, pressure):
-    """Write ∫ p N_K n dA at the corners of triangle e [N] to forces[e]."""
+    """Write the forces ∫ p N_K n dA of a pressure p at the corners K of triangle e [N] to forces[e]."""
     chi, psi = edges(x, surface.corners, e)
     whole = cross(chi, psi)
     for d in range(3):

@@ -51,7 +51,7 @@ def fetch_shapes(surface, start, n, c):
 
 @pointwise
 def all_bear(c, n):
-    """Return True if all points of a block carry stress."""
+    """Return True if no point of a block has failed, so that all points carry stress."""
     q = 0
     while q < n and c[uintp(q + BEARS * WIDTH)] > 0.0:
         q += 1
@@ -132,8 +132,10 @@ def fetch_stresses(surface, start, n, c):
 
 @pointwise
 def weaken_points(surface, start, n, c):
-    """Update damage from the strains that drive it: the fraction of the stiffness that remains, and its ratio to the
-    fraction before."""
+    """Update damage from the strains that drive it.
+
+    Returns the fraction of the stiffness that remains, and its ratio to the fraction before.
+    """
     index, damage, record = surface.index, surface.damage, surface.record
     for q in range(n):
         if c[uintp(q + BEARS * WIDTH)] > 0.0:

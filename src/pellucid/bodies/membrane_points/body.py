@@ -126,7 +126,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
 
     @property
     def _moving_velocity(self) -> np.ndarray:
-        """Return the straining velocity for points with bending, so that the work of bending is the same on points and
+        """Return the straining velocity for points with bending, so that bending forces do the same work on points and on the
         grid."""
         return super()._moving_velocity if self.bending is None else self.grid.nodes.strain_velocity
 
@@ -156,7 +156,7 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return Cells(triangles=self._triangles)
 
     def state_warning(self) -> str | None:
-        """Warn of a membrane torn by the grid without damage."""
+        """Warn of a membrane without damage that was torn because its points are too far apart for the grid."""
         failed = np.zeros(self.n_points, bool)
         if len(self._record.failed):
             failed[self.arrays["id"]] = self._record.failed > 0.0
@@ -169,7 +169,8 @@ class MembranePoints(BendsOnGrid, Membrane, TakesPressure):
         return super().fault(code, p)
 
     def half_width(self) -> tuple[float, float, float]:
-        """Return the contact offset of the body."""
+        """Return the distance from the mid-surface at which contact begins, as the parameters of the half-width of a contact
+        body."""
         return self._contact_reach, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:

@@ -105,7 +105,7 @@ def strain(s, surface, dt):
 @parallel_loop()
 def stretch(s, surface, number, torn, local, kinematics, dt):
     """Update frames and shapes of the points of slab s, and write the strains that drive damage to `local`, shape
-    (points,), by number.
+    (points,), in the order of point numbers.
 
     The strain of a point that failed by its own strain also includes its opening since then, which `torn`, shape (points,
     3), accumulates in the frame of the point: the opening of a crack does not depend on the grid, but its strain does. For

@@ -67,7 +67,7 @@ class MembranePointsCase(MembraneCase):
         return len(self.surface.triangulate().vertices)
 
     def step_limit(self, cell: float | None, is_driven: bool) -> StepLimit | None:
-        """Return the time step for one cell crossing of in-plane waves."""
+        """Return the time step in which in-plane waves cross one cell."""
         if cell is None:
             return None
         fastest = self.fastest_at_start(self.surface.triangulate().vertices)
@@ -112,7 +112,7 @@ class MembranePointsCase(MembraneCase):
             yield Finding((*path, "material"), text, remedy)
 
     def _density_problems(self, place: Path, grid: GridCase) -> Iterator[Finding]:
-        """Report too few points: the grid then does not transfer forces between them."""
+        """Report points that are so far apart that the grid does not transfer forces between them."""
         vertices, triangles = self.surface.triangulate()
         across = np.where(grid.thin(), 0.0, vertices)  # along a thin axis nothing varies, so that distances do not count
         samples = np.concatenate([across, across[triangles].mean(axis=1)])

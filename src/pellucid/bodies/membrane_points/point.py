@@ -41,7 +41,7 @@ class StrainedMembrane(NamedTuple):
 
 @pointwise
 def in_frame(L, frame):
-    """Return the stretching, components 11, 22, 12, in a fixed frame."""
+    """Return the rate of deformation in a fixed frame, components 11, 22, 12."""
     tx, ty, tz, sx, sy, sz = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
     ax, ay, az = L[0] * tx + L[1] * ty + L[2] * tz, L[3] * tx + L[4] * ty + L[5] * tz, L[6] * tx + L[7] * ty + L[8] * tz
     bx, by, bz = L[0] * sx + L[1] * sy + L[2] * sz, L[3] * sx + L[4] * sy + L[5] * sz, L[6] * sx + L[7] * sy + L[8] * sz

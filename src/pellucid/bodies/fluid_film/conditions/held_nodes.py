@@ -51,17 +51,17 @@ class HeldNodes:
         return known, velocity
 
     def led(self, before: np.ndarray) -> Led:
-        """Return the nodes with a prescribed velocity along the normal. before: latest nodal velocities [m/s], shape (n,
-        d)."""
+        """Return the nodes with a prescribed velocity along the normal. before: nodal velocities in the previous step [m/s],
+        shape (n, d)."""
         return Led(self.numbers > 0, np.append(0.0, self.rates)[self.numbers], before)
 
     def no_work(self, columns: int) -> StepWork:
-        """Return zero sums for the works and impulses of a step."""
+        """Return the works and impulses of a step, all zero."""
         motions = {name: np.zeros(3) for name in self.motions}
         return StepWork(np.zeros(columns), 0.0, np.zeros((len(self.supports) + 1, 3)), np.zeros(3), motions)
 
     def count(self, done: StepDone, dt: float, work: StepWork) -> None:
-        """Add the work and impulses of one of the film's own steps dt [s]."""
+        """Add the work and impulses of one substep of the film; dt: its length [s]."""
         for number in range(len(self.supports)):
             forces = np.where(self._constrained(number), done.prescribed, 0.0)
             work.reactions[number] += self._counted(forces, done, dt, SUPPORT, work)

@@ -37,7 +37,10 @@ class Frames:
         return np.asarray(np.einsum("ncd,nd->nc", self.directions, vectors))
 
     def rows(self, forms: Sequence[ElementRows | SharedRows], nodes: np.ndarray) -> list[ElementRows]:
-        """Return rows over the components along these directions, for elements with nodes (e, m)."""
+        """Convert rows over nodal components along the axes of space to rows over the components along these directions.
+
+        nodes: nodes of the elements, shape (e, m).
+        """
         e, m = nodes.shape
         d, directions = self.directions.shape[2], self.directions[nodes]
         whole = [form.of_components(d) for form in forms]
@@ -48,8 +51,11 @@ class Frames:
         ]
 
     def known(self, led: Led, rate: np.ndarray, known: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return a mask of the prescribed components and their values [m/s], shape (n, d), including the rates (n,) of
-        nodes prescribed along the normal."""
+        """Return a mask of the prescribed components and their values [m/s], shape (n, d).
+
+        rate: prescribed velocities along the normals [m/s], shape (n,); known, velocity: the same mask and values without
+        these.
+        """
         last = np.zeros(known.shape, bool)
         last[:, -1] = led.nodes
         return known | last, np.where(last, (self._way * rate)[:, None], velocity)

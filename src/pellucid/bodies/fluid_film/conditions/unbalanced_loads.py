@@ -11,8 +11,11 @@ ROUNDING = 1e-9  # of the forces that drive: less is no resultant
 
 
 def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads: Mapping[str, np.ndarray]) -> str:
-    """Describe the loads that drive motions without resistance: forces on nodes at x [m], by name of the load [N]; shape
-    (n, d) each, along these axes of space."""
+    """Describe the loads that drive motions without resistance.
+
+    forces: resulting forces on the nodes at x [m], shape (n, d) [N]; loads: forces of each load on the nodes, by name, shape
+    (n, d) each; d: number of components along the given axes of space.
+    """
     size, whole = _size(driven), _size(sum(loads.values(), np.zeros_like(driven)))
     shares = {label: abs(float(np.sum(force * driven))) for label, force in loads.items()}
     most = max(shares, key=lambda label: shares[label])

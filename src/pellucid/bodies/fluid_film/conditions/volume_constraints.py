@@ -10,8 +10,8 @@ from pellucid.model import Model, parameter
 from pellucid.smooth_step import risen
 
 FULLEST = 0.999
-"""Largest reduced volume that a film can be given. At 1 the film is a sphere: volume and area leave no motion, and the
-equations for the velocity are singular. Curves and meridians with 8 nodes and surfaces with 42 nodes reach this value."""
+"""Largest reduced volume that can be prescribed. At 1 the film is a sphere: constant volume and area allow no motion, and the
+equations for the velocity are singular. Curves and meridians with 8 nodes and surfaces with 42 nodes reach 0.999."""
 
 
 class VolumeCase(Model):
@@ -25,8 +25,8 @@ class VolumeCase(Model):
     )
 
     def problems(self, path: Path, plane: bool, keeps_area: bool) -> Iterator[Finding]:
-        """Report a reduced volume above 1 (a sphere or circle), a change of volume without a duration, and a change of
-        volume at free area."""
+        """Report a reduced volume above 1 (the value of a sphere or circle), a change of volume without a duration, and a
+        change of volume if the area is free."""
         if self.reduced is None:
             if self.over is not None:
                 yield Finding((*path, "over"), "applies to a changing volume", "add `reduced`, or remove this")
@@ -48,7 +48,7 @@ class VolumeCase(Model):
 
 
 class Goals(NamedTuple):
-    """The prescribed volume [m³] and area [m²]; None if free."""
+    """The prescribed volume [m³] and area [m²] at the end of a change; None if free."""
 
     start: float
     volume: float | None
@@ -62,6 +62,8 @@ class Goals(NamedTuple):
 
 
 def reduced_to_volume(reduced: float, area: float, plane: bool) -> float:
-    """Return the volume [m³] for a reduced volume and an area [m²]. A reduced volume of 1 is a sphere or, for a plane curve
-    of depth 1 m, a circle of the same length."""
+    """Return the volume [m³] for a reduced volume and an area [m²].
+
+    The reduced volume is 1 for a sphere or, if the film is a plane curve of depth 1 m, for a circle.
+    """
     return reduced * area**2 / (4.0 * np.pi) if plane else reduced * area**1.5 / (6.0 * np.sqrt(np.pi))

@@ -42,7 +42,7 @@ class FilmForces:
         return compressed + float(bending_energies(o, self.physics).sum())
 
     def forms(self, o: Operators, mass: np.ndarray, ahead: float) -> Forms:
-        """Return the resistance, the stiffness against changes over a time `ahead` [s], and the forces."""
+        """Return the forms of the film; pressure, tension and curvature are assumed to change over a time `ahead` [s]."""
         density = self.densities(o, mass)
         pressure, stiffness = self.material.pressure(density), density * self.material.pressure_slope(density)
         return forms(o, self.physics, Tension(self.at_points(pressure), self.at_points(stiffness)), ahead)
@@ -53,7 +53,8 @@ class FilmForces:
         return np.asarray(self._sums.gathered(parts.force) - self._sums.gathered(self._felt(parts.resistance, velocity)))
 
     def _felt(self, squares: Sequence[ElementRows | SharedRows], velocity: np.ndarray) -> list[ElementRows]:
-        """Return the forces of sums of squared rows at a velocity, as rows."""
+        """Return the nodal forces with which resistances, given as sums of squared rows, oppose a velocity; the forces are
+        rows."""
         whole = (square.of_components(velocity.shape[1]) for square in squares)
         return [ElementRows(square.rows, square.factor * self._sums.rates(square, velocity)) for square in whole]
 

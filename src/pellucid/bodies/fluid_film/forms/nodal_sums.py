@@ -14,13 +14,16 @@ CHUNK = 256  # nodes or elements
 
 
 class ElementRows(NamedTuple):
-    """r rows of each element over its m nodes with d components, with a factor each."""
+    """r linear forms of the nodal vectors of each element, as rows of coefficients; a factor for each row.
+
+    Elements have m nodes, and nodal vectors d components.
+    """
 
     rows: np.ndarray  # (e, r, m d)
     factor: np.ndarray  # (e, r)
 
     def of_components(self, d: int) -> "ElementRows":
-        """Return self; `SharedRows.of_components` returns a new object."""
+        """Return self: these rows already have d components per node."""
         return self
 
 
@@ -32,7 +35,8 @@ def rows(values: np.ndarray, factor: np.ndarray) -> ElementRows:
 
 
 class SharedRows(NamedTuple):
-    """r rows of each element over its m nodes; each row applies to every component in the same way."""
+    """r linear forms of nodal scalars for each element, as rows over its m nodes; applied to each component of a vector
+    alike."""
 
     rows: np.ndarray  # (e, r, m)
     factor: np.ndarray  # (e, r)
@@ -43,7 +47,7 @@ class SharedRows(NamedTuple):
 
 
 class Uses(NamedTuple):
-    """The elements of each node."""
+    """The elements that contain each node."""
 
     nodes: np.ndarray  # (e, m)
     d: int
@@ -52,7 +56,7 @@ class Uses(NamedTuple):
 
 
 def uses(nodes: np.ndarray, n: int, d: int) -> Uses:
-    """List the uses of n nodes with d components by the elements with nodes (e, m)."""
+    """List the elements that contain each of n nodes. nodes: nodes of the elements, shape (e, m); d: components per node."""
     first = np.concatenate([[0], np.cumsum(np.bincount(nodes.ravel(), minlength=n))])
     return Uses(np.ascontiguousarray(nodes), d, first, np.argsort(nodes.ravel(), kind="stable"))
 
@@ -89,7 +93,7 @@ def _find_rates(chunk, uses, form, v, rates):
 
 
 class NodalSums:
-    """Sums over elements with nodes (e, m), n in all, with d components each."""
+    """Sums of element contributions at n nodes with d components each. nodes: nodes of the elements, shape (e, m)."""
 
     def __init__(self, nodes: np.ndarray, n: int, d: int) -> None:
         self.n, self.d, self._uses = n, d, uses(nodes, n, d)
@@ -109,7 +113,8 @@ class NodalSums:
         return result
 
     def rates(self, form: ElementRows, v: np.ndarray) -> np.ndarray:
-        """Return row · v for nodal values v of shape (n, d): shape (e, r). The factors are not applied."""
+        """Return the value row · v of every row for nodal vectors v, shape (n, d): shape (e, r). Factors of rows are not
+        applied."""
         result = np.empty(form.factor.shape)
         _find_rates(-(-len(self._uses.nodes) // CHUNK), self._uses, form, np.ascontiguousarray(v), result)
         return result

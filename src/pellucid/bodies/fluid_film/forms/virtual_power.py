@@ -46,7 +46,7 @@ class Tension(NamedTuple):
 
 
 class Forms(NamedTuple):
-    """Matrices as sums of squares of rows, and forces as sums of rows."""
+    """Resistance and stiffness of the film as sums of squares of rows, and its forces as sums of rows."""
 
     resistance: list[ElementRows | SharedRows]  # viscosity and drag [N s/m]
     stiffness: list[ElementRows]  # what changes of pressure, tension and curvature resist [N s/m]
@@ -54,7 +54,10 @@ class Forms(NamedTuple):
 
 
 def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) -> Forms:
-    """Return the forms of the film. ahead: time τ over which changes of pressure, tension and bending add resistance [s]."""
+    """Return resistance, stiffness and forces of the film.
+
+    ahead: time τ [s]; changes of pressure, tension and bending over it add resistance.
+    """
     w, mu, kappa = o.area, physics.viscosity, physics.bending_rigidity
     dilatation = o.dilatation()
     parts = o.strain.shape[2]
@@ -81,13 +84,13 @@ def forms(o: Operators, physics: FilmPhysics, tension: Tension, ahead: float) ->
 
 
 def turning(o: Operators) -> list[ElementRows]:
-    """Return the rows of ∫ |∇v_n|², a measure of the rotation of the film."""
+    """Return the rows whose squares sum to ∫ |∇v_n|² dA, a measure of the rotation of the film; v_n is its normal velocity."""
     return [rows(o.slope, o.area[..., None])]
 
 
 def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
-    """Return the rows of ζ_t v_t·v_t + ζ_n v_n². The tangential part is written as v·v - v_n² or computed separately,
-    whichever avoids a negative factor."""
+    """Return the rows whose squares sum to the drag power ζ_t v_t·v_t + ζ_n v_n² per unit area. The tangential part is written
+    as v·v - v_n² or computed separately, whichever avoids a negative factor."""
     if max(drag) == 0.0:
         return []
     normal = o.normal[:, :, None, :] * o.value
@@ -100,8 +103,8 @@ def _drag(o: Operators, drag: Drag) -> list[ElementRows | SharedRows]:
 
 
 def _of_each_component(o: Operators, factor: np.ndarray) -> ElementRows | SharedRows:
-    """Return the rows of v·v. Mirrored nodes of curves have different functions for the components perpendicular and
-    parallel to the axis."""
+    """Return the rows whose squares sum to v·v. Mirrored nodes of curves have different functions for the components
+    perpendicular and parallel to the axis."""
     if o.strain.shape[2] == 3:
         return SharedRows(o.value[..., 0].copy(), factor)
     return rows(o.value[:, :, None] * np.eye(o.normal.shape[2])[:, None, :], factor[..., None])

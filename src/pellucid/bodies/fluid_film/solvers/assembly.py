@@ -105,7 +105,7 @@ def _add_squares(chunk, uses, pattern, rows, factor, R, M, shared, values):
 
 
 def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
-    """Concatenate shared rows for e elements with m nodes."""
+    """Concatenate rows that are shared by all components, for e elements with m nodes."""
     rows, factor = np.empty((e, 0, m)), np.empty((e, 0))
     return SharedRows(
         np.concatenate([rows, *(one.rows for one in shared)], axis=1),
@@ -114,7 +114,7 @@ def _side_by_side(shared: Sequence[SharedRows], e: int, m: int) -> SharedRows:
 
 
 def _merged(squares: Sequence[ElementRows]) -> list[ElementRows]:
-    """Return the rows that contribute to the matrix; factors of identical rows are summed."""
+    """Return the rows whose factor is not zero; factors of identical rows are summed."""
     found: dict[tuple[int, tuple[int, ...]], ElementRows] = {}
     for square in squares:
         key = (square.rows.__array_interface__["data"][0], square.rows.shape)

@@ -9,9 +9,9 @@ from pellucid.bodies.fluid_film.forms.nodal_sums import ElementRows, SharedRows
 
 
 class IncompatibleLoad(Exception):
-    """The load does work on motions without resistance, so no velocity balances it.
+    """The loads do work on motions without resistance, so that no velocity balances them.
 
-    driven: the forces on these motions [N], shape (n, d).
+    driven: forces of the loads on these motions [N], shape (n, d).
     """
 
     def __init__(self, driven: np.ndarray) -> None:
@@ -35,7 +35,10 @@ class Solution(NamedTuple):
 
 
 class System(NamedTuple):
-    """(R + S) v = f + S g, with matrices R, S that are sums of squares of rows, for nodes at x."""
+    """The linear system (R + S) v = f + S g for the nodal velocities v of a film with nodes at x.
+
+    R and S are sums of squares of rows: R is the resistance, S the stiffness; f are the forces and g is a first velocity.
+    """
 
     x: np.ndarray  # (n, d) [m]
     area: np.ndarray  # (n,) of the nodes [m²]
@@ -55,8 +58,11 @@ class System(NamedTuple):
 
 
 def refuse_driven(system: System, driven: np.ndarray, most: float) -> None:
-    """Raise IncompatibleLoad if the forces on motions without resistance [N], shape (n, d), exceed the share `most` of the
-    loads, both summed over the nodes. The forces are given in the directions of the system."""
+    """Raise IncompatibleLoad if loads drive motions without resistance.
+
+    This is so if the forces on these motions [N], shape (n, d), exceed the fraction `most` of the loads, both summed over the
+    nodes. The forces are given along the directions of the system.
+    """
     if np.linalg.norm(driven, axis=1).sum() > most * np.linalg.norm(system.load, axis=1).sum():
         in_space = driven if system.directions is None else np.einsum("ncd,nc->nd", system.directions, driven)
         raise IncompatibleLoad(in_space)

@@ -71,17 +71,17 @@ class CurveSolver:
         """Do nothing: the solver has no state."""
 
     def _squares(self, rows: Sequence[ElementRows | SharedRows]) -> np.ndarray:
-        """Return the matrices of the elements, shape (e, m d, m d)."""
+        """Return Σ factor row ⊗ row of the rows of each element, shape (e, m d, m d)."""
         found = [row.of_components(self._shape[1]) for row in rows]
         return np.asarray(sum(np.matmul((s.factor[..., None] * s.rows).transpose(0, 2, 1), s.rows) for s in found))
 
     def _applied(self, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Multiply the sum of the squares by a vector."""
+        """Multiply the matrix Σ factor row ⊗ row by a vector."""
         parts = np.matmul(squares, v[self._places][..., None])
         return np.bincount(self._places.ravel(), parts.ravel(), self._size)
 
     def _matrix(self, squares: np.ndarray, free: np.ndarray, sides: np.ndarray | None = None) -> csc_matrix:
-        """Assemble the sum of the squares for the free components, bordered by `sides`."""
+        """Assemble the matrix Σ factor row ⊗ row of the free components, bordered by `sides`."""
         number = np.full(self._size, -1)
         number[free] = np.arange(len(free))
         rows, columns = number[self._rows], number[self._columns]
@@ -107,7 +107,7 @@ def _factors(matrix: csc_matrix) -> SuperLU:
 
 
 def _parted(resistance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return two orthonormal bases, in columns: the motions with resistance, and the motions without."""
+    """Return two orthonormal bases, in columns: of the motions that have resistance, and of those that have none."""
     values, modes = np.linalg.eigh(resistance)
     free = values < FREE * values[-1]
     return modes[:, ~free], modes[:, free]

@@ -22,14 +22,14 @@ Precision = type[np.float32] | type[np.float64]
 
 
 class Supernode(NamedTuple):
-    """Nodes that are eliminated together, after the supernodes on both sides of them."""
+    """Nodes that are eliminated together, after the two parts of the surface that they separate."""
 
     own: np.ndarray
     children: tuple[int, ...]
 
 
 class Front(NamedTuple):
-    """A supernode in terms of matrix entries; positions are those in the order of elimination."""
+    """The dense submatrix in which a supernode is eliminated; positions are in the order of elimination."""
 
     first: int
     own: int  # how many it eliminates, from `first` on

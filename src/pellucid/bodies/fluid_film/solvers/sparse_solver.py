@@ -142,13 +142,13 @@ class SparseSolver:
         return factor
 
     def _made(self) -> Factor:
-        """Return the factors of the stored matrix, in the stored precision."""
+        """Return the factors of the stored matrix in the current precision."""
         precision = np.float64 if self._arrays["in_double"][0] else np.float32
         return Factor(self._elimination, self.assembly.symmetric(self._arrays["factored"]), precision)
 
 
 class Projection:
-    """P = I - Zᵀ (C Zᵀ)⁻¹ C with k rows C and Z, shape (k, n)."""
+    """Projection P = I - Zᵀ (C Zᵀ)⁻¹ C onto vectors u with C u = 0. C: k constraints; Z: k vectors; shape (k, n) each."""
 
     def __init__(self, C: np.ndarray, Z: np.ndarray) -> None:
         self._C, self._Z = C, Z

@@ -10,21 +10,21 @@ from pellucid.geometry.meshes.cells import Cells
 
 
 class Shares(NamedTuple):
-    """The parts of the film, each with a mass, to which a quadrature point belongs."""
+    """The share of each part of the film (a piece with its own mass) in each quadrature point."""
 
     part: np.ndarray  # (e, c) numbers of the parts to which the points of an element belong
     share: np.ndarray  # (q, c) how much; of each point 1 in all
 
 
 class Redistributed(NamedTuple):
-    """Nodes moved along the film, and the masses of its parts after that."""
+    """Nodes after their redistribution along the film, and the new masses of the film's parts."""
 
     x: np.ndarray  # (n, d) [m]
     mass: np.ndarray  # (parts,) [kg]
 
 
 class FilmGeometry(Protocol):
-    """n nodes in d dimensions that span a film. The film passes through `places`; these can differ from its nodes."""
+    """n nodes in d dimensions that define a film. The film passes through `places`, which may differ from its nodes."""
 
     nodes: np.ndarray
     """Numbers of the nodes of each element, shape (e, m). Elements with fewer nodes repeat one, with zero functions."""
@@ -58,7 +58,8 @@ class FilmGeometry(Protocol):
         """
 
     def can_wait(self, x: np.ndarray) -> bool:
-        """Return True if nodes at x [m], shape (n, d), need not be redistributed yet when that would add energy."""
+        """Return True if redistribution of nodes at x [m], shape (n, d), can be postponed if it would increase the stored
+        energy."""
 
     def state_arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays, in addition to the nodes, on which the functions depend, for checkpoints."""

@@ -152,7 +152,7 @@ class Curve:
         return Redistributed(moved, masses * (below[-1] / masses.sum()))
 
     def can_wait(self, x: np.ndarray) -> bool:
-        """Return False: redistribution at equal distances adds less energy to a curve than its steps dissipate, down to
+        """Return False: redistribution is never postponed. On a curve it adds less energy than its steps dissipate, down to
         round-off."""
         return False
 
@@ -161,7 +161,7 @@ class Curve:
         return np.asarray(x[self.nodes] * self.sign)
 
     def _samples_of(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lengths [m] and areas [m²] of the sampled parts of the segments, shape (e SAMPLES,)."""
+        """Return the lengths [m] and areas [m²] of the parts into which each segment is divided, shape (e SAMPLES,)."""
         corner = self._about(x)
         along = np.einsum("qm,emi->eqi", self._samples[1], corner)
         length = np.hypot(along[..., 0], along[..., 1])

@@ -58,14 +58,14 @@ BOX_SPLINES = _box_splines()
 
 @pointwise
 def share_of_neighbour(valence):
-    """Return the weight of a neighbour in a subdivision step."""
+    """Return the weight of each neighbour in a subdivision step, for a node with this number of neighbours."""
     inner = 0.375 + 0.25 * cos(2.0 * pi / valence)
     return (0.625 - inner * inner) / valence
 
 
 @pointwise
 def limit_share(valence):
-    """Return the weight of a neighbour in the limit position of a node."""
+    """Return the weight of each neighbour in the limit position of a node with this number of neighbours."""
     return 1.0 / (0.375 / share_of_neighbour(valence) + valence)
 
 
@@ -157,8 +157,9 @@ def _spline(corner, ring, share, along, factors, powers, out):
 def evaluate(corner, ring, count, share, factors, powers, out):
     """Evaluate value and derivatives (COUNT, k) at barycentric coordinates `share` (3,).
 
-    corner: (3, k); ring: (3, v, k), v >= 6; count: (3,). The arguments are overwritten, except `factors` and `powers`; the
-    result is written to `out`. At a corner without six neighbours the derivatives are zero.
+    corner: values at the corners, (3, k); ring: values at the rings, (3, v, k), v >= 6; count: valences, (3,). The arguments
+    are overwritten, except `factors` and `powers`; the result is written to `out`. At a corner without six neighbours the
+    derivatives are zero.
     """
     moved, middle = np.zeros_like(corner), np.zeros_like(ring)
     along = np.zeros((2, 3))

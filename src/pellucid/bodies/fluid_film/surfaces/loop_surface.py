@@ -85,7 +85,7 @@ def _slot_nodes(mesh: Rings, kinds: np.ndarray, kind: np.ndarray, m: int) -> np.
 
 
 def _slots(valences: list[int]) -> list[list[int]]:
-    """Return the slots of the rings of the three corners."""
+    """Return, for each corner of a triangle, the positions of its ring nodes in the node list of `_slot_nodes`."""
     first = [3, valences[0], valences[0] + valences[1] - 3]
     rings_of: list[list[int]] = []
     for c in range(3):
@@ -97,8 +97,10 @@ def _slots(valences: list[int]) -> list[list[int]]:
 
 
 def _functions(valences: np.ndarray, shares: np.ndarray, m: int) -> np.ndarray:
-    """Return the values and derivatives of m functions on a triangle whose corners have these valences, shape (q, COUNT,
-    m)."""
+    """Return the values and derivatives of the m shape functions of a triangle, shape (q, COUNT, m).
+
+    valences: numbers of neighbours of its corners.
+    """
     slots = _slots(valences.tolist())
     ring = np.zeros((3, max(patch.REGULAR, int(valences.max())), m))
     for c, own in enumerate(slots):

@@ -88,7 +88,7 @@ class TriangleSurface(ABC):
         return bool(triangle_qualities(self.places(x), self.rings.triangles).min() >= WELL_SPREAD)
 
     def smoothed(self, x: np.ndarray, sweeps: int = 10) -> np.ndarray:
-        """Return nodes of the same surface, redistributed according to its curvature in this number of sweeps."""
+        """Return nodes of the same surface after a number of sweeps that redistribute them according to its curvature."""
         for _ in range(sweeps):
             places = self.places(x)
             x = self.through(self._along(x, places, way_along(self.rings, places, np.zeros_like(x))))
