@@ -52,13 +52,14 @@ def axis_weights(fn: Any, u: float, n: int) -> Any:
 
 @generic
 def axis_numbers(fn: Any, u: float, n: int) -> Any:
-    """Return the first node, and a tuple of numbers from which `axis_values` computes offset, weights and derivatives."""
+    """Return the first node around a coordinate, and the numbers from which `axis_values` computes offset, weights and
+    derivatives."""
 
 
 @generic
 def axis_values(fn: Any, numbers: Any) -> Any:
-    """Return the offset of the first node from the point in cells, weights and derivatives: scalars, or vectors if
-    `numbers` are."""
+    """Return the offset of the first node from the point in cells, and the weights and derivatives of the nodes: vectors if
+    `numbers` are vectors, else scalars."""
 
 
 @default_function(axis_numbers)

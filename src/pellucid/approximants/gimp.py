@@ -16,7 +16,8 @@ class Gimp(NamedTuple):
 
 @pointwise
 def _averaged_tent(r, l):
-    """Return the function and its derivative at distance r from its node."""
+    """Return a linear tent function averaged over the edge of a point, and its derivative, at distance r [cells] from its
+    node."""
     s = abs(r)
     sign = 1.0 if r >= 0.0 else -1.0
     if s < l:

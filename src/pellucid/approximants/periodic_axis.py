@@ -8,11 +8,12 @@ from pellucid.approximants.axis import affine_weights, axis_numbers, axis_values
 from pellucid.jit import point_function, pointwise
 
 FAR = 4
-"""Distance from a wall in cells from which functions do not depend on the wall."""
+"""Distance from a wall, in cells, beyond which the shape functions do not depend on the wall."""
 
 
 class PeriodicAxis(NamedTuple):
-    """Another function with the same number of nodes, folded into the period."""
+    """A shape function along a periodic axis: the functions of another kind with the same number of nodes, folded into the
+    period."""
 
     function: Any
     stencil: int

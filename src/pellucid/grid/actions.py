@@ -33,17 +33,18 @@ class NodalActions:
         self._external = allocate(ExternalAction, 0, n_loads)
 
     def take_loads(self) -> None:
-        """Allocate nodal arrays for external forces of the field's bodies; bodies with their own nodes have their own."""
+        """Allocate nodal arrays for external forces. Fields of bodies with their own nodes need none: those bodies store the
+        forces."""
         if self.field.moves_points:
             self._ask("loads")
 
     def absorption(self) -> np.ndarray:
-        """Return the rates at which absorbing faces reduce the velocity [1/s], shape (n, 3); a condition adds its own
-        rates."""
+        """Return the rates at which absorbing faces reduce the velocity [1/s], shape (n, 3); a condition adds its rates to
+        this array."""
         return self._ask("absorption", "absorbed").absorption
 
     def driven(self) -> DrivenNodes:
-        """Return the nodal sums of driven points; a condition adds its own in each step."""
+        """Return the arrays of nodal sums over driven points; in each step a condition adds the values of its own points."""
         external = self._ask("driven_mass", "driven_momentum", "impulse")
         return DrivenNodes(external.driven_mass, external.driven_momentum, external.impulse)
 
@@ -52,6 +53,7 @@ class NodalActions:
         return self._external
 
     def _ask(self, *names: str) -> ExternalAction:
-        """Allocate the named fields with zeros, unless they are allocated already, and return all fields."""
+        """Allocate the named fields with zeros, unless they are allocated already. Returns the set of all fields of external
+        actions."""
         self._external = with_memory(self._external, self.field.grid.n_nodes, *names)
         return self._external

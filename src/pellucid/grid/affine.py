@@ -75,7 +75,7 @@ def _renew(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 
 @pointwise
 def spread_along(offset, w):
-    """Return Σ w r² along an axis [cells²]."""
+    """Return Σ w r² over the nodes along an axis [cells²], with their weights w and their distances r from the point."""
     total = nothing(offset)
     for a in range(len(w)):
         r = offset + float(a)
@@ -85,8 +85,10 @@ def spread_along(offset, w):
 
 @pointwise
 def _energy(C, spread, cell):
-    """Return Σ N ½ |C r|² [J/kg]. Σ N r r is diagonal since Σ w r is zero along each axis; C is zero along an axis of a
-    single cell."""
+    """Return the energy of the affine field C per unit mass, Σ N ½ |C r|² over the nodes at distances r [J/kg].
+
+    Σ N r r is diagonal since Σ w r is zero along each axis; C is zero along an axis of a single cell.
+    """
     x = C[0] * C[0] + C[3] * C[3] + C[6] * C[6]
     y = C[1] * C[1] + C[4] * C[4] + C[7] * C[7]
     z = C[2] * C[2] + C[5] * C[5] + C[8] * C[8]
@@ -95,7 +97,7 @@ def _energy(C, spread, cell):
 
 @pointwise
 def _lost(about, lattice, nodes, v, new, C):
-    """Return the energy lost per unit mass by the transfers of the step, without the energies of both fields [J/kg].
+    """Return the energy per unit mass that both transfers of a step lose [J/kg], without the energies of the affine fields.
 
     With d = v_I - Δv_I - v', the difference between the nodal velocity before the step and v', the two losses are ½ |v -
     v'|² and Σ N (d·(v_I - v - C r) + ½ |Δv_I|²), since Σ N r is zero; the last term is `increment_energy`, which light

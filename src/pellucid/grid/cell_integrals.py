@@ -14,7 +14,8 @@ NEAR = 5  # cells from a wall beyond which all are alike
 
 
 class AxisIntegrals(NamedTuple):
-    """Shape functions along an axis, integrated over each of its n cells in the coordinate u [cells]; w nodes reach a cell."""
+    """Shape functions along an axis, integrated over each of its n cells in the coordinate u [cells]; w nodes have functions
+    that are not zero in a cell."""
 
     first: np.ndarray  # (n,) first node that reaches each cell
     value: np.ndarray  # (n, w) ∫ N du
@@ -22,7 +23,7 @@ class AxisIntegrals(NamedTuple):
 
 
 def axis_integrals(function: Any, n: int) -> AxisIntegrals:
-    """Compute the integrals of a function along an axis of n cells."""
+    """Compute the integrals of a shape function along an axis over each of its n cells."""
     if isinstance(function, PeriodicAxis):
         far = axis_integrals(function.function, 2 * NEAR + 1)  # of which the middle knows of no wall
         starts = (np.arange(n) + far.first[NEAR] - NEAR) % n

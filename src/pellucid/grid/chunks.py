@@ -19,7 +19,7 @@ class ChunkedNodes(NamedTuple):
 
     @property
     def n(self) -> int:
-        """Number of chunks."""
+        """Number of chunks of the nodes."""
         return len(self.edges) - 1
 
 

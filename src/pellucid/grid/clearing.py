@@ -65,8 +65,8 @@ class Clearing:
         self._own = self._whole = self._part(self._all.chunks.edges, slice(None))
 
     def __call__(self, node: np.ndarray | None = None) -> None:
-        """Reset the rows of all nodes, or of a list of nodes, shape (m,). Fields that are not stored in rows are reset at
-        all nodes."""
+        """Reset the rows of all nodes, or of the nodes in a list, shape (m,). Fields that are not stored in rows are always
+        reset at all nodes."""
         if self._cut == domain.cuts_made:
             chunks, others = self._own
         else:  # rows may have something that are not those of this process any more

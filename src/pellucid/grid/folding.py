@@ -51,12 +51,13 @@ def cells_beyond(folding: Any, axis: int) -> Any:
 
 @generic
 def beyond_span(folding: Any, axis: int, u: float, low: float, high: float) -> Any:
-    """Return 1.0 if a position in cells, folded or not, lies outside low <= u < high, else 0.0."""
+    """Return 1.0 if a position u in cells, folded or not, lies outside the range low <= u < high, else 0.0."""
 
 
 @generic
 def nodes_before(folding: Any, lattice: Any, I: int, a: int, b: int, c: int) -> Any:
-    """Return the storage index of the node that lies a, b, c nodes before a real one, negative if there is none."""
+    """Return the storage index of the node that lies a, b, c nodes before a given node of the grid along the axes; negative if
+    there is none."""
 
 
 @generic

@@ -326,7 +326,7 @@ class CellPressure:
         _push_cells(self._chunks, self._grid)
 
     def find_growth(self) -> None:
-        """Compute the volume growth rates of the cells from the mean nodal velocities."""
+        """Compute the growth rates of the volumes of full cells from the mean nodal velocities."""
         domain.spread(self._grid.mean_velocity)
         _grow_cells(self._chunks, self._grid)
 

@@ -17,9 +17,11 @@ MOST_ROWS = 64  # of slabs
 
 
 def row_edges(layers: int, stencil: int, most: int, periodic: bool = False) -> np.ndarray:
-    """Return the edges of rows of slabs in layers of cells along an axis, shape (rows + 1,). Rows are as narrow as two
-    colours allow, see `pellucid.grid.sorting.slabs_of`. Across the seam of a periodic axis the first row follows the last:
-    their number is then even, or one."""
+    """Return the edges of rows of slabs along an axis, in layers of cells, shape (rows + 1,).
+
+    Rows are as narrow as two colours allow, see `pellucid.grid.sorting.slabs_of`. On a periodic axis the first row follows the
+    last across the seam: the number of rows is then even, or one.
+    """
     n = max(min(most, layers // (3 if stencil == 2 else 5)), 1)
     n -= n % 2 if periodic and n > 1 else 0
     return -(-np.arange(n + 1) * layers // n)  # from a wide one on: threads end together then
@@ -31,7 +33,7 @@ def layers_of(count: int, thin: bool, periodic: bool) -> int:
 
 
 def _folding(counts: Sequence[int], periodic: Sequence[bool], layers: Sequence[int], strides: Sequence[int]) -> Walled | Folded:
-    """Return the mapping of stored nodes that are images of others."""
+    """Return the mapping from stored nodes to the nodes that they are periodic images of."""
     if not any(periodic):
         return Walled()
     along = [np.arange(m) % n if folds else np.arange(m) for m, n, folds in zip(layers, counts, periodic, strict=True)]
@@ -61,7 +63,7 @@ class Lattice(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Nodal arrays of one velocity field with n nodes. Numbers of a row that no view covers have no meaning."""
+    """Nodal arrays of one velocity field with n nodes. Components of a row that do not belong to any view are not used."""
 
     inertia: Annotated[np.ndarray, rows(SUM, STEP, "kg m/s, kg", "momentum and mass of the points")]
     forces: Annotated[np.ndarray, rows(SUM, STEP, "N", "internal forces of the points")]

@@ -100,8 +100,8 @@ def is_unconstrained(nodes, external, I):
 
 @pointwise
 def what_acts(field):
-    """Return flags for loads, absorbing faces and prescribed motions on the nodes of the field; evaluated once for many
-    nodes."""
+    """Return three flags: whether loads, absorbing faces or prescribed motions act on any node of the field. Evaluated once
+    for many nodes."""
     return len(field.load) > 0, len(field.external.absorption) > 0, len(field.external.driven_mass) > 0
 
 
@@ -121,13 +121,11 @@ def moves_freely(field, acts, I):
 
 @pointwise
 def meet_wall(field, I, d, m, v, gained):
-    """Return the support of node I of mass m [kg] along d at a wall that may release it, and whether its body is mirrored
-    there.
+    """Return the number of the support of node I along d at a wall that opens (0: none), and whether the wall acts as a plane
+    of symmetry for the body.
 
-    v, gained: its velocity before the step, and the velocity change by forces [m/s].
-
-    A node that moves away is released. A node that arrives, or stays while forces pull it away, is stopped: a mirror image
-    would pull.
+    m: mass [kg]; v, gained: velocity before the step, and its change by forces [m/s]. A node that moves away from the wall is
+    released. A node that arrives, or stays while forces pull it away, is stopped without a mirror image, which would pull it.
     """
     nodes, walls = field.nodes, field.supports.walls
     s, was_held = walls.held[I, d], nodes.constrained[I, d] != 0
@@ -140,7 +138,7 @@ def meet_wall(field, I, d, m, v, gained):
 
 @pointwise
 def may_slide(field, I, d):
-    """Return True if node I is unconstrained along d."""
+    """Return True if neither a support nor driven points prescribe the velocity of node I along d."""
     return field.nodes.constrained[I, d] == 0 and not is_driven(field.external, I, d)
 
 

@@ -19,9 +19,9 @@ import numpy as np
 from pellucid.jit.kernels import LINE
 
 Combine = Literal["sum", "max", "min", "or", "found"]
-"""How contributions of points or conditions are combined; found: a pass over the nodes sets the field."""
+"""How contributions of points or conditions to a field are combined; found: a pass over the nodes computes the field."""
 Cleared = Literal["step", "remap", "run"]
-"""When a field is reset to zero: in each step, before momentum is mapped again, or never during a run."""
+"""When a field is reset to zero: "step": in each step; "remap": before momentum is mapped again; "run": never during a run."""
 SUM: Final = "sum"
 MAX: Final = "max"
 MIN: Final = "min"

@@ -82,12 +82,13 @@ class NodalMomentum:
         return self._chunks
 
     def near(self) -> int:
-        """Return the number of chunks of `advanced` with nodes that points of this process reach: the first ones."""
+        """Return the number of chunks with nodes that points of this process reach; these are the first chunks of
+        `advanced`."""
         self._find_near()
         return self._n
 
     def sum_of_near(self, sums: np.ndarray) -> np.ndarray:
-        """Return the sum over all processes of values of the chunks of `near`, shape (chunks, ...)."""
+        """Return the sum over all processes of values of the chunks counted by `near`, shape (chunks, ...)."""
         return ordered_sum(domain.of_chunks(sums[: self._n], self._all.of_row, self._first))
 
     def share_gravity(self, share: float) -> None:
@@ -150,7 +151,7 @@ class NodalMomentum:
         return float(self._summed(self._lags)[0])
 
     def _summed(self, sums: np.ndarray) -> np.ndarray:
-        """Return the sum over all processes of values of the chunks of all nodes, followed by the chunks of listed nodes."""
+        """Return the sum over the chunks of all processes: chunks of all nodes, followed by chunks of listed nodes."""
         found = domain.of_chunks(sums[: self._chunks], self._all.of_row, self._first)
         if self._waits:
             listed = sums[self._chunks : self._chunks + self._listed.chunks.n]

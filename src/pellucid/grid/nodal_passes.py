@@ -49,5 +49,6 @@ def project(chunk, field, advanced, counted, chunks, awaiting, dt, small, sums):
 
 @kernel()
 def sum_strain_lag(n, first, chunks, awaiting, field, dt, small, sums):
-    """Sum the work of `NodalMomentum.strain_lag_work` for each chunk, in rows starting at `first`."""
+    """Compute the work returned by `NodalMomentum.strain_lag_work` for each chunk of nodes, into rows of sums from `first`
+    on."""
     parallel_for(sum_strain_lag_chunk, n, first, chunks, awaiting, field, dt, small, sums)

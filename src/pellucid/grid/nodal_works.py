@@ -106,7 +106,7 @@ def count_works_chunk(chunk, first, chunks, awaiting, field, dt, small):
 
 @kernel(inner=True)
 def sum_strain_lag_chunk(chunk, first, chunks, awaiting, field, dt, small, sums):
-    """Sum the work of `NodalMomentum.strain_lag_work` for a chunk into its row of sums."""
+    """Compute the work returned by `NodalMomentum.strain_lag_work` for a chunk of nodes, into the chunk's row of sums."""
     nodes, external, work, several = field.nodes, field.external, 0.0, len(field.separate_forces) > 0
     power = row(0.0, 0.0, 0.0, 0.0)
     for e in range(chunks.edges[chunk], chunks.edges[chunk + 1]):

@@ -47,7 +47,7 @@ class OwnNodesField(VelocityField):
         """Do nothing: gravity acts on the body's nodes."""
 
     def clear(self) -> None:
-        """Do nothing: `scatter` clears."""
+        """Do nothing: `scatter` resets the nodal values itself."""
 
     def scatter(self, n: int, mapped: Bundle, force: np.ndarray | None) -> None:
         """Map mass and momentum of the points of n slabs, and the forces on them until the end of the step [N], shape
@@ -75,7 +75,7 @@ class OwnNodesField(VelocityField):
         raise ValueError(f"the velocity field {self.name} does not move its body, which has nodes of its own")
 
     def works(self, dt: float) -> StepWork | None:
-        """Return None: the body counts its works itself."""
+        """Return None: the body computes its works itself."""
         return None
 
     def project(self, dt: float | None = None, counted: bool = False) -> None:

@@ -95,7 +95,7 @@ class ByIndex(NamedTuple):
 
 @generic
 def place_of(index: Any, q: int) -> Any:
-    """Return the storage row of the point with number q in the slabs."""
+    """Return the storage row of the point at position q in the order of the slabs."""
 
 
 @point_function(place_of, InOrder)
@@ -109,7 +109,7 @@ def _by_index(index, q):
 
 
 class NoCells(NamedTuple):
-    """Option without mean pressures of full cells."""
+    """Option: the pressures of full cells are not averaged."""
 
 
 class FullCells(NamedTuple):

@@ -131,7 +131,7 @@ class ReachedNodes:
         self.node = self._room[:0]
 
     def constrain(self, supports: Supports, external: ExternalAction) -> None:
-        """Set the constraints of the nodes."""
+        """Set the constraints (supports and walls) of the nodes."""
         self._field = Bundle(ConstrainedNodes(self._all, supports, external))
 
     @property

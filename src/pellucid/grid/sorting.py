@@ -112,7 +112,7 @@ class ShortRuns:
         step, at most the number of points."""
 
     def add(self, vectors: float) -> None:
-        """Add the number of vectors of a step."""
+        """Add the number of vectors that a pass processed in a step."""
         self.counts[1] = min(self.counts[1], vectors)
         self.counts[0] += vectors - self.counts[1]
 
@@ -177,7 +177,8 @@ def restore_slabs(slabs: Slabs, kept: Mapping[str, np.ndarray]) -> None:
 
 
 def _report_nothing(slabs: Slabs) -> None:
-    """Reset the faults and sums reported by kernels: kernels skip slabs without points and would leave old reports there."""
+    """Reset the faults and sums that kernels report: kernels skip slabs without points and would leave earlier reports
+    there."""
     for reported in (slabs.left_slab, slabs.fault, slabs.sums, slabs.of_lost):
         reported.fill(0)
 

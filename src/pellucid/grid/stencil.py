@@ -28,7 +28,8 @@ class Stencil(NamedTuple):
 
 @pointwise
 def functions_at(functions, lattice, place):
-    """Return the storage index of the first node around a position [m], and the numbers of its functions along each axis."""
+    """Return the storage index of the first node around a position [m], and for each axis the numbers from which its shape
+    functions are computed."""
     h, low, n, stride = lattice.inverse_cell, lattice.lower, lattice.counts, lattice.strides
     i, x = axis_numbers(functions[0], (place[0] - low[0]) * h, n[0])
     j, y = axis_numbers(functions[1], (place[1] - low[1]) * h, n[1])
@@ -38,7 +39,8 @@ def functions_at(functions, lattice, place):
 
 @pointwise
 def stencil_of(functions, start, numbers):
-    """Return the stencil for the numbers from `functions_at`, or for vectors of numbers of points that share their nodes."""
+    """Return the stencil from the results of `functions_at`; with vectors of numbers, for several points that share their
+    nodes."""
     ox, wx, gx = axis_values(functions[0], numbers[0])
     oy, wy, gy = axis_values(functions[1], numbers[1])
     oz, wz, gz = axis_values(functions[2], numbers[2])

@@ -61,12 +61,14 @@ class Strain(NamedTuple):
 
 @generic
 def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
-    """Return the missing volume growth rate of a point in full cells [1/s]; () without cells."""
+    """Return the difference between the volume growth rate of a full cell and that of its points, for a point in it [1/s]; ()
+    without full cells."""
 
 
 @generic
 def grown(cells: Any, lattice: Any, L: Any, lacking: Any) -> Any:
-    """Return the velocity gradient L with the missing growth rate `lacking` distributed equally over the axes [1/s]."""
+    """Return the velocity gradient L of a point [1/s], to which the missing growth rate `lacking` is added in equal parts
+    along the axes."""
 
 
 @point_function(lacking_growth, NoCells)

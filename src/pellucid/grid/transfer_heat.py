@@ -42,8 +42,8 @@ def renewed(
 
 @generic
 def kept_heat(transfer: Any, heat: float) -> float:
-    """Return the part of the heat that a point keeps: only losses; with APIC all, since the sign depends on the path of the
-    point."""
+    """Return the part of the transfer loss that a point keeps as heat: positive losses only, but with APIC every value, since
+    its sign depends on the path of the point."""
 
 
 @point_function(renewed, Flip)
@@ -69,7 +69,7 @@ def _blend(transfer, about, lattice, nodes, p, known, new, mapped, change, lumpi
 
 @pointwise
 def _filtered(transfer, about, lattice, nodes, v, mapped, change):
-    """Return the energy filtered by the PIC share.
+    """Return the kinetic energy per unit mass that the PIC share of a blend removes from a point [J/kg].
 
     With u the velocity by FLIP, d = u - Σ N v_I and a the share of PIC, u - a d has ½ a (2 - a) |d|² + a d·Σ N v_I less
     energy than u. The sum of the last term over all points equals the sum of m a (Σ N v_I·v_I° - Σ N v_I · Σ N v_I°), with

@@ -48,7 +48,7 @@ class Read(NamedTuple):
 
 
 class Worked(NamedTuple):
-    """Data of a point for the work of its stress."""
+    """Data of a point that are needed to compute the work of its stress."""
 
     volume: Any  # [m³]
     stress: Any  # [Pa]
@@ -94,18 +94,18 @@ class Rates(NamedTuple):
 
 @generic
 def mean_gradient(work: Any, about: Any, lattice: Any, nodes: Any) -> Any:
-    """Return the gradient of the mean velocity of the step [1/s], or () if it is not needed."""
+    """Return the gradient of the mean nodal velocity of the step at a point [1/s], or () if no option needs it."""
 
 
 @generic
 def work_at_point(work: Any, transfer: Any, dt: float, p: Any, L: Any, heat: float) -> Any:
-    """Return the new internal energy and the heat of a point per unit mass [J/kg], and the energy gained and the heat in it
-    [J]; () for points that keep no heat."""
+    """Return, for a point that keeps heat, its new internal energy and its heat, both per unit mass [J/kg], and the energy
+    that it gained and the part of this that is heat, both [J]; () for other points."""
 
 
 @generic
 def volume_of(work: Any, p: Any) -> Any:
-    """Return the volume of a point [m³] for the sums of its cell."""
+    """Return the volume of a point [m³], the weight of its growth rate in the sums of its cell."""
 
 
 @point_function(mean_gradient, NoWork)

@@ -114,7 +114,7 @@ class VelocityField:
         return bool(self._walls.opens.any())
 
     def state_arrays(self) -> dict[str, np.ndarray]:
-        """Return the states of walls at the nodes after the last step, which the next step may depend on."""
+        """Return the states of nodes at walls with friction or walls that open, on which the next step may depend."""
         if not len(self._walls.held):
             return {}
         nodes, walls = self.grid.nodes, self._walls

@@ -34,8 +34,11 @@ VelocityTransfer = Flip | Blend | Apic
 
 @generic
 def new_velocity(transfer: Any, v: float, mapped: float, change: float) -> float:
-    """Return a velocity component of a point after the step [m/s]; v: the old one; mapped: the grid velocity after the
-    step; change: its increment over the step."""
+    """Return a velocity component of a point after the step [m/s].
+
+    v: the velocity of the point before; mapped: the grid velocity at the point after the step; change: its increment over the
+    step.
+    """
 
 
 @point_function(new_velocity, Flip)

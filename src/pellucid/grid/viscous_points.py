@@ -17,14 +17,14 @@ from pellucid.tensors import IDENTITY, double_dot, symmetric_part
 
 
 class Read(NamedTuple):
-    """Input of a point, or the arrays of all points."""
+    """Input of a point for the viscous stress, or the arrays of all points."""
 
     position: Any  # [m]
     volume: Any  # [m³]
 
 
 class Kept(NamedTuple):
-    """Output of a point, or the arrays of all points."""
+    """Output of a point from the viscous stress, or the arrays of all points."""
 
     stress: Any  # viscous stress [Pa]
 

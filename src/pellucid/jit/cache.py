@@ -135,7 +135,7 @@ def _warn_once(text: str, category: type[UserWarning] = UserWarning) -> None:
 
 
 def _referred_to(library: Any) -> list[ChunkKernel]:
-    """Return the chunk kernels that the code of a library refers to, including nested libraries."""
+    """Return the chunk kernels that the code of a compiled library refers to, including nested libraries."""
     inner = [chunk for linked in library._linking_libraries for chunk in _referred_to(linked)]
     return [*chunk_kernels(library), *inner]
 

@@ -13,7 +13,7 @@ from numba.core.registry import CPUDispatcher
 from pellucid.jit.bundle import Bundle
 
 PLAIN = int, float, bool, np.float64
-"""Python types with exactly one compiled type each."""
+"""Python types that numba always compiles as the same type."""
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]

@@ -33,7 +33,7 @@ def leaves(kind: Any) -> int:
 
 
 def lanes_of(kind: Any) -> Any:
-    """Return the tuple type with a vector instead of each number."""
+    """Return the tuple type in which each number is replaced by a vector."""
     if not is_tuple(kind):
         return VECTOR
     parts = [lanes_of(part) for part in kind]

@@ -57,7 +57,7 @@ class JointRegion:
             self.give_at_once(begin, given)
 
     def give_at_once(self, do: Callable[[], None], given: Callable[[], Sequence[Any]]) -> None:
-        """Run loops that are never deferred; see `give`."""
+        """Run joint loops at once, without deferring them; the arguments are those of `give`."""
         if self.by_parity is None:
             do()
         else:

@@ -39,7 +39,8 @@ def parallel_loop_by_colour(gives: str) -> Callable[[Callable[..., Any]], Callab
     time.
 
     The second argument of the kernel has `slabs`, with the number of slabs in a row (`across`). gives: name of the argument
-    to which adjacent slabs add, or of a member of an argument, such as "walls.gap"; see `JointRegion.give`. Only Python can
+    that holds the arrays to which adjacent slabs add, or of a member of an argument, such as "walls.gap"; see
+    `JointRegion.give`. Only Python can
     call the loop.
     """
     name, _, member = gives.partition(".")

@@ -58,7 +58,8 @@ waiting = np.zeros(4 + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64
 
 
 class Chunks(NamedTuple):
-    """Chunks of a loop in rows: first chunk, number in a row, step within a row, step to the next row, total number."""
+    """Chunks of a loop, arranged in rows: number of the first chunk, chunks in a row, step within a row, step to the next row,
+    total number of chunks."""
 
     first: Any
     in_row: Any
@@ -258,7 +259,7 @@ def _await(builder: Any, done: Any, wanted: Any) -> None:
 
 
 def _do_number(builder: Any, number: Any, count: Any, loops: Any) -> None:
-    """Emit code that runs one item of a colour: its chunk in one loop after the other."""
+    """Emit code that runs one item of a colour: in each loop, one after the other, the chunk with the number of the item."""
     with cgutils.for_range(builder, count, intp=INTP) as each:
         loop = builder.load(builder.gep(loops, [each.index]))
         do_chunk, arguments, *rest = (builder.extract_value(loop, i) for i in range(len(LOOP.elements)))

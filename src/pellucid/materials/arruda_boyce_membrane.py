@@ -35,7 +35,7 @@ class ArrudaBoyceMembraneMaterial(SurfaceMembraneMaterial):
         return ArrudaBoyceSurface(self.rubber_modulus, self.links)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """Return G and 3G [N/m]."""
+        """Return the shear modulus G and the area modulus 3G at rest [N/m]."""
         _, slope, _ = _of_first_invariant(self.elastic_law(), 0.0)
         return 2.0 * slope, 6.0 * slope
 

@@ -7,7 +7,8 @@ from pellucid.model import Model, parameter
 
 
 class ArtificialViscosity(NamedTuple):
-    """q = ρ l (c₀ l (tr D)² - c₁ a tr D) in compression, 0 in expansion. `work` is 1 where q heats the fluid, else 0."""
+    """Artificial pressure q = ρ l (c₀ l (tr D)² - c₁ a tr D) in compression, 0 in expansion, with the density ρ, the cell size
+    l, the sound speed a and the rate of deformation D. `work` is 1 if q heats the fluid, else 0."""
 
     quadratic: float
     linear: float
@@ -27,7 +28,8 @@ class ArtificialViscosityCase(Model):
 
 @pointwise
 def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: float, length: float) -> float:
-    """Return q [Pa] at the sound speed a [m/s] and the volume rate tr D [1/s]; length: cell size [m]."""
+    """Return the artificial pressure q [Pa] at the sound speed a [m/s] and the volume rate tr D [1/s]; length: cell size
+    [m]."""
     if trD >= 0.0:
         return 0.0
     return density * length * (av.quadratic * length * trD * trD - av.linear * a * trD)

@@ -1,4 +1,5 @@
-"""Search for the function of a user's law that numba cannot compile. Numba's errors name kernels and hide the user's line."""
+"""Search for the function of a user's law that numba cannot compile. Numba's own message names a kernel instead of the user's
+line."""
 
 import os
 import re

@@ -40,8 +40,8 @@ class PointMaterial(BodyMaterial):
 
     @property
     def keeps_heat(self) -> bool:
-        """True if the `internal_energy` of points receives exactly the kinetic energy lost to internal forces and
-        transfers; otherwise the law integrates its energy."""
+        """True if the `internal_energy` of points receives exactly the kinetic energy lost to internal forces and transfers;
+        if False, the law computes the energy from its own stress."""
         return False
 
     @abstractmethod
@@ -58,7 +58,8 @@ class PointMaterial(BodyMaterial):
         return None
 
     def too_soft(self, density: float) -> str | None:
-        """Report a liquid compressed beyond the limit at this mean density [kg/m³]; None otherwise."""
+        """Report a liquid whose mean density [kg/m³] exceeds the largest compression for which the law is meant; None
+        otherwise."""
         return None
 
     def pressed(self, arrays: Mapping[str, np.ndarray], more: float) -> Mapping[str, np.ndarray]:
@@ -89,12 +90,12 @@ class PointMaterial(BodyMaterial):
         return signal_speed(law, self.initial_state(), self.density, ZERO_GRADIENT, length), diffusivity(law, self.density)
 
     def signals_compressed(self, length: float) -> float:
-        """Return the signal speed [m/s] in the initial state under infinitesimally slow compression, i.e. with the linear
+        """Return the signal speed [m/s] in the initial state under infinitesimally slow compression, which includes the linear
         artificial viscosity; length: cell size [m]."""
         return signal_speed(self.law(), self.initial_state(), self.density, SQUEEZED, length)
 
     def problems(self) -> Iterator[tuple[str, str, str]]:
-        """Yield faults of the combination of keys: key, text, remedy."""
+        """Yield the problems of keys that are invalid together: key, text, remedy."""
         yield from ()
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:

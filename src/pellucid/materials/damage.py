@@ -98,8 +98,8 @@ def weaken(law: Law, record: DamageRecord, p: int, strain: float) -> tuple[float
 
 @generic
 def dissipate(law: Law, record: DamageRecord, p: int, work: float, kept: float) -> None:
-    """Add the energy dissipated by damage to the record of point p; work: work of the stress so far [J/kg]; kept: fraction
-    of the previous stiffness."""
+    """Add the energy dissipated by damage to the record of point p; work: work of the stress so far [J/kg]; kept: stiffness
+    divided by the stiffness before the step."""
 
 
 @point_function(has_failed, Undamaged)

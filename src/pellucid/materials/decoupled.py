@@ -29,8 +29,8 @@ def isochoric_stress(law: Law, F: Tensor) -> Symmetric:
 
 @generic
 def isochoric_stiffness(law: Law, F: Tensor) -> float:
-    """Return the largest d²W_iso(F + ε m⊗Fᵀn)/dε² over unit vectors m and n [Pa], or an upper bound: the isochoric part of
-    ρ₀ c²."""
+    """Return the largest d²W_iso(F + ε m⊗Fᵀn)/dε² over unit vectors m and n [Pa], or an upper bound: the isochoric part of ρ₀
+    c² for the speed c of plane waves."""
 
 
 class DecoupledMaterial(HyperelasticMaterial):
@@ -112,8 +112,8 @@ def principal_bounds(s: Symmetric) -> tuple[float, float]:
 
 @pointwise
 def linear_stiffness(high: float, low: float, tr: float) -> float:
-    """Return an upper bound on the stiffness of ½ S:C̄ with S constant, from bounds on the eigenvalues of t = F̄ S F̄ᵀ and
-    its trace.
+    """Return an upper bound on the stiffness (as in `isochoric_stiffness`) of the energy ½ S:C̄ with constant S, from the trace
+    of t = F̄ S F̄ᵀ and bounds on its eigenvalues.
 
     For m = a n + s e with e perpendicular to n, the stiffness is a² (5/9 tr t - 1/3 n·tn) - 4/3 a s n·te + s² n·tn, with
     |n·te| ≤ (high - low)/2.

@@ -73,8 +73,8 @@ def new_energy(
 def energy_of_pressure(
     mode: Any, eos: Any, energy: float, density: float, trD: float, old_work: float, other_work: float, dt: float
 ) -> float:
-    """Return the specific energy for the pressure at the end of the step [J/kg], at the same time as the density; energy:
-    result of `new_energy`."""
+    """Return the specific energy from which the pressure at the end of the step is computed [J/kg], i.e. at the same time as
+    the density; energy: result of `new_energy`."""
 
 
 @default_function(energy_of_pressure)

@@ -30,7 +30,7 @@ class EvansSkalakMembraneMaterial(SurfaceMembraneMaterial):
         return EvansSkalakSurface(self.area_modulus, self.shear_modulus)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """Return G and K [N/m]."""
+        """Return the shear modulus G and the area modulus K at rest [N/m]."""
         return self.shear_modulus, self.area_modulus
 
 

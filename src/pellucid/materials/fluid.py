@@ -122,7 +122,7 @@ class FluidMaterial(PointMaterial):
 
     def too_soft(self, density: float) -> str | None:
         """Report a liquid whose mean density [kg/m³] exceeds the limit of compression, with the sound speed that it needs.
-        Only liquids whose pressure depends on the density alone are checked."""
+        Only fluids whose pressure depends on the density alone are checked."""
         squeezed = 1.0 - self.density / density
         if squeezed <= SOFT or not self.is_liquid:
             return None
@@ -168,7 +168,7 @@ class FluidMaterial(PointMaterial):
         )
 
     def implicit_viscosities(self) -> tuple[float, float] | None:
-        """Return (μ, λ) if `implicit_viscosity` is set, else None."""
+        """Return the shear and second viscosities (μ, λ) [Pa s] if `implicit_viscosity` is set, else None."""
         return self.viscosities() if self.implicit_viscosity else None
 
     def with_implicit_viscosity(self) -> Self | None:

@@ -53,8 +53,8 @@ class FluidMembraneMaterial(MembraneMaterial):
         return FluidMembrane(self.tension, self.stiffness, self.viscosity, self.dilatational_viscosity)
 
     def recoverable_energy(self, shape: np.ndarray) -> np.ndarray:
-        """Return (γ (A - 1) + K (A - 1 - ln A)) per unit initial volume, divided by the density [J/kg], shape (n,); shape:
-        (n, 4)."""
+        """Return the recoverable energy per unit mass [J/kg], shape (n,): γ (A - 1) + K (A - 1 - ln A) per unit initial
+        volume, divided by the density. shape: in-plane shapes, (n, 4)."""
         area = shape[:, 0]
         return np.asarray((self.tension * (area - 1.0) + self.stiffness * (area - 1.0 - np.log(area))) / self.density)
 

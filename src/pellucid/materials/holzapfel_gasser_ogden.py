@@ -67,7 +67,7 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
         return fibres
 
     def moduli(self) -> tuple[float, float]:
-        """Return the moduli of the matrix [Pa]."""
+        """Return the shear and bulk moduli of the matrix [Pa]."""
         return self.shear_modulus, self.bulk_modulus
 
     def law(self) -> HolzapfelGasserOgden:

@@ -86,13 +86,14 @@ class HolzapfelGasserOgdenMembraneMaterial(SurfaceMembraneMaterial):
         return {self.elastic_law(): (surface_energy, surface_tension, surface_stiffness)}
 
     def surface_moduli(self) -> tuple[float, float]:
-        """Return G and 3G of the matrix [N/m]."""
+        """Return the shear modulus G and the area modulus 3G of the matrix [N/m]."""
         return self.shear_modulus, 3.0 * self.shear_modulus
 
 
 @pointwise
 def _matrix(F: Shape) -> tuple[InPlane, float, float]:
-    """Return ∂I/∂C pushed forward, b - I/J²; I - 3; and J⁻²."""
+    """Return three values for the matrix: the derivative ∂I/∂C pushed forward to the current surface, b - I/J²; I - 3; and
+    J⁻²."""
     b, J = left_stretch_squared(F), F[0] * F[3] - F[1] * F[2]
     inverse = 1.0 / (J * J)
     return (b[0] - inverse, b[1] - inverse, b[2]), (b[0] - 1.0) + (b[1] - 1.0) + (inverse - 1.0), inverse
@@ -100,7 +101,8 @@ def _matrix(F: Shape) -> tuple[InPlane, float, float]:
 
 @pointwise
 def _family(law: HolzapfelGasserOgdenSurface, F: Shape, side: float) -> tuple[InPlane, float]:
-    """Return ∂E/∂C pushed forward, and E, for the fibres on one side of the axis; side: 1 or -1."""
+    """Return the derivative ∂E/∂C pushed forward to the current surface, and E, for the fibres on one side of the axis; side:
+    1 or -1."""
     x, y = law.cosine, side * law.sine
     u, v = F[0] * x + F[1] * y, F[2] * x + F[3] * y
     matrix, excess, _ = _matrix(F)

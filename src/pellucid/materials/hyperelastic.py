@@ -45,7 +45,7 @@ class HyperelasticMaterial(PointMaterial):
         return FiniteStrainState(NO_STRESS, IDENTITY)
 
     def stressed(self, stress: Symmetric) -> tuple[float, FiniteStrainState]:
-        """Return density and state of the stretch with this stress."""
+        """Return the density and the state of a point that is stretched so that it has this stress."""
         F = stretch_under(self.law(), stress)
         return self.density / determinant(F), FiniteStrainState(stress, F)
 
@@ -60,7 +60,8 @@ def finite_strain(law: type[LawType]) -> type[LawType]:
 
 
 def hyperelastic(law: type[LawType]) -> type[LawType]:
-    """Class decorator: register the rate form and P of a law, derived from its energy, Cauchy stress and wave speed."""
+    """Class decorator: register the rate form and the first Piola-Kirchhoff stress of a law, derived from its energy, Cauchy
+    stress and wave speed."""
     finite_strain(law)
     point_function(update, law)(_update)
     point_function(signal_speed, law)(_signal_speed)

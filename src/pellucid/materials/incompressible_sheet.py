@@ -14,7 +14,7 @@ from pellucid.materials.wrinkling import natural_width
 
 @generic
 def of_first_invariant(law: Law, excess: float) -> tuple[float, float, float]:
-    """Return f, f', f'' as functions of I - 3 [N/m]."""
+    """Return f and its derivatives f' and f'' as functions of I - 3 [N/m]."""
 
 
 def incompressible(law: type[LawType]) -> type[LawType]:
@@ -42,7 +42,7 @@ def invariant_excess(a: float, b: float) -> float:
 
 @pointwise
 def invariant_slopes(a: float, b: float) -> tuple[float, float]:
-    """Return ∂I/∂a and ∂I/∂b."""
+    """Return the slopes ∂I/∂a and ∂I/∂b of the first invariant for the principal stretches a, b."""
     J = a * b
     inverse = 1.0 / (J * J)
     return 2.0 * (a - inverse / a), 2.0 * (b - inverse / b)
@@ -50,7 +50,7 @@ def invariant_slopes(a: float, b: float) -> tuple[float, float]:
 
 @pointwise
 def invariant_curvatures(a: float, b: float) -> tuple[float, float, float]:
-    """Return ∂²I/∂a², ∂²I/∂b² and ∂²I/∂a∂b."""
+    """Return the second derivatives ∂²I/∂a², ∂²I/∂b² and ∂²I/∂a∂b of the first invariant for the principal stretches a, b."""
     J = a * b
     inverse = 1.0 / (J * J)
     return 2.0 + 6.0 * inverse / (a * a), 2.0 + 6.0 * inverse / (b * b), 4.0 * inverse / J

@@ -42,7 +42,7 @@ class LinearElasticMaterial(ElasticMaterial, PointMaterial):
         return HypoelasticState(NO_STRESS, 0.0)
 
     def stressed(self, stress: Symmetric) -> tuple[float, HypoelasticState]:
-        """Return the stress with the energy σ:ε/2 of linear elasticity."""
+        """Return the density and the state of a point with this stress, whose stored energy is σ:ε/2 of linear elasticity."""
         trace = stress[0] + stress[1] + stress[2]
         squares = sum(value * value for value in stress[:3]) + 2.0 * sum(value * value for value in stress[3:])
         energy = 0.5 * ((1.0 + self.poisson_ratio) * squares - self.poisson_ratio * trace * trace) / self.young_modulus

@@ -48,7 +48,8 @@ def smoothed(law: Law, shape: Shape, major: float, minor: float) -> tuple[float,
 
 @generic
 def plane_response(law: Law, shape: Shape) -> tuple[float, float, float, float]:
-    """Return the stress in the frame [Pa] and the thickness ratio, (σ11, σ22, σ12, ratio), of a membrane without damage."""
+    """Return the stress in the frame [Pa] and the ratio of the thickness to its value at rest, (σ11, σ22, σ12, ratio), of a
+    membrane without damage."""
 
 
 @generic
@@ -94,8 +95,8 @@ def _no_diffusivity(law, shape, density):
 
 @generic
 def damped_rate(law: Law, rate: float, spread: float) -> float:
-    """Return the inverse of the largest stable step [1/s], from the rate of waves and the rate of momentum diffusion ν/h²
-    [1/s]."""
+    """Return the inverse of the largest stable step [1/s], from the frequency of waves and the rate ν/h² of momentum diffusion
+    over a length h [1/s]."""
 
 
 @default_function(damped_rate)

@@ -33,7 +33,7 @@ def by_gradient(law: type[LawType]) -> type[LawType]:
 
 @pointwise
 def left_stretch_squared(F: Shape) -> InPlane:
-    """Return b = F Fᵀ in the frame."""
+    """Return the left Cauchy-Green tensor b = F Fᵀ in the frame."""
     return F[0] * F[0] + F[1] * F[1], F[2] * F[2] + F[3] * F[3], F[0] * F[2] + F[1] * F[3]
 
 

@@ -32,7 +32,7 @@ class MooneyRivlinMembraneMaterial(SurfaceMembraneMaterial):
         return MooneyRivlinSurface(self.shear_modulus, self.invariant_ratio)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """Return G and 3G [N/m]."""
+        """Return the shear modulus G and the area modulus 3G at rest [N/m]."""
         return self.shear_modulus, 3.0 * self.shear_modulus
 
 

@@ -34,9 +34,9 @@ class NeoHookeanMembraneMaterial(ElasticMembraneMaterial):
 
 @pointwise
 def _free_stretch_squared(law, held, share):
-    """Return c, the squared stretch in the stress-free directions, from μ (c - 1) + λ (ln held + share ln c) = 0.
+    """Return the squared stretch c in the stress-free directions, from μ (c - 1) + λ (ln held + share ln c) = 0.
 
-    held, share: the volume ratio is J = held c^share with `held` given. Newton's method in ln c, which converges
+    held, share: with the given stretches, the volume ratio is J = held c^share. Newton's method in ln c, which converges
     monotonically.
     """
     y = 0.0

@@ -79,7 +79,7 @@ def _strains(of: Spectrum) -> tuple[Triple, float]:
 
 @pointwise
 def _energy_and_deviator(law: Ogden, of: Spectrum) -> tuple[float, Symmetric]:
-    """Return W_iso and the isochoric Kirchhoff stress dev Σ_p μ_p b̄^(α_p/2)."""
+    """Return the isochoric energy W_iso [J/m³] and the isochoric Kirchhoff stress dev Σ_p μ_p b̄^(α_p/2) [Pa]."""
     (first, _, third), above = _strains(of)
     stored = apart = slope = 0.0  # slope: of the stress over the strain from the third to the second
     for p in range(len(law.moduli)):

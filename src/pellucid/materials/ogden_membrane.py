@@ -44,7 +44,7 @@ class OgdenMembraneMaterial(SurfaceMembraneMaterial):
         return OgdenSurface(self.shear_moduli, self.exponents)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """Return G and 3G [N/m]."""
+        """Return the shear modulus G and the area modulus 3G at rest [N/m]."""
         shear = 0.5 * sum(m * alpha for m, alpha in zip(self.shear_moduli, self.exponents, strict=True))
         return shear, 3.0 * shear
 

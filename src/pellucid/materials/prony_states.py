@@ -26,17 +26,18 @@ def relaxed(state: PointState, law: Law, F: Tensor, isochoric: Symmetric, step: 
 
 @generic
 def overstress(state: PointState) -> Symmetric:
-    """Return Σ q of the branches [Pa]."""
+    """Return the sum Σ q of the overstresses of the branches [Pa]."""
 
 
 @generic
 def branch_energy(state: PointState) -> float:
-    """Return Σ Υ of the branches per unit mass [J/kg]."""
+    """Return the sum Σ Υ of the energies stored in the branches per unit mass [J/kg]."""
 
 
 @pointwise
 def branch(q: Symmetric, stored: float, share: float, time: float, rho0: float, step: Step) -> tuple[Symmetric, float, float]:
-    """Return q [Pa] and Υ per unit mass [J/kg] of a branch after a step, and the work done on the branch [J/kg]."""
+    """Return the overstress q [Pa] and the stored energy Υ per unit mass [J/kg] of a branch after a step, and the work done on
+    the branch in it [J/kg]."""
     carry, change, before, after, dt = step
     x = dt / time
     fade, mean = exp(-x), (-expm1(-x) / x if x > 0.0 else 1.0)

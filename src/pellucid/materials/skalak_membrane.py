@@ -44,7 +44,7 @@ class SkalakMembraneMaterial(SurfaceMembraneMaterial):
         return SkalakSurface(self.shear_modulus, self.area_coefficient)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """Return G and (1 + 2C) G [N/m]."""
+        """Return the shear modulus G and the area modulus (1 + 2C) G at rest [N/m]."""
         return self.shear_modulus, (1.0 + 2.0 * self.area_coefficient) * self.shear_modulus
 
 

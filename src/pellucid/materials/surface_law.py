@@ -21,33 +21,34 @@ NARROWEST, TOLERANCE, MOST_ITERATIONS = 1e-4, 1e-14, 80  # of a natural width: t
 
 @generic
 def stretch_energy(law: Law, a: float, b: float) -> float:
-    """Return W for the principal stretches a, b [J/m²]."""
+    """Return the energy W per unit initial area for the principal stretches a, b [J/m²]."""
 
 
 @generic
 def stretch_slopes(law: Law, a: float, b: float) -> tuple[float, float]:
-    """Return ∂W/∂a and ∂W/∂b [N/m]."""
+    """Return the slopes ∂W/∂a and ∂W/∂b of the energy with respect to the principal stretches [N/m]."""
 
 
 @generic
 def stretch_curvatures(law: Law, a: float, b: float) -> tuple[float, float, float]:
-    """Return ∂²W/∂a², ∂²W/∂b² and ∂²W/∂a∂b [N/m]."""
+    """Return the second derivatives ∂²W/∂a², ∂²W/∂b² and ∂²W/∂a∂b of the energy with respect to the principal stretches
+    [N/m]."""
 
 
 @generic
 def surface_energy(law: Law, F: Shape) -> float:
-    """Return W for an in-plane deformation gradient F = (11, 12, 21, 22) [J/m²]."""
+    """Return the energy W per unit initial area for an in-plane deformation gradient F = (11, 12, 21, 22) [J/m²]."""
 
 
 @generic
 def surface_tension(law: Law, F: Shape) -> InPlane:
-    """Return τ = J T in the frame, components 11, 22, 12 [N/m]."""
+    """Return τ = J T, the tension T times the area ratio J, in the frame: components 11, 22, 12 [N/m]."""
 
 
 @generic
 def surface_stiffness(law: Law, F: Shape) -> float:
-    """Return the stiffness that limits plane waves and, multiplied by the sum of squared gradients, elements [N/m], from
-    the tangent of τ; tension is added separately."""
+    """Return the stiffness [N/m] that determines the speed of plane waves and, multiplied by a sum of squared gradients of
+    shape functions, the frequency of elements. It follows from the tangent of τ; tension is added separately."""
 
 
 @pointwise
@@ -101,8 +102,8 @@ def _stiffness(law, F):
 
 @default_function(natural_width)
 def by_search(law, stretch):
-    """Return the width with zero transverse tension of a strip at this stretch, relative to its width at rest. Newton's
-    method in its logarithm between bounds; at the width `stretch` a law in tension is taut."""
+    """Return the width with zero transverse tension of a strip at this stretch, relative to its width at rest. Uses Newton's
+    method for the logarithm of the width, between bounds; at a width of `stretch` a sheet in tension is taut."""
     low, high = log(NARROWEST), log(stretch)
     y = -0.5 * high
     for _ in range(MOST_ITERATIONS):

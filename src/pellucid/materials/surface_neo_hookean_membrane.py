@@ -28,7 +28,7 @@ class SurfaceNeoHookeanMembraneMaterial(SurfaceMembraneMaterial):
         return SurfaceNeoHookean(self.shear_modulus)
 
     def surface_moduli(self) -> tuple[float, float]:
-        """Return G and 3G [N/m]."""
+        """Return the shear modulus G and the area modulus 3G at rest [N/m]."""
         return self.shear_modulus, 3.0 * self.shear_modulus
 
 

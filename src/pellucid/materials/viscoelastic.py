@@ -22,7 +22,7 @@ class ViscoelasticMaterial(PointMaterial):
 
     @abstractmethod
     def hyperelastic(self) -> HyperelasticMaterial:
-        """Return the solid that carries the load at rest."""
+        """Return the hyperelastic solid that carries the load when the viscous branches have relaxed."""
 
     def operations(self, law: Law) -> Mapping[Law, Sequence[Operation]]:
         inside = self.hyperelastic()

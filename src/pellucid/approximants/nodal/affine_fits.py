@@ -23,7 +23,7 @@ NODES = 64  # nodes per chunk
 
 
 class Fits(NamedTuple):
-    """Shape functions at the quadrature points, by cells and by nodes."""
+    """Shape functions at the quadrature points, with the data of their affine fits, listed by cell and by node."""
 
     position: np.ndarray  # (n, 3) [m]
     cells: Lists  # the nodes of each cell
@@ -39,7 +39,8 @@ class Fits(NamedTuple):
 
 
 def make_fits(position: np.ndarray, cells: Lists, rows: PointRows, weights: np.ndarray) -> Bundle:
-    """Compute the fits at quadrature points with weights [m³], shape (m,), the same number in each cell."""
+    """Compute the affine fits of the shape functions at quadrature points with weights [m³], shape (m,); each cell has the
+    same number of points."""
     n_cells, entries = len(cells.first) - 1, np.argsort(cells.items, kind="stable").astype(np.int32)
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.items, minlength=len(position)))])
     cell = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(cells.first))
@@ -116,7 +117,7 @@ def _count(chunk, fits, count):
 
 @kernel(inner=True)
 def _add_cell(a, entry, fits, longest, s, row):
-    """Add the contribution of the cell of an entry of node a to row a.
+    """Add the contribution of one cell of node a to row a of the matrix A.
 
     s: scratch memory of three columns, followed by four numbers for each point.
     """
@@ -181,7 +182,8 @@ def _fill(chunk, fits, longest, first, columns, entries):
 
 
 def system(fits: Bundle) -> sparse.csr_array:
-    """Return A [m³], shape (n, n): symmetric, semidefinite, with affine functions in its null space."""
+    """Return the matrix A of the residuals [m³], shape (n, n): symmetric, semidefinite, with affine functions in its null
+    space."""
     n, chunks = len(fits.position), -(-len(fits.position) // NODES)
     count = np.zeros(n, np.int64)
     _count(chunks, fits, count)

@@ -19,7 +19,7 @@ from pellucid.model import parameter
 
 
 class CellLeastSquares(NamedTuple):
-    """Nodes, and distances from the faces that bound the ring of each node."""
+    """Nodes, and the faces that bound the ring of cells around each node, in a form for computing distances from them."""
 
     smoothness: float  # s
     position: np.ndarray  # (n, 3) [m]
@@ -48,7 +48,8 @@ class CellLeastSquaresModel(FacedApproximant):
 
 @pointwise
 def _weight(fn, x, a, faces):
-    """Return D^s, and its gradient times the size of the ring."""
+    """Return the nodal weight D^s, where D is the smooth distance from the faces of the ring, and its gradient times the size
+    of the ring."""
     total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
     if total == 0.0:  # the ring covers the whole mesh
         return 1.0, 0.0, 0.0, 0.0

@@ -18,7 +18,7 @@ from pellucid.model import parameter
 
 
 class CellMaximumEntropy(NamedTuple):
-    """Nodes, and distances from the faces that bound the ring of each node."""
+    """Nodes, and the faces that bound the ring of cells around each node, in a form for computing distances from them."""
 
     smoothness: float  # s
     position: np.ndarray  # (n, 3) [m]
@@ -55,7 +55,8 @@ class CellMaximumEntropyModel(MaximumEntropyModel):
 
 @pointwise
 def _prior(fn, x, a, faces):
-    """Return ln w_a = s ln D_a, and its gradient times the size of the ring."""
+    """Return the logarithm of the prior, ln w_a = s ln D_a, where D_a is the smooth distance from the faces of the ring, and
+    its gradient times the size of the ring."""
     total, gx, gy, gz = inverse_square(fn.distances, x, a, faces)
     if total == 0.0:  # the ring covers the whole mesh
         return 0.0, 0.0, 0.0, 0.0

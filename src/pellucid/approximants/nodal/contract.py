@@ -25,7 +25,7 @@ FAILURES = {
 
 
 class NoFunctions(ValueError):
-    """An approximant has no shape functions at a position."""
+    """Raised if an approximant has no shape functions at a position."""
 
 
 class Scratch(NamedTuple):

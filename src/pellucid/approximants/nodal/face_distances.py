@@ -35,8 +35,8 @@ class FaceDistances(NamedTuple):
 def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lists) -> FaceDistances:
     """Return the distance data for nodes with the given faces.
 
-    shape: parameter α, which rounds the edges. size: sizes of the supports [m], shape (n,). faces: faces that bound each
-    support.
+    shape: α, the factor of t² that controls the rounding at edges. size: sizes of the supports [m], shape (n,). faces: faces
+    that bound each support.
     """
     flat = mesh.dimension == 2
     planes = (_segments if flat else _triangles)(mesh.nodes[mesh.faces[0]])
@@ -100,7 +100,7 @@ def _weigh_block(alpha, s):
 
 @pointwise
 def _triangle_sum(fn, x, a, s):
-    """Return Σ ρ⁻² over the faces of node a, and Σ ρ⁻³ ∇ρ, in units of the support size."""
+    """Return the sums Σ ρ⁻² and Σ ρ⁻³ ∇ρ over the faces of node a at distances ρ, in units of the support size."""
     over = 1.0 / fn.size[a]
     total = gx = gy = gz = 0.0
     for start in range(fn.first[a], fn.first[a + 1], FACE_BLOCK):
@@ -121,7 +121,7 @@ def _triangle_sum(fn, x, a, s):
 
 @pointwise
 def _segment_sum(fn, x, a):
-    """Return the sums of `_triangle_sum` for segments in the plane."""
+    """Return the sums Σ ρ⁻² and Σ ρ⁻³ ∇ρ of `_triangle_sum` for faces that are segments in the plane."""
     total = gx = gy = 0.0
     size = fn.size[a]
     for i in range(fn.first[a], fn.first[a + 1]):
@@ -140,7 +140,8 @@ def _segment_sum(fn, x, a):
 
 @pointwise
 def inverse_square(fn, x, a, scratch):
-    """Return D⁻² = Σ ρ⁻² at x for node a, and Σ ρ⁻³ ∇ρ = D⁻² ∇ln D, in units of its support size; scratch: memory for faces."""
+    """Return D⁻² = Σ ρ⁻² for the distance D of x from the faces of node a, and Σ ρ⁻³ ∇ρ = D⁻² ∇ln D, in units of the support
+    size; scratch: memory for faces."""
     return _segment_sum(fn, x, a) if fn.flat else _triangle_sum(fn, x, a, scratch)
 
 
@@ -161,7 +162,10 @@ TINY = 1e-150  # avoids division by zero, also by products of two such divisors,
 
 @pointwise
 def trimmed_distance(f, t):
-    """Return ρ and its derivatives with respect to f and t, without branches, so that loops over faces can be vectorised."""
+    """Return the distance ρ from a trimmed face (see the module) and its derivatives with respect to f and t.
+
+    Without branches, so that loops over faces can be vectorised.
+    """
     V = sqrt(t * t + f * f * f * f) + TINY
     total = V + abs(t)
     gap = f * f * f * f / total if t > 0.0 else total  # V - t, without cancellation
@@ -173,7 +177,7 @@ def trimmed_distance(f, t):
 
 @pointwise
 def triangle_trim(f, p1, p2, p3, alpha):
-    """Return t of a triangle and its derivatives with respect to f, p1, p2, p3.
+    """Return the trimming function t of a triangle (see the module) and its derivatives with respect to f, p1, p2, p3.
 
     f: distance from its plane; p1, p2, p3: distances from the planes through its edges and normal to it, positive inside.
     """

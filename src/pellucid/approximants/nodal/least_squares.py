@@ -45,7 +45,7 @@ def _factor(m, A, drops):
 
 @pointwise
 def _solve(m, A, b):
-    """Overwrite b with A⁻¹ b, using the Cholesky factor."""
+    """Overwrite b with the solution A⁻¹ b, using the Cholesky factor of A."""
     for i in range(m):
         for k in range(i):
             b[i] -= A[i, k] * b[k]
@@ -58,7 +58,7 @@ def _solve(m, A, b):
 
 @pointwise
 def _fill_moments(m, flat, n, scratch):
-    """Compute Σ w p ⊗ p and its derivatives."""
+    """Compute the moment matrix M = Σ w p ⊗ p of the basis p with the nodal weights w, and its derivatives."""
     moments, offset, basis = scratch.moments, scratch.offset, scratch.terms[0]
     moments[:, :m, :m] = 0.0
     for i in range(n):

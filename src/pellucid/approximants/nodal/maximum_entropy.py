@@ -28,7 +28,7 @@ class MaximumEntropyModel(FacedApproximant):
 
 @pointwise
 def _weigh(n, offset, log_prior, l0, l1, l2, p):
-    """Compute p_a for a multiplier λ = (l0, l1, l2), and return ln Z."""
+    """Compute the shape functions p_a for a multiplier λ = (l0, l1, l2), and return ln Z (see the module)."""
     highest = -inf
     for a in range(n):
         p[a] = log_prior[a] + l0 * offset[a, 0] + l1 * offset[a, 1] + l2 * offset[a, 2]
@@ -107,7 +107,8 @@ def entropy_weights(n, flat, offset, log_prior, p):
 
 @pointwise
 def entropy_gradients(n, flat, offset, prior_gradient, p, gradient):
-    """Fill gradient (3, n) with ∇p_a, from the gradients ∇ln w_a of the priors, shape (n, 3), which are overwritten.
+    """Fill gradient (3, n) with the gradients ∇p_a of the shape functions, from the gradients ∇ln w_a of the priors, shape (n,
+    3), which are overwritten.
 
     With g_a = ∇ln w_a, M = I + Σ p_a (x - x_a) ⊗ g_a and ∇λ = -J⁻¹ M, it is p_a (g_a - Σ p_b g_b + ∇λᵀ (x - x_a)), in units of
     the offsets.
@@ -151,7 +152,7 @@ def offsets(position, x, active, offset):
 
 @pointwise
 def to_lengths(gradients, length):
-    """Convert gradients by offsets to gradients by x [1/m]."""
+    """Convert gradients with respect to scaled offsets to gradients with respect to x [1/m]."""
     for j in range(3):
         for a in range(gradients.shape[1]):
             gradients[j, a] /= length

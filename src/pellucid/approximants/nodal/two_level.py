@@ -54,7 +54,7 @@ def solve(matrix: sparse.csr_array, wanted: np.ndarray, nodes: np.ndarray) -> np
 def _affine_functions(nodes: np.ndarray) -> np.ndarray:
     """Return an orthonormal basis of the affine functions, shape (n, 4).
 
-    No sum uses a library whose result depends on the number of threads.
+    Sums are computed without libraries whose results depend on the number of threads.
     """
     centred = nodes - nodes.mean(axis=0)
     root = np.linalg.cholesky(np.einsum("ni,nj->ij", centred, centred))
@@ -66,7 +66,7 @@ Operator = Callable[[np.ndarray], np.ndarray]
 
 
 def _iterate(matrix: sparse.csr_array, wanted: np.ndarray, precondition: Operator, close: np.ndarray) -> np.ndarray:
-    """Return the result of one pass of conjugate gradients from zero, with separate step lengths for each column."""
+    """Return the result of conjugate gradients that start from zero, with separate step lengths for each column."""
     x, residual = np.zeros_like(wanted), wanted.copy()
     z = precondition(residual)
     direction, product = z, np.sum(residual * z, axis=0)

@@ -13,7 +13,8 @@ from pellucid.approximants.radial.stencils import Interpolants, functions_at
 
 
 class BlendedRows(NamedTuple):
-    """Shape functions at q points of each of t simplices in d dimensions; a node may occur several times in a row."""
+    """Shape functions at q points of each of t simplices in d dimensions; a node may occur several times among the entries of
+    a point."""
 
     nodes: np.ndarray  # (t, r)
     value: np.ndarray  # (t, q, r)
@@ -45,7 +46,7 @@ class BlendedRows(NamedTuple):
 
 
 class Simplices(NamedTuple):
-    """Segments of a curve or triangles of a surface between points."""
+    """Segments of a curve or triangles of a surface, with corners at given points."""
 
     points: np.ndarray  # (n, k) [m]
     corners: np.ndarray  # (t, d + 1) numbers of the points

@@ -11,7 +11,8 @@ FOLDED = "is too wide for the curvature of the {what}: projected along the norma
 
 
 class Stencils(NamedTuple):
-    """Stencils around n points in k dimensions, with m nodes each, in d coordinates along tangents at the point."""
+    """Stencils around n points in k dimensions, with m nodes each. The coordinates of nodes are taken along d tangents at the
+    point."""
 
     nodes: np.ndarray  # (n, m) numbers of the points; on a surface the nearest first, on a curve in their order along it
     tangents: np.ndarray  # (n, d, k) orthonormal
@@ -47,8 +48,8 @@ def along_curve(points: np.ndarray, size: int, closed: bool) -> Stencils:
 def on_surface(points: np.ndarray, normals: np.ndarray, size: int) -> Stencils:
     """Return stencils of the `size` nearest points on a surface with unit normals, shape (n, 3) each [m].
 
-    Points whose normals differ by more than a right angle belong to another sheet, and are not neighbours. Raises StencilError
-    if too few are left.
+    Points whose normals differ by more than a right angle lie on another part of the surface, and are not neighbours. Raises
+    StencilError if too few are left.
     """
     tree, n, wanted = cKDTree(points), len(points), size
     if n < size:

@@ -28,7 +28,7 @@ class StencilError(ValueError):
 
     def __init__(self, number: int, text: str) -> None:
         self.number = number
-        """Number of the first such stencil."""
+        """Number of the first stencil without an interpolant."""
         self.text = text
         super().__init__(f"stencil {number} {text}")
 

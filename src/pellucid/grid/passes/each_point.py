@@ -37,7 +37,7 @@ from pellucid.jit.vector import LANES, load, total
 from pellucid.tensors import ZERO_VECTOR
 
 NO_PLACE = 1e3
-"""Fault value of a point whose new position is outside the grid or not finite."""
+"""Fault value that marks a point whose new position is outside the grid or not finite."""
 
 
 @pointwise

@@ -27,8 +27,8 @@ from pellucid.jit.vector import LANES, load, row, store
 from pellucid.tensors import ZERO_VECTOR
 
 LINES, WEIGHTS = 8, 20
-"""Layout of the columns of weights: nodes (at most eight); from LINES on, lines of nodes along each axis (at most four
-each)."""
+"""Layout of the columns of weights for a run of points: first the weights of at most eight nodes; from LINES on, the products
+of transverse weights for lines of nodes along each axis, at most four per axis."""
 FIRST, SECOND = 1, 2
 """Bits that select the first and the second of two contributions."""
 
@@ -47,7 +47,7 @@ class ByValue(NamedTuple):
 
 
 class BySlope(NamedTuple):
-    """Contribution of a row for each axis times the derivative of N along this axis."""
+    """Contribution to each node of Σ_d row_d ∂N/∂x_d, with one row of values for each axis d."""
 
     rule: Any
     read: Any
@@ -73,7 +73,7 @@ class Both(NamedTuple):
 
 
 class GivingPoints(NamedTuple):
-    """Points of a body and their contribution to the nodes."""
+    """Points of a body and the rule for their contribution to the nodes."""
 
     mapped: Bundle  # of `MappedPoints`
     gives: Any

@@ -19,7 +19,7 @@ class MovingPoints(NamedTuple):
 
 
 class Stay(NamedTuple):
-    """Rule that does not move points; only their positions are checked, after other code has moved them."""
+    """Option that does not displace points; only their positions are checked, after other code has moved them."""
 
 
 @generic

@@ -133,7 +133,7 @@ def pass_points(
 
 
 class PassAlone(NamedTuple):
-    """A pass whose speed is measured."""
+    """A pass over the points of a body that a benchmark runs alone, to measure its speed."""
 
     run: Callable[[], None]
     traffic: list[np.ndarray]  # point arrays that the pass reads and writes

@@ -9,7 +9,7 @@ from pellucid.model import parameter
 
 
 class IdealGas(NamedTuple):
-    """Parameters of the law."""
+    """Parameters of the ideal gas for kernels."""
 
     gamma: float
 

@@ -12,7 +12,7 @@ from pellucid.model import parameter
 
 
 class MieGruneisen(NamedTuple):
-    """Parameters of the law."""
+    """Parameters of the Mie–Grüneisen equation for kernels."""
 
     rho0: float
     c0: float
@@ -37,7 +37,7 @@ class MieGruneisenCase(EquationOfStateModel):
 
 @pointwise
 def _cold_line(eos, density):
-    """Return A(ρ) [Pa] and dA/dρ."""
+    """Return A(ρ) [Pa] of the pressure P = A + B e, and its derivative dA/dρ."""
     mu = density / eos.rho0 - 1.0
     stiffness = eos.rho0 * eos.c0 * eos.c0
     if mu <= 0.0:

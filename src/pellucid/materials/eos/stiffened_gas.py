@@ -9,7 +9,7 @@ from pellucid.model import parameter
 
 
 class StiffenedGas(NamedTuple):
-    """Parameters of the law."""
+    """Parameters of the stiffened gas for kernels."""
 
     Gamma: float
     p_inf: float

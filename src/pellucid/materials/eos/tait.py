@@ -10,7 +10,7 @@ from pellucid.model import parameter
 
 
 class Tait(NamedTuple):
-    """Parameters of the law."""
+    """Parameters of Tait's equation for kernels."""
 
     rho0: float
     p0: float
