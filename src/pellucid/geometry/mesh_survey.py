@@ -28,7 +28,7 @@ MOST_CROSSED = 300_000  # triangles: self-intersections of larger surfaces are n
 METRES, MILLIMETRES = 3.0, 1000.0
 """Largest extents that are probably in metres and in millimetres: typical models are organs, cells and airbags."""
 HEAD = 2000
-"""Number of bytes at the start of a file that are searched for a unit."""
+"""Number of bytes at the start of a file in which a unit of length is searched."""
 SAID = re.compile(rb"unit[s]?\s*[=:]?\s*\(?(mm|cm|dm|um|nm|m|inch|in)\b", re.IGNORECASE)
 
 

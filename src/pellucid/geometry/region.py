@@ -125,8 +125,8 @@ class Region(Shape):
     def faces(self, of: Selectable, active: ActiveAxes, by_centre: bool = False) -> np.ndarray:
         """Return a mask of the selected faces, shape (f,).
 
-        by_centre: the shape selects faces whose centres lie in it, so that the selected area is not systematically below the
-        area of the shape.
+        by_centre: True if the shape selects the faces whose centres lie in it; otherwise all corners must lie in it, and the
+        selected area is systematically smaller than the shape.
         """
         if by_centre:
             chosen = np.ones(len(of.faces), bool) if self.set_ is None else self._named(of)[of.faces].all(axis=1)

@@ -35,8 +35,8 @@ class FaceDistances(NamedTuple):
 def face_distances(mesh: SimplexMesh, shape: float, size: np.ndarray, faces: Lists) -> FaceDistances:
     """Return the distance data for nodes with the given faces.
 
-    shape: α, the factor of t² that controls the rounding at edges. size: sizes of the supports [m], shape (n,). faces: faces
-    that bound each support.
+    shape: parameter α of the trimming function, which controls the rounding at edges. size: sizes of the supports [m], shape
+    (n,). faces: faces that bound each support.
     """
     flat = mesh.dimension == 2
     planes = (_segments if flat else _triangles)(mesh.nodes[mesh.faces[0]])

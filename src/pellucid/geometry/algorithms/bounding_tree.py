@@ -48,7 +48,7 @@ class BoundingTree:
         # boxes of the last level are not split, so the order of their triangles does not matter
 
     def near(self, edges: np.ndarray, start: np.ndarray, end: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield numbers of edges and of nearby triangles, shape (p,) each, in blocks.
+        """Yield numbers of edges and of triangles that may intersect them, shape (p,) each, in blocks.
 
         edges: vertex numbers of the ends, shape (n, 2); triangles that share a vertex with an edge may be omitted. start, end:
         positions of the ends [m], shape (n, 3).

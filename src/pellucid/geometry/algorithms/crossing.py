@@ -25,8 +25,8 @@ def self_crossing(surface: Triangulation, in_plane: bool = True) -> np.ndarray |
     """Return a position [m], shape (3,), where an edge of a surface intersects a triangle with other vertices; None if there is
     none.
 
-    Coincident vertices count as one. in_plane: count edges that lie in the plane of a triangle, which must be excluded for
-    layers on each other.
+    Coincident vertices count as one. in_plane: True to also count edges that lie in the plane of a triangle; use
+    False for surfaces with layers that touch each other.
     """
     number = np.unique(surface.vertices + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
     return _piercing(surface, surface, number, number, in_plane)
@@ -57,7 +57,7 @@ def _piercing(
 
 
 def _meeting(p: np.ndarray, d: np.ndarray, corners: np.ndarray, slack: float, in_plane: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return a mask of the edges from positions p along d that intersect their triangles, and the intersection points.
+    """Return a mask of the edges, from positions p to p + d, that intersect their triangles, and the intersection points.
 
     Source: Möller & Trumbore 1997, J. Graph. Tools 2, 21.
     """

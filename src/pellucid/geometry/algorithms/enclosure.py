@@ -61,7 +61,8 @@ def is_inside_out(vertices: np.ndarray, triangles: np.ndarray) -> bool:
 
 
 def _rays(yz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the unique pairs (y, z), shape (m, 2), and for each point the number of its pair."""
+    """Return the distinct pairs (y, z) of coordinates of points, one for each ray along x, shape (m, 2), and for each point
+    the number of its ray."""
     y, row = np.unique(yz[:, 0], return_inverse=True)
     z, column = np.unique(yz[:, 1], return_inverse=True)
     codes, ray_of = np.unique(row * len(z) + column, return_inverse=True)
@@ -102,13 +103,14 @@ def _crossings(rays: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) ->
 
 
 def spread(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the index of each item and its step within that index: for counts (2, 3), (0, 0, 1, 1, 1) and (0, 1, 0, 1, 2)."""
+    """Return, for groups with these numbers of items, the group of each item and its number within the group: for counts (2,
+    3), (0, 0, 1, 1, 1) and (0, 1, 0, 1, 2)."""
     which = np.repeat(np.arange(len(counts)), counts)
     return which, np.arange(len(which)) - (np.cumsum(counts) - counts)[which]
 
 
 def _meet(ray: np.ndarray, rays: np.ndarray, vertices: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ray number and the x coordinate of the crossing for those pairs of ray and triangle that intersect."""
+    """Return, for those pairs of ray and triangle that intersect, the ray number and the x coordinate of the crossing."""
     p = rays[ray]
     sides = np.stack([_side(triangle[:, i], triangle[:, (i + 1) % 3], vertices, p) for i in range(3)])
     hit = np.all(sides > 0.0, axis=0) | np.all(sides < 0.0, axis=0)

@@ -16,7 +16,7 @@ NOTHING = 1e-12  # of the cube of the extent: a surface with a smaller volume is
 
 
 class Ellipsoid(NamedTuple):
-    """Semi-axes [m], longest first, shape (3,), and their directions as rows of a matrix, shape (3, 3)."""
+    """An ellipsoid: semi-axes [m], longest first, shape (3,), and their directions as rows of a matrix, shape (3, 3)."""
 
     axes: np.ndarray
     directions: np.ndarray

@@ -6,14 +6,15 @@ import numpy as np
 
 
 class Ellipsoid(NamedTuple):
-    """Semi-axes [m], shape (d,), ascending, and their directions as columns of a matrix, shape (d, d)."""
+    """An ellipse or ellipsoid: semi-axes [m], ascending, shape (d,), and their directions as columns of a matrix, shape (d,
+    d)."""
 
     semi_axes: np.ndarray
     directions: np.ndarray
 
     @property
     def deformation(self) -> float:
-        """Taylor's deformation (L - B)/(L + B) of the longest and the shortest axis."""
+        """Taylor's deformation parameter (L - B)/(L + B), with the longest semi-axis L and the shortest semi-axis B."""
         shortest, longest = float(self.semi_axes[0]), float(self.semi_axes[-1])
         return (longest - shortest) / (longest + shortest)
 

@@ -13,7 +13,7 @@ BENT = 0.1  # of the extent of a rim: deviation above which a lid to the mean of
 
 
 class Rims(NamedTuple):
-    """Boundary edges of a surface, in the direction of their triangles."""
+    """The boundary edges of a surface, each in the direction in which its triangle passes through it."""
 
     edges: np.ndarray  # (k, 2)
     beside: np.ndarray  # (k,) third corner of the triangle at each edge
@@ -106,6 +106,7 @@ def _caps(rims: Rims, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _bend(edges: np.ndarray) -> float:
-    """Return the RMS deviation of the points of a rim from a plane, divided by its extent; edges [m], shape (k, 2, 3)."""
+    """Return the RMS distance of the points of a rim from the plane that fits them, divided by the extent of the rim; edges:
+    their end points [m], shape (k, 2, 3)."""
     sizes = np.linalg.svd(edges[:, 0] - edges[:, 0].mean(axis=0), compute_uv=False)
     return float(sizes[-1] / sizes[0]) if len(sizes) == 3 and sizes[0] > 0.0 else 0.0

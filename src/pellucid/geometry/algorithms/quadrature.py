@@ -60,4 +60,4 @@ TRIANGLE = np.array(
 )
 """Barycentric coordinates of the quadrature points of a triangle, shape (6, 3)."""
 TRIANGLE_WEIGHTS = np.repeat([0.223381589678011, 0.109951743655322], 3)
-"""Weights of these points as fractions of the area, shape (6,)."""
+"""Weights of the quadrature points of a triangle, as fractions of its area, shape (6,)."""

@@ -8,7 +8,7 @@ BITS = 10  # per coordinate
 
 
 def spatial_order(points: np.ndarray) -> np.ndarray:
-    """Return the order of points [m], shape (n, 3), along the curve, shape (n,); coincident points keep their order."""
+    """Return the order of points [m], shape (n, 3), along a Morton curve, shape (n,); coincident points keep their order."""
     lower = points.min(axis=0)
     extent = max(float((points.max(axis=0) - lower).max()), np.finfo(float).tiny)
     cells = np.minimum((points - lower) / extent * 2**BITS, 2**BITS - 1).astype(np.int64)
@@ -20,7 +20,7 @@ def spatial_order(points: np.ndarray) -> np.ndarray:
 
 
 def side_by_side(mesh: Triangulation) -> Triangulation:
-    """Return the surface with nodes in spatial order and triangles in the order of their nodes."""
+    """Return a surface with its nodes in spatial order, and its triangles in the order of their nodes."""
     order = spatial_order(mesh.vertices)
     number = np.empty(len(order), np.int64)
     number[order] = np.arange(len(order))

@@ -13,14 +13,15 @@ FEW = 0.01  # largest fraction of bad elements
 
 
 class Slowest(NamedTuple):
-    """The fewest elements, worst first, without which the stable time step is more than `MUCH` times larger."""
+    """The smallest set of elements, worst first, without which the stable time step is more than `MUCH` times larger."""
 
     elements: np.ndarray
     times: float  # ratio of the stable time step without them to the actual one
 
 
 def rates_of_surface(mesh: Mesh) -> np.ndarray:
-    """Return half the largest eigenfrequency of each quadrilateral, then triangle, over its wave speed c [1/m], shape (m,).
+    """Return half the largest eigenfrequency of each element divided by its wave speed c [1/m], shape (m,): quadrilaterals,
+    then triangles.
 
     Each element limits the time step by c √Σ|∇N_K|², up to a factor.
     """
@@ -33,15 +34,18 @@ def rates_of_surface(mesh: Mesh) -> np.ndarray:
 
 
 def slowest_of_surface(mesh: Mesh) -> Slowest | None:
-    """Return the quadrilaterals and triangles that limit the time step, by their element frequencies."""
+    """Return the quadrilaterals and triangles that limit the time step, found from their eigenfrequencies."""
     rates = rates_of_surface(mesh)
     worst = np.argsort(-rates, kind="stable")
     return _fewest(worst, lambda count: float(rates[worst[count]]))
 
 
 def slowest_of_solid(mesh: SimplexMesh) -> Slowest | None:
-    """Return the linear tetrahedra that limit the time step, by the bound of the nodal frequencies, Σ_e V |∇N_a| Σ_b |∇N_b| /
-    V_a."""
+    """Return the linear tetrahedra that limit the time step.
+
+    The squared frequency of node a is bounded by a multiple of Σ_e V |∇N_a| Σ_b |∇N_b| / V_a over its elements e with
+    volumes V; V_a is the volume of the node.
+    """
     corners, volumes, n = mesh.nodes[mesh.cells], np.abs(mesh.volumes), len(mesh.nodes)
     slopes = np.empty((len(corners), 4))  # |∇N_a|: area of the opposite face over three times the volume
     for a in range(4):

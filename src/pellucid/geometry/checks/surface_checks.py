@@ -64,7 +64,7 @@ def _without_empty_and_repeated(mesh: Mesh) -> Mesh:
 
 
 class _Elements:
-    """The elements and their sorted directed edges; edges between the same vertices are adjacent."""
+    """The elements of a surface, and their directed edges, sorted so that edges between the same two vertices are adjacent."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.vertices, self.quads, self.triangles = mesh
@@ -89,7 +89,7 @@ class _Elements:
         return np.stack([codes // len(self.vertices), codes % len(self.vertices)], axis=1)
 
     def edges_of(self, wanted: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """Return the edges, shape (k, 2), whose number of elements fulfils a condition."""
+        """Return the edges for which the number of their elements fulfils a condition, shape (k, 2)."""
         first = np.flatnonzero(np.diff(self.codes // 2, prepend=-1))
         counts = np.diff(first, append=len(self.codes))
         return self.ends(self.codes[first[wanted(counts)]] // 2)
@@ -99,7 +99,7 @@ class _Elements:
         return _place(self.vertices[edge].mean(axis=0))
 
     def count(self, n: int, verb: str, verbs: str) -> str:
-        """Return a number of elements followed by a verb, for a message."""
+        """Return a number of elements and a verb in the right form, for a message."""
         return counted(n, f"{self.one} {verb}", f"{self.many} {verbs}")
 
 

@@ -103,7 +103,7 @@ def _ring(start: int, after: dict[int, list[int]], shared: dict[int, dict[int, i
 
 
 def _fans(mesh: Mesh, vertex: int) -> dict[int, int]:
-    """Return for each neighbour of a vertex the fan of elements that its edge belongs to."""
+    """Return, for each neighbour of a vertex, the fan of elements that contains the edge to this neighbour."""
     neighbours = []
     for corners in (mesh.quads, mesh.triangles):
         element, place = np.nonzero(corners == vertex)

@@ -37,7 +37,7 @@ def turned_alike(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 
 def outward(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Orient closed pieces outward, and those inside an odd number of other pieces, which are holes, inward."""
+    """Orient the normals of closed pieces outward; inward for holes, i.e. pieces inside an odd number of other pieces."""
     one, other, against = _neighbours(mesh)
     n, first = len(mesh.quads) + len(mesh.triangles), len(mesh.quads)
     if not n:

@@ -173,8 +173,8 @@ class _Model:
         return replace(left, node_sets={name: nodes for name, nodes in left.node_sets.items() if name not in gone})
 
     def _named(self, what: str) -> dict[str, np.ndarray]:
-        """Return the sets by name. A name used by several instances is the union; each one is also available as
-        `INSTANCE.NAME`."""
+        """Return the sets by name. If several instances use a name, it selects the union of their sets; the set of each
+        instance is also available as `INSTANCE.NAME`."""
         found: dict[str, np.ndarray] = {}
         written: dict[str, str] = {}
         owners: dict[str, list[str]] = {}
@@ -210,7 +210,8 @@ class _Model:
         return np.unique(np.concatenate(found))
 
     def _named_in(self, scope: _Scope, what: str, word: str, name: str, within: tuple[str, ...]) -> np.ndarray:
-        """Return the members of `SET`, `INSTANCE.SET` or `INSTANCE.7`, or for `<SET` the nodes of an element set."""
+        """Return the members of `SET`, `INSTANCE.SET` or `INSTANCE.7` (one label), or for `<SET` the nodes of an element
+        set."""
         if word.startswith("<"):
             return self._nodes_of(self._named_in(scope, "E", word[1:], name, within))
         upper = word.strip('"').upper()
@@ -328,7 +329,8 @@ def _defined_twice(scope: _Scope, labels: np.ndarray, row: int) -> Damaged:
 
 
 def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
-    """Return the node numbers of elements, given as rows of the element label and the node labels. Raises Damaged."""
+    """Return the node numbers of elements. Raises Damaged. rows: the label of each element, followed by the labels of its
+    nodes."""
     known, labels = scope.node_labels, table[:, 1:]
     place = np.searchsorted(known, labels).clip(max=max(len(known) - 1, 0))
     if labels.size and (not len(known) or (known[place] != labels).any()):

@@ -121,7 +121,8 @@ def _keyword(line: str, where: str) -> Keyword:
 
 
 def _place(name: str, path: Path, first: Path) -> Path | None:
-    """Return the path of an included file, or None; names are relative to the folder of the first file, as in Abaqus."""
+    """Return the path of an included file; None if it does not exist. Names are relative to the folder of the first file, as
+    in Abaqus."""
     name = name.strip().strip("\"'").replace("\\", "/")
     for folder in (first.parent, path.parent):
         try:

@@ -29,7 +29,7 @@ class Damaged(ValueError):
 
 
 class Block(NamedTuple):
-    """Elements of one kind, such as "tetra10", and their node numbers from 0, shape (m, nodes of the kind)."""
+    """Elements of one kind, such as "tetra10", and their node numbers, counted from 0, shape (m, nodes of an element)."""
 
     kind: str
     nodes: np.ndarray
@@ -89,8 +89,8 @@ def flat_blocks(points: np.ndarray, faces: list[list[int]], where: str = "face")
 
 
 def _cut(points: np.ndarray, face: list[int], where: str) -> list[list[int]]:
-    """Return a polygon as a fan of triangles with the same orientation. Raises Damaged if no corner is visible from all
-    others."""
+    """Return a polygon as a fan of triangles with the same orientation. Raises Damaged if there is no corner from which
+    straight lines inside the polygon reach all others."""
     if not 0 <= min(face) <= max(face) < len(points):
         raise Damaged(f"{where} has a corner that is not one of the {len(points)} points of the file")
     for start in range(len(face)):

@@ -83,7 +83,8 @@ def tetrahedra(blocks: tuple[Block, ...]) -> tuple[np.ndarray, list[str]]:
 
 
 def _cut(corners: np.ndarray, face: tuple[int, ...]) -> list[np.ndarray]:
-    """Return the tetrahedra between the triangles of a face of m elements and their smallest corners, shape (m, 4) each.
+    """Return the tetrahedra between the triangles of one face of m elements and the corner with the smallest number of each
+    element, shape (m, 4) each.
 
     Tetrahedra at faces that contain that corner have it twice.
     """

@@ -17,7 +17,7 @@ _VERSIONS = ("2", "2.0", "2.1", "2.2", "4", "4.0", "4.1")
 _NAME = re.compile(r'(\d+)\s+(-?\d+)\s+"(.*)"')
 _SECTION = re.compile(rb"^[ \t]*\$([A-Za-z]\w*)[ \t\r]*\n", re.MULTILINE)
 Layout = tuple[tuple[str, int], ...]
-"""Layout of a row: kinds of numbers ("int", "size" or "float") and the count of each."""
+"""Layout of a row of data: pairs of a kind of number ("int", "size" or "float") and how many of them follow."""
 
 
 def is_gmsh(data: bytes) -> bool:
@@ -223,11 +223,11 @@ class _Words:
         return self.rows(1, ((kind, count),))[0][0]
 
     def count(self) -> int:
-        """Read a count."""
+        """Read one number, which counts the items that follow."""
         return _sound_count(int(self.take("size", 1)[0]), self._name, len(self._words))
 
     counted = count
-    """Read the count at the start of a section."""
+    """Read the count of items at the start of a section."""
 
     def rows(self, n: int, layout: Layout) -> list[np.ndarray]:
         """Read `n` rows; return an array of shape (n, numbers) for each kind of numbers of the layout."""
@@ -283,7 +283,7 @@ class _Bytes:
         return self.rows(1, ((kind, count),))[0][0]
 
     def count(self) -> int:
-        """Read a count."""
+        """Read one number, which counts the items that follow."""
         return _sound_count(int(self.take("size", 1)[0]), self._name, len(self._data))
 
     def counted(self) -> int:

@@ -41,7 +41,8 @@ def corners_of(kind: int) -> int:
 
 
 def once(elements: Elements) -> tuple[Elements, np.ndarray]:
-    """Remove elements that format 2 repeats for each further group; return them and the new number of each element, shape (m,).
+    """Remove elements that format 2 repeats for each further group; return the others, and for each original element its
+    number among them, shape (m,); for a removed one, that of the element that it repeats.
 
     Elements that occur twice in one group are kept.
     """

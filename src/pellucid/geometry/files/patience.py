@@ -10,7 +10,7 @@ AGAIN = 0.2  # s between two calls to a halt
 
 
 class TooLong(Exception):
-    """The work did not finish within its time limit."""
+    """Raised if work did not finish within its time limit."""
 
 
 class _Halt(BaseException):

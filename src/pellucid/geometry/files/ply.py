@@ -18,7 +18,8 @@ STRIPS, FANS = ("tristrips", "tristrip", "strips", "strip"), ("trifans", "trifan
 
 
 Column = np.ndarray | list[np.ndarray]
-"""Values of a property, shape (rows, values), or a list with those of each row."""
+"""Values of a property of an element, shape (rows, values); a list with the values of each row if rows have different
+lengths."""
 
 
 class _Property(NamedTuple):
@@ -125,8 +126,8 @@ class _Words:
         return floats(words, "its values") if kind[0] == "f" else integers(words, "its whole numbers")
 
     def table(self, layout: list[tuple[str, int]], rows: int) -> tuple[list[np.ndarray], int] | None:
-        """Return columns, shape (rows, values) each, and the end of their data; None if a row has another number or type of
-        values."""
+        """Return the columns of a table, shape (rows, values) each, and the end of its data; None if the rows differ in the
+        number or type of their values."""
         widths = [width for _, width in layout]
         if rows * sum(widths) > self.left:
             return None

@@ -26,7 +26,8 @@ SURFACES = "STL (.stl), OBJ (.obj), PLY (.ply), OFF (.off), Gmsh (.msh), VTK (.v
 SOLIDS = "Gmsh (.msh), VTK (.vtk, .vtu), Abaqus (.inp), Nastran (.bdf, .nas)"
 ANY = f"{SURFACES}, Abaqus (.inp), Nastran (.bdf, .nas)"
 NODES_OF_ANSYS, HEAD = b"NBLOCK", 100_000
-"""Word that distinguishes Ansys files from Abaqus files, both with the extension .inp, and the number of bytes searched."""
+"""Word by which Ansys files are distinguished from Abaqus files (both have the extension .inp), and the number of bytes at the
+start of a file that are searched for it."""
 FARTHEST = 1e30
 """Largest coordinate in the unit of the file; squares of element volumes do not overflow below it."""
 

@@ -51,7 +51,8 @@ def _groups(mesh: Any) -> dict[str, list[np.ndarray]]:
 
 
 def marked_places(values: np.ndarray) -> np.ndarray | None:
-    """Return the indices of the larger value in an integer array of 0 and 1, or of -1 and 0; None for any other array."""
+    """Return the indices of the larger value in an integer array that marks a set by 0 and 1, or by -1 and 0; None for any
+    other array."""
     values = np.asarray(values)
     if values.ndim != 1 or values.dtype.kind not in "biu":
         return None

@@ -21,13 +21,13 @@ from pellucid.system.extras import install_command
 from pellucid.system.input_files import file_bytes
 
 FORMS = {".inp": "ansysInp"}
-"""Formats of extensions that several programs use."""
+"""Names in meshlane of formats whose extension is used by several programs."""
 NASTRAN, BEGIN_BULK = "nastran", re.compile(rb"^\s*BEGIN\s+BULK", re.IGNORECASE | re.MULTILINE)
 MEDIT, BINARY_MEDIT = "medit", ".meshb"
 MEDIT_MARKS = re.compile(r"Required[A-Z]|Corners|Ridges|Normal|Tangent|Parallel")
 """Sections of Medit files written by remeshers that have no elements of their own."""
 MEDIT_VERSION = re.compile(r"MeshVersionFormatted\s+(\d)")
-"""meshlane reads versions up to 2; the text format of later versions is the same."""
+"""Version of a Medit file. meshlane reads versions up to 2; the text format of later versions is the same."""
 LEAST_TIME, SLOWEST = 4.0, 100_000.0  # s and bytes/s: readers of text take 1 to 2 MB/s
 """Time limit of a reader: some readers wait forever for the end of a section that a damaged file does not have."""
 LONGEST = 200

@@ -146,7 +146,7 @@ def _old_lists(source: "_Source", count: int, size: int, binary: bool) -> list[l
 
 
 def _new_lists(source: "_Source", count: int, size: int, binary: bool) -> list[list[int]]:
-    """Read lists stored as the start of each list, one more than the number of lists, then all numbers."""
+    """Read lists stored as the start of each list and the end of the last one, followed by the numbers of all lists."""
     parts = []
     for name, n in (("OFFSETS", count), ("CONNECTIVITY", size)):
         while not (words := source.line()) and not source.ended:

@@ -9,7 +9,7 @@ import numpy as np
 from pellucid.geometry.files.contents import Damaged
 
 MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
-"""Encodings by the byte order mark at the start of a text."""
+"""Encodings of a text, by the byte order mark at its start."""
 _LIKE_A_NUMBER = re.compile(r"[0-9.,+\-dDeE]{0,30}[0-9][0-9.,+\-dDeE]{0,30}")
 
 

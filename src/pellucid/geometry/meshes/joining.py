@@ -116,7 +116,7 @@ def layers_parted(mesh: Mesh) -> Mesh | None:
 
 
 def _is_crowded(quads: np.ndarray, triangles: np.ndarray, n: int) -> bool:
-    """Return True if elements occur twice, or an edge has more than two elements."""
+    """Return True if two elements have the same corners, or an edge has more than two elements."""
     if not (first_of_each(quads).all() and first_of_each(triangles).all()):
         return True
     edges = np.concatenate([directed_edges(quads), directed_edges(triangles)])

@@ -14,7 +14,7 @@ TOGETHER = 1 << 13  # cells per block, so that a block fits into the cache
 
 
 def in_parts(n: int) -> Iterator[slice]:
-    """Yield consecutive slices that cover n cells."""
+    """Yield consecutive slices that together cover n cells."""
     return (slice(start, start + TOGETHER) for start in range(0, n, TOGETHER))
 
 

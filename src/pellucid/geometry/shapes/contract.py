@@ -38,7 +38,7 @@ class Geometry(Model):
         return 0.5 * (lower + upper)
 
     def reach(self, direction: np.ndarray) -> float:
-        """Return the largest x·d over all positions x [m] of the region for a direction d, shape (3,).
+        """Return the largest extent of the region along a direction d, shape (3,): the maximum of x·d over its positions x [m].
 
         The default, computed from the corners of the bounds, is an upper bound, exact for a box.
         """

@@ -44,8 +44,8 @@ class Cushion(CushionDimensions, Geometry):
         return np.array(self.centre_) - np.where(kept, 0.0, half), np.array(self.centre_) + half
 
     def reach(self, direction: np.ndarray) -> float:
-        """Return the largest x·d in the cushion: η is sampled finely; over ξ, the maximum of a ξ + k (1 - ξ²) is exact (at
-        a/2k or an end)."""
+        """Return the maximum of x·d over the cushion for a direction d. The coordinate η is sampled finely; over ξ, the
+        maximum of a ξ + k (1 - ξ²) is exact (at a/2k or at an end)."""
         first, kept = np.array([-1.0, -1.0, -1.0]), [axis in self.halved for axis in AXES]
         first[kept] = 0.0
         a, b, c = direction * 0.5 * np.array([*self.sides, self.height])

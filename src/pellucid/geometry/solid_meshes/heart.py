@@ -79,7 +79,8 @@ def _above_apex(places: np.ndarray) -> np.ndarray:
 
 
 def _from_patch(places: np.ndarray) -> np.ndarray:
-    """Return the distances of positions [m], shape (n, 3), from the centre of the patch [m], shape (n,)."""
+    """Return the distances of positions [m], shape (n, 3), from the centre of the patch on the right ventricle [m], shape
+    (n,)."""
     semi = RIGHT + RIGHT_WALL
     middle = OFFSET + np.array([semi[0] * np.sqrt(1.0 - (PATCH_HEIGHT / semi[2]) ** 2), 0.0, PATCH_HEIGHT])
     return np.asarray(np.linalg.norm(places - middle, axis=1))

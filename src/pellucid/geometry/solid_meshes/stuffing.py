@@ -75,7 +75,7 @@ def _cuts(contains: Contains, nodes: np.ndarray, cells: np.ndarray, sign: np.nda
 
 
 def _limits(nodes: np.ndarray, cuts: _Cuts, size: float) -> np.ndarray:
-    """Return the fraction of each cut edge within which a node is moved, shape (k,)."""
+    """Return the fraction of each cut edge within which its node is moved to the boundary, shape (k,)."""
     length = np.linalg.norm(nodes[cuts.outer] - nodes[cuts.inner], axis=1)
     return np.where(length > LONG * size, NEAR_LONG, NEAR_SHORT)
 

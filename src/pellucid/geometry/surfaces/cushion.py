@@ -27,7 +27,7 @@ class CushionSurface(CushionDimensions, Meshed):
 
     @property
     def closed(self) -> bool:
-        """True if no part is cut off by `halved`."""
+        """True if the surface is the whole cushion, i.e. `halved` removes no part."""
         return not self.halved
 
     def expected_points(self) -> float:

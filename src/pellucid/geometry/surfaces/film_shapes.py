@@ -27,7 +27,7 @@ class Ellipse(Model):
         return np.array(self.centre[:2]) + _even(self, self.nodes + 1, angle)[:-1]
 
     def at(self, angle: np.ndarray) -> np.ndarray:
-        """Return positions relative to the centre at angles, shape (n, 2)."""
+        """Return positions on the ellipse relative to its centre at given angles, shape (n, 2)."""
         return np.stack([self.radius * np.cos(angle), (self.radius_y or self.radius) * np.sin(angle)], axis=1)
 
 
@@ -47,7 +47,7 @@ class Spheroid(Model):
         return np.array([0.0, self.height]) + found
 
     def at(self, angle: np.ndarray) -> np.ndarray:
-        """Return positions relative to the centre at angles from the equator, shape (n, 2)."""
+        """Return positions on the meridian relative to the centre at given angles from the equator, shape (n, 2)."""
         return np.stack([self.radius * np.cos(angle), (self.radius_z or self.radius) * np.sin(angle)], axis=1)
 
 
@@ -101,7 +101,7 @@ class Meridian(Model):
 
 
 def _check(places: np.ndarray, closed: bool) -> None:
-    """Raise ValueError if nodes coincide, lines cross, the curve is open, or the interior lies to the right."""
+    """Raise ValueError if nodes coincide, lines between them cross, the curve is open, or its interior lies to the right."""
     after = np.roll(places, -1, axis=0) if closed else places[1:]
     before = places if closed else places[:-1]
     gaps = np.linalg.norm(after - before, axis=1)

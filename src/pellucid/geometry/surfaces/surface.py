@@ -21,7 +21,7 @@ from pellucid.geometry.surfaces.sphere import SphereSurface
 from pellucid.geometry.surfaces.tube import Tube
 
 Elements = Literal["quads", "triangles"]
-""""quads" keeps quadrilaterals; "triangles" divides them into triangles."""
+"""Elements of a surface: "quads" keeps its quadrilaterals; "triangles" divides them into triangles."""
 
 
 class Surface(Choice):
