@@ -24,8 +24,8 @@ def place_problems(
 ) -> Iterator[Finding]:
     """Report a body at `path` that extends beyond the grid, or touches itself across a periodic seam.
 
-    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may extend; fills: True if the body
-    continues across a seam when it is as long as the period; flows: True if the body may touch itself.
+    bounds: its lower and upper corner [m]; cut_at: faces of the grid beyond which it may extend; fills: True if a body as
+    long as the period continues across the seam without a gap; flows: True if the body may touch itself, like a fluid.
     """
     ends = zip("xyz", *bounds, grid.lower, grid.extent_upper(), grid.thin(), strict=True)
     for axis, low, high, grid_low, grid_high, thin in ends:
@@ -50,7 +50,7 @@ def place_problems(
 def _seam_problems(
     path: Path, axis: str, ends: tuple[float, float], grid: GridCase, fills: bool, flows: bool
 ) -> Iterator[Finding]:
-    """Report faults of a body along a periodic axis."""
+    """Report a body that cannot be placed along a periodic axis."""
     (low, high), d = ends, "xyz".index(axis)
     lower, upper = grid.lower[d], grid.extent_upper()[d]
     period, slack = upper - lower, SLACK * (upper - lower)

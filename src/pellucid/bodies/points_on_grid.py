@@ -75,7 +75,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     """Contact surface of the body; None if contact is computed on the grid nodes."""
 
     found_anew: tuple[str, ...] = ()
-    """Arrays that are computed from the others when a run is continued."""
+    """Names of arrays that are not loaded when a run is continued, but computed from the others."""
 
     def __init__(
         self,
@@ -120,8 +120,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._affine = a.get("affine")
 
     def carry_rotation(self) -> None:
-        """Add affine velocity fields to the points, set by the constraint of the body, instead of velocities from the
-        nodes."""
+        """Add affine velocity fields to the points. The constraint of the body sets them, so that they describe its rotation;
+        nodal velocities do not change them."""
         if self._affine is None:
             self.arrays["affine"] = np.zeros((len(self.arrays["mass"]), FIELD_ENERGY + 1))
             self._bind()
@@ -158,12 +158,13 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self._velocity_passes[self.keeps_heat]
 
     def _follow_order(self) -> None:
-        """Update data that depend on the storage order of the points."""
+        """Update data of the contact surface that depend on the storage order of the points."""
         if self.contact_surface is not None:
             self.contact_surface.find_hosts()
 
     def use_separate_force_buffer(self) -> None:
-        """Add internal forces to the separate buffer of the velocity field for bodies that keep heat."""
+        """From now on, add the internal forces of this body to the buffer that its velocity field reserves for bodies that
+        keep heat."""
         self._nodes = with_fields(self.grid.nodes, {"forces": self.velocity_field.separate_forces()})
         self._make_bundles()
 
@@ -173,7 +174,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return self._nodes.forces
 
     def share_cells(self, cells: FullCells) -> None:
-        """Apply the mean pressure of full cells as a whole; see `pellucid.grid.full_cells`."""
+        """Use mean pressures for cells that are full of fluid instead of pressures of single points; see
+        `pellucid.grid.full_cells`."""
         self._cells = cells
         self._make_bundles()
 
@@ -215,7 +217,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
     # shared by several processes
 
     def _sharing(self) -> SpreadPoints | WholePoints:
-        """Return the initial distribution of the points among processes."""
+        """Return the initial distribution of the points among processes: all points on each process."""
         return WholePoints(self.slabs)
 
     def keep_whole(self) -> None:
@@ -226,8 +228,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self._follow_order()
 
     def hand_over(self) -> Callable[[], None]:
-        """Complete the data that other processes need before rows are redistributed. Returns the function that adopts the
-        new rows."""
+        """Complete the data that other processes need before rows of slabs are redistributed. Returns the function that
+        applies the new distribution."""
         self.complete_arrays()
         domain.complete(self.slabs.left_slab)
         self._orders.clear()
@@ -242,7 +244,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         return ordered_sum(domain.complete(self.slabs.sums))
 
     def _put_behind(self, left: np.ndarray) -> None:
-        """Move the points that have left after the others; left: their mask, shape (n_there,). The points must be sorted."""
+        """Store points that have left the grid behind the others; left: mask of these points, shape (n_there,). The points
+        must be sorted."""
         order = np.argsort(left, kind="stable")
         for array in self.arrays.values():
             array[: len(order)] = array[order]
@@ -255,7 +258,7 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
             self.sort()
 
     def passes(self) -> dict[str, PassAlone]:
-        """Return each pass of a step by name, for benchmarks; a pass can be run without advancing time."""
+        """Return the passes of a step by name, for benchmarks, which can run each pass without advancing time."""
         velocities, given = self._velocity_pass(), self._to_grid
         traffic = traffic_of(velocities)
 
@@ -386,7 +389,8 @@ class PointsOnGrid(PointFields, TakesExternalForces, TakesDrag, TakesSecondImpul
         self._bound_rate(float(self.slabs.sums[:, RATE].max()))
 
     def _bound_rate(self, rate: float) -> None:
-        """Set the rate that limits the step [1/s], from the fastest signal or from the speed of a prescribed motion."""
+        """Set the rate that limits the step [1/s]: the largest of the signal rate `rate`, the rate at which a prescribed
+        motion crosses cells, and the rate of springs on a rigid body."""
         # in a steady state the time of motions is that of the loads, and the clock chooses in how many steps they act
         prescribed = self.constraint.top_speed if self.constraint is not None and not self.relaxes else 0.0
         swing = getattr(self.constraint, "swing", 0.0)  # of a rigid body on springs

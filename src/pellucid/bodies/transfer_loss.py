@@ -30,7 +30,7 @@ from pellucid.parts.families import GridBody
 
 
 def separate_force_buffers(bodies: Iterable[Sequence[GridBody]]) -> None:
-    """Give bodies that keep heat their own nodal forces, in velocity fields where others do not keep heat."""
+    """Provide separate nodal forces for bodies that keep heat, in velocity fields with other bodies that do not."""
     for together in bodies:
         if not all(body.keeps_heat for body in together):
             for body in together:
@@ -67,7 +67,8 @@ def transfer_work(field: VelocityField, bodies: Sequence[GridBody], dt: float, s
 
 
 def contact_lag_work(pairs: ContactPairs) -> StepWork:
-    """Return the contact part of L, which is subtracted from the contact work along v̄ and from the heat of the transfers."""
+    """Return the part of the transfer loss L (see the module) due to contact, which is subtracted from the contact work along
+    v̄ and from the heat of the transfers."""
     done = no_work(TRANSFER + 1, 0)
     done.works[[CONTACT, TRANSFER]] = -pairs.lag_work
     return done

@@ -68,7 +68,7 @@ def lacking_growth(cells: Any, lattice: Any, place: Any) -> Any:
 @generic
 def grown(cells: Any, lattice: Any, L: Any, lacking: Any) -> Any:
     """Return the velocity gradient L of a point [1/s], to which the missing growth rate `lacking` is added in equal parts
-    along the axes."""
+    along the axes that are not one cell thick."""
 
 
 @point_function(lacking_growth, NoCells)

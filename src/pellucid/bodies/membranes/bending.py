@@ -19,7 +19,8 @@ ON_FACE = 1e-6  # of a cell, within which a point lies on a face of the grid
 
 
 class Resistance(Protocol):
-    """Bending of a closed or an open membrane. Positions [m] have the shape (n, 3), in the storage order of the nodes."""
+    """Bending resistance of a closed or an open membrane. Positions [m] have the shape (n, 3), in the storage order of the
+    nodes."""
 
     energies: np.ndarray
     rate: float
@@ -34,8 +35,8 @@ class Resistance(Protocol):
 def make_bending(
     case: "BendingCase", material: MembraneMaterial, triangles: np.ndarray, vertices: np.ndarray, mass: np.ndarray
 ) -> Bending | PlateBending:
-    """Build the bending of a surface: closed surfaces have the energy of their mean curvature, open ones have plate
-    bending.
+    """Build the bending of a surface: on a closed surface the energy depends on the mean curvature, an open surface
+    bends like a plate.
 
     triangles: shape (t, 3); vertices: initial positions [m], shape (n, 3); mass: nodal masses [kg], shape (n,).
     """
@@ -58,7 +59,7 @@ def make_bending(
 
 
 def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.ndarray) -> bool:
-    """Clamp the bending of an open membrane at constrained nodes. Returns True if that changes anything.
+    """Apply clamps at constrained nodes to the bending of an open membrane. Returns True if this changes the bending.
 
     rows: (n, 3) the number of the constraint of a node along each axis, 0 if it is free; on_plane: (n, 3) True if it lies
     in a plane of symmetry normal to each axis; both in the order of the mesh.
@@ -77,8 +78,8 @@ def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.n
 def find_rows_on_grid(
     grid: Grid, position: np.ndarray, number: np.ndarray, constraint: PointConstraint | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Find the constraints of points on a grid along each axis, 0 if free, and whether the points lie in planes of symmetry
-    normal to each axis; both of shape (n, 3), by number of the point.
+    """Return, for points on a grid, the number of the constraint along each axis (0 if free), and True if the point lies in a
+    plane of symmetry normal to the axis; both of shape (n, 3), in the order of the point numbers.
 
     A support constrains a point if it constrains all of the point's nodes; a plane of symmetry is a face of the grid that
     is constrained along its normal only. position: initial positions of the points [m], shape (n, 3), by number; number:

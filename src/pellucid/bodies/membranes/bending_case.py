@@ -40,7 +40,7 @@ class BendingCase(Model):
             raise ValueError("`shape` already defines the unbent state: remove `spontaneous_curvature`")
 
     def plate_ratio(self, material: MembraneMaterial) -> float:
-        """Return Poisson's ratio of an open surface of this material."""
+        """Return Poisson's ratio for the bending of an open surface of this material."""
         return material.plane_poisson_ratio if self.poisson_ratio is None else self.poisson_ratio
 
     def problems(

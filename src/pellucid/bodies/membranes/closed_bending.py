@@ -120,7 +120,8 @@ def _unfolded(x, places, e):
 
 @parallel_loop()
 def _bend_hinges(chunk, of, x):
-    """Compute l φ of each hinge, and ½ l times the sum of |∂φ/∂x| over its corners."""
+    """Compute l φ of each hinge, with the length l and the angle φ of the module, and ½ l times the sum of |∂φ/∂x| over the
+    hinge's corners."""
     places, bent = of.places, of.bent
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(places))):
         along, left, right, n1, n2 = _unfolded(x, places, e)
@@ -161,7 +162,7 @@ def _bend_nodes(chunk, of, x):
 
 @parallel_loop()
 def _push_hinges(chunk, of, x):
-    """Compute the nodal forces of hinges and the terms of the step limit."""
+    """Compute the nodal forces of hinges, and the terms that limit the time step."""
     corners, places, values, slope = of.corners, of.places, of.hinge_values, of.slope
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, places, e)
@@ -199,7 +200,8 @@ def _push_triangles(chunk, of, x):
 
 @pointwise
 def gather_hinges(about, values, K, target, p):
-    """Add the forces of the hinges around node K to `target` at its storage row p. Returns the bound on its stiffness."""
+    """Add the forces of the hinges around node K to row p of `target`, the storage row of the node. Returns the upper bound of
+    the node's stiffness."""
     stiff = 0.0
     for k in range(about.start[K], about.start[K + 1]):
         e, corner = about.places[k] // 4, about.places[k] % 4

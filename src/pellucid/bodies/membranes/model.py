@@ -85,7 +85,8 @@ class MembraneCase(DampedModel):
         return initial_velocity(self.velocity, self.name, self.initial, position)
 
     def signals_at_start(self) -> tuple[float, float]:
-        """Return the speed of in-plane waves [m/s] and the kinematic viscosity [m²/s] under the initial tension."""
+        """Return the speed of in-plane waves [m/s] and the kinematic viscosity [m²/s] of the membrane under its initial
+        tension."""
         density, tense = self.material.density, prestretch(self.material.law, self.tension, self.thickness, self.inflation)
         return wave_in_shape(tense.law, tense.shape, density), plane_diffusivity(tense.law, tense.shape, density)
 
@@ -93,7 +94,7 @@ class MembraneCase(DampedModel):
         return self.material.wave_speeds(self.thickness)
 
     def losses(self) -> tuple[str, ...]:
-        """Names of the fields of energy dissipated by viscosity."""
+        """Names of the result fields that contain energy dissipated by viscosity."""
         material = self.material
         return ("dissipated_energy",) if isinstance(material, SolidMembraneMaterial) and material.is_viscous else ()
 
@@ -121,7 +122,7 @@ class MembraneCase(DampedModel):
                 yield Finding((*path, key), str(error), f"use a smaller {key}, or a stiffer or thicker membrane")
 
     def _direction_problems(self, path: Path, direction: np.ndarray) -> Iterator[Finding]:
-        """Report a direction that is normal to the surface somewhere."""
+        """Report a material direction that is normal to the surface somewhere, so that it has no projection there."""
         vertices, triangles = self.surface.triangulate()
         corners = vertices[triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -52,7 +52,7 @@ def membrane_functions(grid_case: GridCase, bends: bool) -> GridFunctions:
 
 
 class ClampEdges(NamedTuple):
-    """Edges between clamped triangles and others; e edges."""
+    """The e edges between triangles of a clamp and other triangles."""
 
     start: np.ndarray  # (e, 3) [m]
     along: np.ndarray  # (e, 3) from the start to the end [m]
@@ -175,7 +175,7 @@ def _find_feet(edges: ClampEdges, position: np.ndarray, within: bool = False) ->
 
 
 class BendsOnGrid(PointsOnGrid):
-    """Points of a membrane on the grid, with optional bending."""
+    """A membrane whose points move with the nodes of the grid, with optional bending."""
 
     _held_rows: np.ndarray | None = None
     _extension: Extension | None = None
@@ -194,8 +194,8 @@ class BendsOnGrid(PointsOnGrid):
         raise NotImplementedError
 
     def hold_in_regions(self, rows: np.ndarray) -> None:
-        """Set the supports at rest that constrain points in all directions within their regions. rows: 1 + the number of
-        the support of each point, 0 for other points, shape (n,), by number."""
+        """Set which points are fixed by supports at rest, in whose regions they lie. rows: 1 + the number of the support, 0
+        for other points, shape (n,), in the order of the point numbers."""
         self._held_rows = rows
 
     def complete(self) -> None:
@@ -203,7 +203,8 @@ class BendsOnGrid(PointsOnGrid):
         super().complete()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Update the constraints of the points after supports were released, and the clamps of the bending."""
+        """Update the constraints of the points and the clamps of the bending after supports with these numbers were
+        released."""
         bending, start = self.resistance, self.start_positions
         if bending is None:
             return
@@ -277,7 +278,7 @@ class BendsOnGrid(PointsOnGrid):
 
 
 def _find_beyond(grid: Grid, edges: ClampEdges, nodes: np.ndarray) -> np.ndarray:
-    """Return a mask of the nodes on the free side of the nearest edge of a clamp, shape (k,)."""
+    """Return a mask of the nodes that lie on the free side of the nearest edge of a clamp, shape (k,)."""
     place = grid.find_positions(nodes)
     foot, edge = _find_feet(edges, place)
     return np.asarray(np.sum((place - foot) * edges.inward[edge], axis=1) > ON_EDGE * grid.lattice.cell)

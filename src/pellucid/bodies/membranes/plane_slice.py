@@ -59,7 +59,7 @@ def slice_problems(path: Path, surface: Triangulation, grid: GridCase) -> Iterat
 
 
 def _bands(vertices: np.ndarray, grid: GridCase) -> np.ndarray:
-    """Return the thin axes along which the surface extends."""
+    """Return the thin axes of the grid along which the surface extends as a band."""
     extent = np.ptp(vertices, axis=0)
     return np.flatnonzero(np.array(grid.thin()) & (extent > FLAT * extent.max()))
 

@@ -98,9 +98,11 @@ class PlateBending:
         self._bundle = Bundle(Folds(*mesh, *stiffness, self._rest, moves, self._about, where, self._mass, *found))
 
     def curvatures(self, position: np.ndarray) -> np.ndarray:
-        """Return the sum of the principal curvatures at the nodes [1/m], shape (n,), in mesh order: averages over the
-        triangles around a node; at free edges from the condition of zero moment. position: in storage order [m], shape (n,
-        3)."""
+        """Return the sum of the principal curvatures at the nodes [1/m], shape (n,), in mesh order.
+
+        It is an average over the triangles around a node; at free edges the curvature follows from zero moment. position: in
+        storage order [m], shape (n, 3).
+        """
         return np.asarray(self._operators.curvature @ self._operators.folds(position[self._where]))
 
     def energy(self, position: np.ndarray) -> float:
@@ -127,7 +129,8 @@ class PlateBending:
 
 @pointwise
 def _unfolded(x, corners, mirror, e):
-    """Return the edge of a hinge, the vectors from its start to the left and right corners, and the normals there.
+    """Return the edge of a hinge, the vectors from its start to the left and right corners, and the normals of the two
+    triangles.
 
     A hinge in a plane of symmetry moves with the plane.
     """
@@ -161,7 +164,8 @@ def _turned(length, n1, n2, s, t):
 
 @parallel_loop()
 def _fold(chunk, of, x):
-    """Compute the change φ - φ₀ of the angle at each hinge since the unbent state, and the sum of |∂φ/∂x| over its corners."""
+    """Compute the change φ - φ₀ of the fold angle at each hinge since the unbent state, and the sum of |∂φ/∂x| over the
+    corners x of the hinge."""
     corners, fold, moves = of.corners, of.fold, of.moves
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, corners, of.mirror, e)
@@ -174,7 +178,7 @@ def _fold(chunk, of, x):
 
 @parallel_loop()
 def _turn(chunk, of):
-    """Compute the moments of the folds, and the energy of the chunk."""
+    """Compute the moments S (φ - φ₀) of the folds, and the energy of the chunk."""
     start, columns, stiffness, fold, turn, total = of.start, of.columns, of.stiffness, of.fold, of.turn, 0.0
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(turn))):
         moment = bound = 0.0
@@ -201,7 +205,7 @@ def _share_energy(chunk, of):
 
 @parallel_loop()
 def _push_corners(chunk, of, x):
-    """Compute the forces of hinges on their corners, and the terms of the step limit."""
+    """Compute the forces of hinges on their corners, and the terms that limit the time step."""
     corners, mirror, values, turn, moves = of.corners, of.mirror, of.values, of.turn, of.moves
     for e in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(corners))):
         along, left, right, n1, n2 = _unfolded(x, corners, mirror, e)

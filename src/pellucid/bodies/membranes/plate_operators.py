@@ -198,15 +198,15 @@ class _Mesh:
         self.is_shared = (self.mirror < 0) & ~one_led & ~other_led
 
     def exact_folds(self, frames: np.ndarray, hinges: np.ndarray) -> np.ndarray:
-        """Return the folds [m] at `hinges` of the surfaces ½x², ½y² and xy, shape (k, 3); x is along and y across the
-        hinges `frames`."""
+        """Return the fold angles that the surfaces z = ½x², ½y² and xy have at `hinges`, shape (k, 3); x is along and y across
+        the hinges `frames`. As these z have the unit m², the angles have the unit m."""
         one, other = (self.shares(frames, *side[:, hinges]) for side in (self.left, self.right))
         return self.counts[0, hinges, None] * one + self.counts[1, hinges, None] * other
 
     def shares(self, frames: np.ndarray, number: np.ndarray, edge: np.ndarray) -> np.ndarray:
-        """Return the angles α [m] of the same surfaces, shape (k, 3): from the slope of a triangle through its corners to
-        the slope of the surface at the midpoint of one of its edges. Triangles are first rotated into the planes of the
-        hinges."""
+        """Return the angles α of the surfaces of `exact_folds` [m], shape (k, 3): from the slope of a triangle through its
+        corners to the slope of the surface at the midpoint of one of its edges. Triangles are first rotated into the planes of
+        the hinges."""
         up, along = self._middle[frames], self._along[frames]
         normal = self.normal[number]
         cosine = np.maximum(1.0 + np.sum(up * normal, axis=1), BACK)[:, None]
@@ -261,7 +261,8 @@ def _find_shifts(mesh: _Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _build_curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.csr_array:
-    """Return the operator from folds to the curvature tensors xx, yy, xy of the triangles [1/m], shape (3 t, h)."""
+    """Return the matrix that maps the fold angles at hinges to the curvatures xx, yy, xy of the triangles [1/m], shape (3 t,
+    h)."""
     out = np.stack([mesh.edges[:, :, 1], -mesh.edges[:, :, 0]], axis=2) / mesh.length[:, :, None]
     tensors = np.stack([out[:, :, 0] ** 2, out[:, :, 1] ** 2, out[:, :, 0] * out[:, :, 1]], axis=2)
     tensors *= (mesh.length / mesh.area[:, None])[:, :, None]
@@ -282,8 +283,8 @@ def _build_curvatures(mesh: _Mesh, pairs: np.ndarray, shifts: np.ndarray) -> sp.
 
 
 def _condense_free_edges(mesh: _Mesh, plate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the moduli of triangles [J], shape (t, 3, 3), and the trace operators of their curvatures, shape (t, 3),
-    condensed so that no moment acts on free edges."""
+    """Return the bending moduli of the triangles [J], shape (t, 3, 3), and the coefficients of the trace of their curvatures,
+    shape (t, 3), both condensed so that no moment acts on free edges."""
     t = len(mesh.area)
     moduli, traces = np.tile(plate, (t, 1, 1)), np.tile((1.0, 1.0, 0.0), (t, 1))
     for k in range(3):

@@ -11,7 +11,7 @@ LARGEST, THINNEST = 10.0, 0.05  # stretch, and thickness over that at rest, up t
 
 
 class Prestretch(NamedTuple):
-    """State of a membrane with equal biaxial stretch."""
+    """State of a membrane that is stretched equally in all in-plane directions."""
 
     stretch: float
     stress: InPlane  # [Pa], the same along all directions but in a law with directions

@@ -57,9 +57,9 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         super().__init__(self.mesh.nodes.copy(), velocity, np.zeros(n), placement, self._volume)
 
     def complete(self) -> None:
-        """Build shape functions, masses and totals. The functions may depend on where supports and motions prescribe the
-        field. Raises `CaseError` if the approximant has no functions at a point, or the field cannot follow the
-        constraints."""
+        """Build shape functions, masses and totals. The functions may depend on the nodes and faces on which supports and
+        motions prescribe the field. Raises `CaseError` if the approximant has no functions at a point, or the field cannot
+        follow the constraints."""
         motion, case, arrays = self.motion, self._case, self.arrays
         self._check_held()
         self.prescribed = PrescribedField(self.mesh, arrays["prescribed"], motion.groups(), len(motion.rows))
@@ -82,7 +82,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self.renew_totals()
 
     def let_go(self, supports: Collection[int]) -> None:
-        """Release supports with these numbers; the released solid may be stiffer."""
+        """Release supports with these numbers, and search again for the largest frequency, which the release may raise."""
         motion, number, displacement = self.motion, self.arrays["prescribed"], self.prescribed.displacement
         before = number.copy()
         super().let_go(supports)
@@ -123,8 +123,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._bound_step()
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Set nodal masses from the bounds on the rows of the stiffness if inertia is `scaled`; the total mass is
-        unchanged. Nearly incompressible solids get an inertia against changes of volume."""
+        """Prepare a relaxation. If `scaled`, the inertia of the nodes is set in proportion to bounds on the rows of the
+        stiffness; its total is the mass of the body. Nearly incompressible solids get an inertia against changes of volume."""
         if scaled:
             row_sums = self._functions.tables.row_sums
             self.motion.scale_inertia(row_sums * (self.mass / row_sums.sum()))
@@ -136,7 +136,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
             self.renew_totals()
 
     def correct(self, remap: bool) -> None:
-        """Update velocities; forces act on the inertia against changes of volume if there is one."""
+        """Update velocities. If there is an inertia against changes of volume, the forces are first converted to effective
+        forces on the nodal masses."""
         if self._volume_inertia is None:
             super().correct(remap)
             return
@@ -149,13 +150,14 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         self._shifted = 0.5 * self._dt * float(np.sum(shift * (old + velocity)))
 
     def work(self) -> StepWork:
-        """Return work and impulses of this step; energy absorbed by the inertia of volume counts as damping."""
+        """Return work and impulses of this step; the energy that the inertia against changes of volume absorbs counts as
+        damping."""
         found = super().work()
         found.works[DAMPING] -= self._shifted
         return found
 
     def springs(self) -> Springs:
-        """Return the internal forces at the end of the step."""
+        """Return the internal forces and the nodal positions at the end of the step."""
         return super().springs()._replace(position=self.arrays["position"])
 
     def _find_forces(self, dt: float = 0.0, iterate: bool = False) -> None:
@@ -204,7 +206,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         super().check(n_steps, time)
 
     def whereabouts(self, p: int) -> str:
-        """Return the position of a node at rest; its present position may not be finite."""
+        """Return the initial position of a node for messages, since its present position may not be finite."""
         return f"from {in_metres(self.mesh.nodes[p])} at rest"
 
     # conditions
@@ -272,7 +274,7 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return {**super().state_arrays(), **history, **skin, **of_volume, **prescribed, **self._fastest.state_arrays()}
 
     def load_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Load positions, velocities and viscous stresses of an earlier run; `complete` uses the stresses."""
+        """Load positions, velocities and viscous stresses of an earlier run; `complete` uses the viscous stresses."""
         for name in ("position", "velocity"):
             self.arrays[name][...] = state[name]
         if self._case.viscous() is not None:
@@ -316,8 +318,8 @@ class MeshlessSolid(ExplicitNodes, HasMesh, HasContactSurface):
         return np.asarray(self.mesh.nodes + self._functions.at_nodes @ (self.arrays["position"] - self.mesh.nodes))
 
     def facts(self) -> dict[str, float]:
-        """Return the largest difference between the field and the prescribed values [m], at boundary nodes and between
-        them."""
+        """Return, for the summary, the largest difference between the field and its prescribed values [m], at boundary nodes
+        and between them."""
         found = self._functions.residuals.largest(self.arrays["position"] - self.mesh.nodes)
         return {f"ebc_residual_{name}": value for name, value in found.items()}
 

@@ -15,8 +15,8 @@ def _turned(x, y, z, K, at, step):
 
 @kernel(inner=True)
 def deform(pack, solid, u, F, at, step):
-    """Write the deformation gradients of a pack to F, starting at `at`, with components a step apart; u: displacements of
-    the block."""
+    """Write the deformation gradients of a pack of points to F: the first component at index `at`, the others at a fixed step
+    apart; u: nodal displacements of the block."""
     G, first, end = solid.gradients.numbers, solid.gradients.first[pack], solid.gradients.first[pack + 1]
     place, zero = solid.gradients.place[first:end], splat(0.0)
     a, b, c, d, e, f, g, h, i = zero, zero, zero, zero, zero, zero, zero, zero, zero
@@ -42,7 +42,10 @@ def deform(pack, solid, u, F, at, step):
 
 @kernel(inner=True)
 def pull(pack, solid, P, at, f):
-    """Subtract P ∇p_a from the forces f of the block. P, times the weights, starts at `at`, with components a column apart."""
+    """Subtract P ∇p_a, with the first Piola-Kirchhoff stress P, from the forces f on the nodes a of a block.
+
+    The array contains P times the weights: the first component at index `at`, the others a column apart.
+    """
     K, k = solid.turns, 9 * LANES * pack
     one, two, three = k, k + 3 * LANES, k + 6 * LANES
     x, y, z = load(P, at), load(P, at + COLUMN), load(P, at + 2 * COLUMN)
@@ -89,7 +92,7 @@ def deform_block(block, solid):
 
 @kernel(inner=True)
 def components(s, at, step):
-    """Return nine vectors of `s`, starting at `at`, a step apart: the components of a tensor."""
+    """Return the nine components of a tensor, as vectors read from `s`: the first at index `at`, the others a step apart."""
     first = (load(s, at), load(s, at + step), load(s, at + 2 * step), load(s, at + 3 * step), load(s, at + 4 * step))
     last = (load(s, at + 5 * step), load(s, at + 6 * step), load(s, at + 7 * step), load(s, at + 8 * step))
     return (first[0], first[1], first[2], first[3], first[4], last[0], last[1], last[2], last[3])

@@ -85,7 +85,7 @@ class ForceCorrection:
 def spread_over_faces(
     prescribed: PrescribedField, evaluator: Evaluator, chosen: np.ndarray, nodes: np.ndarray, values: sparse.csr_array
 ) -> sparse.csr_array:
-    """Return s_ja of the prescribed nodes, shape (m, n), over the chosen faces of the boundary.
+    """Return the weights s_ja (see the module) of the prescribed nodes j, shape (m, n), over the chosen faces of the boundary.
 
     A node without such a face has a point force at its position, with the shape functions there: `values`, shape (m, n).
     """

@@ -40,9 +40,9 @@ from pellucid.tensors import cofactor, determinant
 def find_stresses(points: Any, first: int, n: int, solid: Any, dt: float, keep: bool, averaged: bool, s: Any) -> float:
     """Compute the stresses of a batch of n packs, starting at `first`.
 
-    Writes to the columns of s: stored energy and P, times the weights, and the volume ratio. Returns the energy dissipated
-    so far by these points [J]. dt: the step that ended with the present deformation gradients [s]; keep: True to store the
-    new states.
+    Writes to the columns of s: stored energy and first Piola-Kirchhoff stress P, both times the weights, and the volume ratio.
+    Returns the energy dissipated so far by these points [J]. dt: the step that ended with the present deformation gradients
+    [s]; keep: True to store the new states.
     """
 
 
@@ -64,8 +64,8 @@ def gradient_at(s, i):
 
 @kernel(inner=True)
 def keep_stress(s, i, law, averaged, F, J, stored, P):
-    """Store the energy per unit volume and P of point i in a batch, times its weight, and its volume ratio. If the volume
-    ratio is averaged, the volumetric part of the law is evaluated at the mean."""
+    """Store, for point i of a batch, the energy per unit volume and P, both times its weight, and the volume ratio. If the
+    volume ratio is averaged, the volumetric part of the law is evaluated at the mean."""
     w, extra = s[WEIGHT * COLUMN + i], 0.0
     if averaged:
         stored -= volumetric_energy(law, J)

@@ -91,7 +91,7 @@ class SolidFunctions:
 
     @property
     def prescribes_nodes(self) -> bool:
-        """True if nodal coefficients are prescribed directly, not the field by forces."""
+        """True if nodal coefficients are prescribed directly; False if forces enforce the prescribed values of the field."""
         return self._case.essential == "direct"
 
     def correction(self, position: np.ndarray, inertia: np.ndarray, motions: tuple[int, int]) -> ForceCorrection | None:

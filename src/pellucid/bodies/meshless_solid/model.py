@@ -91,7 +91,7 @@ class MeshlessSolidCase(DampedModel):
 
     @property
     def _at_rest(self) -> Material:
-        """Return the material that carries the load at rest."""
+        """Return the hyperelastic material that carries the load when all viscous stresses have relaxed."""
         return self.material.hyperelastic() if isinstance(self.material, ViscoelasticMaterial) else self.material
 
     @property
@@ -132,15 +132,16 @@ class MeshlessSolidCase(DampedModel):
         return None
 
     def why_not_relaxed(self, alone: bool) -> Finding | None:
-        """Return the reason for a viscous material: its creep time is not the time of the relaxation."""
+        """Return the reason why a solid of viscous material cannot be relaxed: its creep time is not the time of the
+        relaxation."""
         if not isinstance(self.material, ViscoelasticMaterial):
             return None
         text = f'the material of {self.name}, kind "{self.material.kind}", creeps in time, which steady states do not include'
         return Finding(("material", "kind"), text, "use its `elastic` material, which carries the load at rest")
 
     def check_set_up(self) -> None:
-        """Raise CaseError for positions without shape functions, on meshes of up to 10 000 cells, for approximants that do
-        not exist everywhere."""
+        """Raise CaseError for positions without shape functions. Checked only on meshes of up to 10 000 cells, and for
+        approximants whose functions do not exist everywhere."""
         from pellucid.bodies.meshless_solid.functions import check_functions
 
         mesh = self.mesh.mesh()
@@ -148,8 +149,8 @@ class MeshlessSolidCase(DampedModel):
             check_functions(self, mesh)
 
     def start_warnings(self) -> Iterator[str]:
-        """Warn of a step limited by few elements, if the functions follow the elements. Other approximants extend beyond
-        elements."""
+        """Warn if few elements determine the time step, for approximants whose functions follow the elements; the functions of
+        others extend beyond single elements."""
         mesh = self.mesh.mesh()
         if self.approximant.follows_cells and (found := slowest_of_solid(mesh)):
             yield step_warning(self.name, found, mesh.nodes[mesh.cells].mean(axis=1))
@@ -165,7 +166,7 @@ class MeshlessSolidCase(DampedModel):
         return _selectable(self.mesh.mesh())
 
     def needs_grid(self, parts: Parts) -> bool:
-        """True with other bodies, which it touches on the grid."""
+        """True if there are other bodies: contact with them uses the grid."""
         return len(parts.names(BodyModel)) > 1
 
     def occupied(self) -> Geometry:

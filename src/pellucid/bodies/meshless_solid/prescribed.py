@@ -36,9 +36,12 @@ class PrescribedField:
         self.faces, self.held = boundary[some], held[some]
 
     def disturbing(self, evaluator: Evaluator) -> tuple[np.ndarray, np.ndarray]:
-        """Return nodes of another group whose shape functions disturb the prescribed field on faces, and the face numbers,
-        shape (k,) each. All such nodes that are active on a face are returned if the functions of at least one of the nodes
-        do not vanish there."""
+        """Return pairs of a node and a prescribed face, shape (k,) each, on which the node's shape function disturbs the
+        prescribed field because the node belongs to another group.
+
+        If one such function does not vanish on a face, the pairs of all other active nodes of other groups with this face are
+        included.
+        """
         if not len(self.faces):
             return self.faces, self.faces
         rows = self._on_faces(evaluator)
@@ -51,15 +54,15 @@ class PrescribedField:
         return node[apart], self.faces[face[apart]]
 
     def _apart(self, face: np.ndarray, node: np.ndarray) -> np.ndarray:
-        """Return True for nodes, shape (k,), of another group than positions on `faces`, shape (k,), along an axis
-        constrained on these faces."""
+        """Return a mask of the pairs of node and face, shape (k,), in which the node belongs to another group than the face
+        along an axis that is constrained on the face."""
         corner = self.mesh.faces[0][self.faces[face], 0]
         return np.asarray(((self._group[node] != self._group[corner]) & self.held[face]).any(axis=1))
 
     def lone(self, values: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
-        """Return the boundary nodes that are prescribed along an axis but belong to no prescribed face, and the largest
-        weight of nodes of other groups in the field there, shape (k,) each. values: shape functions at all nodes, shape (n,
-        n)."""
+        """Return the boundary nodes that are prescribed along an axis but belong to no prescribed face, and the largest total
+        weight that nodes of other groups have in the field at the node, shape (k,) each. values: shape functions at all nodes,
+        shape (n, n)."""
         outer = np.zeros(self.number.shape, bool)
         outer[self.mesh.faces[0][self.mesh.boundary].ravel()] = True
         alone = outer & (self.number > 0)

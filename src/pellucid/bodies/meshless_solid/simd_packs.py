@@ -122,7 +122,7 @@ def _fill_gradients(chunk, source, position, longest, rounded, gradients, turns)
 
 
 def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray) -> np.ndarray:
-    """Pack one number per node and point: LANES numbers per entry of the node lists of the packs."""
+    """Rearrange data with one number per node and point into packs: LANES numbers per entry of the packs' node lists."""
     out, chunks = np.empty(LANES * len(packs.items)), -(-(len(packs.first) - 1) // CHUNK)
     _fill(chunks, Bundle(Source(n_points, cells, packs, numbers)), 1, out)
     return out

@@ -32,8 +32,8 @@ class ElasticForces:
         internal_forces(len(solid.sums), len(solid.node_sums), self.bundle, dt, keep, force)
 
     def _try(self, displacement: np.ndarray, force: np.ndarray, frequency: float) -> None:
-        """Compute the forces at trial displacements reached within the time of a frequency; hyperelastic forces do not
-        depend on it."""
+        """Compute the forces at trial displacements that are reached within the reciprocal of a frequency. Hyperelastic forces
+        do not depend on this time."""
         self.find(displacement, force, 0.0)
 
     def stored(self) -> float:
@@ -47,7 +47,8 @@ class ElasticForces:
         return None
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """Iterate as `converge` around displacements [m], shape (n, 3); forces and energy must be computed again."""
+        """Iterate towards the largest frequency with `converge`, around displacements [m], shape (n, 3). Forces and energy
+        must be computed again afterwards."""
         converge(iteration, self._try, displacement)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:

@@ -14,8 +14,8 @@ GROWING = 0.003  # relative growth of the frequency in an iteration after which 
 SMALL = 1e-7  # of the extent of the solid: the displacement with which forces are differenced
 
 Forces = Callable[[np.ndarray, np.ndarray, float], None]
-"""Function that computes internal forces [N] at displacements [m], both of shape (n, 3), reached within the time of a
-frequency [rad/s]."""
+"""Function that computes internal forces [N] at displacements [m], both of shape (n, 3), which are reached within the
+reciprocal of a frequency [rad/s]."""
 
 
 class PowerIteration:
@@ -34,8 +34,8 @@ class PowerIteration:
     def __init__(
         self, inertia: np.ndarray, free: np.ndarray, extent: float, shift: Callable[[np.ndarray], np.ndarray] | None = None
     ) -> None:
-        """shift: function that returns the change of forces [N], shape (n, 3), before they are divided by the inertia; None
-        without it."""
+        """shift: function that returns an addition to forces [N], shape (n, 3), before they are divided by the inertia; None
+        for no addition."""
         self._inertia, self.free, self._extent, self._shift = inertia[:, None], free, extent, shift
         self._vector = self._without_preference()
         self._scale = 1.0
@@ -63,7 +63,8 @@ class PowerIteration:
         return self._scale * self._vector
 
     def learn(self, resistance: np.ndarray) -> None:
-        """Update the estimate from the resisting forces [N], shape (n, 3). Forces that are not finite are ignored."""
+        """Update the estimate from the forces that resist the trial displacement [N], shape (n, 3). Forces that are not finite
+        are ignored."""
         if self._shift is not None:
             resistance = resistance + self._shift(resistance)
         vector = self.free * resistance / (self._scale * self._inertia)

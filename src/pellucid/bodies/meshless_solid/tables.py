@@ -114,7 +114,8 @@ def _add_row_sums(row, nodes, gradients, weights, sums):
 
 
 def _measure_volumes(solid: Solid) -> None:
-    """Compute the volume around each corner with the same sums as in a step, so that the volume ratio at rest is exactly 1."""
+    """Compute the volume around each corner node with the same sums as in a step, so that the volume ratio at rest is exactly
+    1."""
     internal_forces(len(solid.sums), len(solid.node_sums), Bundle(solid), 0.0, False, np.zeros_like(solid.displacement))
     solid.volume.fill(0.0)
     np.add.at(solid.volume, solid.blocks.nodes, solid.block_volume)

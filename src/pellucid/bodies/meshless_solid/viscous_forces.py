@@ -116,11 +116,12 @@ class ViscousForces(ElasticForces):
         return float(self.solid.sums[:, LOST].sum())
 
     def converge(self, iteration: PowerIteration, displacement: np.ndarray) -> None:
-        """Iterate as for elastic forces, including viscous forces and branches that have not relaxed."""
+        """Iterate towards the largest frequency as for elastic forces, including viscous forces and the branches of the law
+        that have not relaxed."""
         converge(iteration, self._try, displacement, self._bound, RETOLD if self._diffuses else ITERATIONS)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """Like the base; both trials start from the states at the end of the step."""
+        """Like the method of `ElasticForces`; forces at the trial displacement start from the states at the end of the step."""
         self.find(displacement, force, dt)
         here, there = np.empty_like(force), np.empty_like(force)
         told = iteration.frequency or self._bound

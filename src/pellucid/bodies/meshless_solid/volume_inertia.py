@@ -50,7 +50,7 @@ class VolumeInertia:
         squared = frequency * frequency * min(1.0, 2.0 * shear / self._bulk)  # 1/β: what shear alone would have
         self._compliance = squared * solid.volume / self._bulk
         self.displacement = np.zeros_like(free, float)
-        """Nodal displacements at which B was computed [m], shape (n, 3)."""
+        """Nodal displacements at which B (see the module) was computed [m], shape (n, 3)."""
         self._alone, self.rate = 0.5 * frequency, 0.0
         """After a release of nodes, the rate at which B becomes inaccurate [1/s]; it limits the step then."""
         self._tolerated = WORN * (shear / self._bulk) ** 0.5
@@ -67,7 +67,7 @@ class VolumeInertia:
         self._factors: SuperLU = splu(sparse.csc_array(system), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def wears(self, dt: float, frequency: float) -> bool:
-        """Return True if the solid has deformed so much since B was computed that volume changes are misjudged. Called
+        """Return True if the solid has deformed so much since B was computed that volume changes by B are inaccurate. Called
         after a step dt [s]; frequency: the largest one now [rad/s]."""
         before, self._change = self._change, float(abs(self._solid.deformation - self._deformation).max())
         if self.rate:

@@ -155,7 +155,7 @@ class ExplicitNodes(
         self._left_grid = self.coupling.check_positions() if self.coupling else None
 
     def _count_power(self) -> None:
-        """Store half the power of the internal forces at the end of the step; zero during a relaxation."""
+        """Store half the power of the internal forces at the end of the step [W]; zero during a relaxation."""
         self.totals.half_power = 0.0 if self.relaxes else 0.5 * self.motion.power()
 
     def renew_totals(self) -> None:
@@ -181,7 +181,7 @@ class ExplicitNodes(
     # steady states
 
     def begin_relaxing(self, scaled: bool) -> None:
-        """Do nothing: masses are unchanged."""
+        """Do nothing: a relaxation of this body uses its masses as inertia."""
 
     def relax(self, keep: float, gain: float, load_rate: float, gravity_share: float) -> None:
         self.relaxes = True
@@ -191,7 +191,7 @@ class ExplicitNodes(
         self.motion.share_gravity(gravity_share)
 
     def springs(self) -> Springs:
-        """Return the internal forces at the positions of the start of the step."""
+        """Return the internal forces and the nodal positions at the start of the step."""
         position = self.arrays["position"] - self._dt * self.arrays["velocity"]
         contact = None if self.contact_surface is None else (position, self.motion.loads[self._contact_row])
         return Springs(position, self.motion.internal, self.motion.inertia, self.motion.free, contact)
@@ -237,7 +237,7 @@ class ExplicitNodes(
         return 0.0
 
     def scatter_momentum(self) -> None:
-        """Scatter the momentum to the grid, after the nodal velocities changed."""
+        """Scatter the momentum to the grid again, after the nodal velocities changed."""
         self._coupled().scatter_momentum()
 
     @property

@@ -86,7 +86,7 @@ class PointsOfFaces(ContactSurface):
         return self._shares
 
     def add_forces(self, force: np.ndarray) -> None:
-        """Distribute the forces to the corners of the faces."""
+        """Distribute the contact forces at the points to the corners of the faces."""
         self._take(self._to_corners @ force)
 
     def respond_with(self, values: sparse.csr_array, motion: NodalMotion) -> None:
@@ -125,8 +125,8 @@ def moving_triangles(
     velocities: Callable[[], np.ndarray],
     take: Callable[[np.ndarray], None],
 ) -> MovingTriangles | None:
-    """Return the triangles between corners for contact between surfaces of triangles; a band in a plane gets the depth of
-    the cell.
+    """Return the moving triangles between corners for contact between surfaces of triangles. In a plane problem the surface is
+    a band, which gets the depth of the cell.
 
     Returns None if such contact is not supported: with several thin axes, and for surfaces that are not bands along the
     thin axis.
@@ -150,7 +150,8 @@ def moving_triangles(
 
 
 class NodalResponse:
-    """Response of points to forces. shares: weights of the nodes in the points, shape (m, nodes)."""
+    """Response of contact points to forces, through the nodes that move them. shares: weights of the nodes in the points,
+    shape (m, nodes)."""
 
     def __init__(self, shares: sparse.csr_array, motion: NodalMotion) -> None:
         self.shares, self._to_nodes, self._motion = shares, sparse.csr_array(shares.T), motion

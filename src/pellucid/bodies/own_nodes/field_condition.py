@@ -6,7 +6,7 @@ import numpy as np
 
 
 class FieldCondition(Protocol):
-    """Conditions on the interpolated field, if it differs from the nodal values at the nodes."""
+    """Conditions on the interpolated field of a body, if its values at the nodes differ from the nodal coefficients."""
 
     def impulses(self, velocity: np.ndarray, inertia: np.ndarray, rows: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the impulses that enforce the prescribed values [N s]: by node, shape (2, n, 3), for supports and for

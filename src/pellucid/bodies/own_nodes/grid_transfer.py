@@ -87,7 +87,7 @@ class GridCoupling:
         return self.increment
 
     def gather_second(self) -> np.ndarray:
-        """Return the second velocity increments of this step [m/s], shape (n, 3)."""
+        """Return the second velocity increments of the nodes from contact in this step [m/s], shape (n, 3)."""
         second = np.empty_like(self.increment)
         gather_vectors(self.n_slabs, self.mapped, self.velocity_field.second_increment, second)
         return self._shared.fill(second, self._order)

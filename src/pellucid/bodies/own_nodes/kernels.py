@@ -56,7 +56,7 @@ class NodeForces(NamedTuple):
 
 @kernel(inner=True)
 def _constrained(forces, p, d, old, new, gain, dt, chunk):
-    """Apply the constraints of node p along d. Returns the constrained velocity, the mean of the old and the constrained
+    """Apply the constraints of node p along axis d. Returns the constrained velocity, the mean of the old and the constrained
     velocity, and the constraint impulse.
 
     Adds this impulse, and its work at the mean velocity, to the sums.
@@ -78,7 +78,7 @@ def _constrained(forces, p, d, old, new, gain, dt, chunk):
 
 @pointwise
 def _gained(forces, p, d, dt):
-    """Return the velocity increment of node p along d by forces [m/s], and the external force [N]."""
+    """Return the velocity increment of node p along axis d by forces [m/s], and the external force on it [N]."""
     m, external = forces.inertia[p], 0.0
     for k in range(len(forces.loads)):
         external += forces.loads[k, p, d]
@@ -88,7 +88,7 @@ def _gained(forces, p, d, dt):
 
 @pointwise
 def _free(forces, p, d, drag, gained):
-    """Return the velocity of node p along d without constraints [m/s]."""
+    """Return the velocity that node p has along axis d at the end of the step without constraints [m/s]."""
     of_supports, of_motions = (forces.lead[0, p, d], forces.lead[1, p, d]) if len(forces.lead) > 0 else (0.0, 0.0)
     return drag.keep * forces.velocity[p, d] + drag.gain * (gained + of_supports + of_motions) + forces.increment[p, d]
 
@@ -152,8 +152,8 @@ def add_velocities(chunk, forces, change, dt):
     """Add velocities [m/s], shape (n, 3), to the advanced nodal velocities; their work counts as contact work.
 
     The elements are strained over the whole step with the new velocities, on which the internal forces have not yet done
-    work. Half of this work, with the forces at the start of the step, is subtracted from the contact work (the other half
-    is `staggering` in `EnergyBudget`).
+    work. Half of this work, with the forces at the start of the step, is subtracted from the contact work; the other half
+    is `staggering` in `EnergyBudget`.
     """
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(forces.mass))):
         for d in range(3):

@@ -56,7 +56,7 @@ class NodalMotion:
         self.load_rate = 1.0
         """Ratio of load time to simulated time in this step; prescribed velocities are multiplied by it."""
         self.top_speed = 0.0
-        """Largest speed prescribed by a condition [m/s]."""
+        """Largest speed that a condition prescribes for a node [m/s]."""
         self.crossing = 0.0
         """Largest rate at which nodes cross cells of the grid [1/s]; no node may cross more than a cell in a step."""
         self._constrain()
@@ -80,8 +80,8 @@ class NodalMotion:
         return [support.nodes for support, axis in walls if support.axes[axis] and support.velocity[axis] == 0.0]
 
     def on_symmetry_planes(self) -> np.ndarray:
-        """Return a mask of the nodes on a face of the grid where a support constrains only the normal direction, by axis,
-        shape (n, 3)."""
+        """Return a mask of the nodes that lie on a face of the grid on which a support constrains only the normal direction,
+        shape (n, 3): one column for each axis normal to such faces."""
         found = np.zeros(self._arrays["position"].shape, bool)
         for row, support in enumerate(self.supports):
             if row not in self._gone and support.wall is not None and sum(support.axes) == 1:
@@ -99,18 +99,19 @@ class NodalMotion:
         self._prescribed[first : first + len(velocity)] = velocity
 
     def impose_on_field(self, condition: FieldCondition | None) -> None:
-        """Release the nodes, and enforce prescribed values of the field between them, if there are any."""
+        """Prescribe the interpolated field by a condition instead of prescribing nodal values; None for no such condition."""
         self._condition, self._lead = condition, np.zeros((2 if condition else 0, *self.internal.shape))
         self._constrain()
 
     @property
     def rows(self) -> np.ndarray:
-        """Velocities of the supports, the motions and the thin axes in this step [m/s], shape (rows, 3)."""
+        """Prescribed velocities in this step [m/s], shape (rows, 3): rows of the supports, of the motions, and of the thin
+        axes."""
         return self._rows
 
     @property
     def motion_rows(self) -> tuple[int, int]:
-        """The first row of the motions, and the row after the last."""
+        """The first of the `rows` that belong to motions, and the one after the last."""
         return len(self.supports), len(self.supports) + len(self.motions)
 
     @property
@@ -120,8 +121,8 @@ class NodalMotion:
         return np.asarray(prescribed == 0) if self._condition is None else np.ones(prescribed.shape, bool)
 
     def groups(self) -> np.ndarray:
-        """Return the numbers in `prescribed`, shape (n, 3), with one number for all supports that have the same velocity
-        along an axis."""
+        """Return the numbers of the nodes' constraints as in `prescribed`, shape (n, 3), but with one common number for all
+        supports that have the same velocity along an axis."""
         first = np.zeros((len(self._rows) + 1, 3), np.int64)
         motions = range(*self.motion_rows)
         for axis in range(3):
@@ -209,7 +210,7 @@ class NodalMotion:
         return np.where(self.free, keep * velocity + dt * gain * self.forces() / self.inertia[:, None], velocity)
 
     def answers(self, dt: float) -> np.ndarray:
-        """Return the change of the nodal velocities over a step dt [s] per unit force on each node [m/s/N], shape (n, 3)."""
+        """Return the velocity change of each node over a step dt [s] per unit force on the node [m/(s N)], shape (n, 3)."""
         return np.where(self.free, dt * self.drag.gain / self.inertia[:, None], 0.0)
 
     def drag_forces(self, dt: float) -> np.ndarray:
@@ -226,8 +227,8 @@ class NodalMotion:
         self._work[0, self._columns + 1 :][: of_rows.size] += of_rows.ravel()
 
     def _find_lead(self, condition: FieldCondition, dt: float) -> np.ndarray:
-        """Compute the constraint velocities from a trial step, so that works are along the mean of old and new velocities.
-        Returns the impulses of the rows."""
+        """Compute the velocity changes by constraints of the field from a trial step, so that works can be computed with the
+        mean of old and new velocities. Returns the impulses of supports and motions, by row."""
         velocity = self._arrays["velocity"]
         old = velocity.copy()
         self._lead.fill(0.0)
@@ -266,7 +267,7 @@ class NodalMotion:
         return power(self.internal, self._arrays["velocity"])
 
     def fault(self) -> tuple[int, int] | None:
-        """Return the fault code and number of the first node with a position that is not finite; None if there is none."""
+        """Return the fault code and the number of the first node whose position is not finite; None if there is none."""
         found = np.flatnonzero(self._fault[:, 0])
         return (int(self._fault[found[0], 0]), int(self._fault[found[0], 1])) if len(found) else None
 

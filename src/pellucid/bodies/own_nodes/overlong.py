@@ -12,8 +12,8 @@ LONGEST = 1.5
 """Longest admissible edge in cells. Elements are at most one cell long at the start; from two cells on, grid nodes between
 their nodes have no contact. Longer faces of solids have more points, but only their corners carry a load."""
 PASSES = sqrt(0.5)
-"""Half-width of a body in edges of the elements of a sheet, below which it may pass between four nodes at the corners of a
-square."""
+"""Limit of the half-width of a body divided by the edge length of a sheet's elements: a narrower body may pass between four
+nodes at the corners of a square."""
 WAYS = 12  # along a sheet, in which widths are measured
 SPACINGS = 2.5  # between points of a surface, over which one reaches
 HIGH = 2.0  # edges: height of the part of a body in front, whose width tells whether it passes between nodes

@@ -14,8 +14,8 @@ SHORT = 1.0 - 1e-9  # of the way to a wall: rounding must not move a node throug
 
 @pointwise
 def at_wall(forces, place, d, new, dt):
-    """Return the wall that a node would pass with the velocity `new` along d, as 0 or 1 + its row; the velocity of the node
-    after that; and the end of axis d at which the wall is."""
+    """Return three values for a node with the velocity `new` along axis d: 1 + the row of the wall that it would pass (0:
+    none), its velocity with this wall, and the end of the axis at which the wall is."""
     walls, rows = forces.walls, forces.rows
     row, goal, end = 0, 0.0, 0
     below, above = forces.faces[d, 0] - place, forces.faces[d, 1] - place
@@ -30,7 +30,7 @@ def at_wall(forces, place, d, new, dt):
 
 @pointwise
 def _stopped(forces, p, d, new, dt):
-    """Return the result of `at_wall` for node p, unless its motion along d is prescribed."""
+    """Return the result of `at_wall` for node p, unless a constraint prescribes its motion along axis d."""
     return (0, 0.0, 0) if forces.prescribed[p, d] > 0 else at_wall(forces, forces.position[p, d], d, new, dt)
 
 
@@ -39,7 +39,7 @@ def friction_of_walls(forces, p, free, gain, dt, chunk):
     """Return the velocity change of node p by friction on walls, along x, y, z [m/s].
 
     Adds the friction impulses to the sums, and the work on the walls. The caller subtracts the work on the node from the
-    heat of friction. free: velocity of the node without walls; gain: see `Drag`.
+    heat of friction. free: velocity of the node without walls; gain: the factor g of `Drag`.
     """
     m, first = forces.inertia[p] / gain, FIRST_LOAD + len(forces.loads) + 1
     x, y, z = 0.0, 0.0, 0.0

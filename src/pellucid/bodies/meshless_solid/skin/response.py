@@ -1,7 +1,7 @@
 """Response of the surface of a solid to velocity increments of the grid nodes in contact.
 
-Increments Δv_I are mapped to the points of the surface and to the nodes of the body; the resulting velocities of the points
-are mapped back to the nodes of the grid (`skin`):
+Increments Δv_I of grid nodes I are mapped to the points k of the surface and to the nodes a of the body; the resulting
+velocities of the points are mapped back to the nodes of the grid (symbols as in `skin`):
 
     Δv_a = Σ_I K_Ia Δv_I / m_a,  m_I Δv'_I = Σ_a K_Ia Δv_a,  K_Ia = Σ_k N_I(x_k) m_k S_ka .
 
@@ -21,8 +21,8 @@ from pellucid.jit import kernel
 
 @kernel()
 def _list_weights(mapped, slot, near, listed, first, column, weight):
-    """List the points with weight at numbered nodes: their numbers into `listed`, the starts of their entries into `first`,
-    and numbers of the nodes and weights into `column` and `weight`. Returns the number of points."""
+    """List the points that have a weight at the numbered grid nodes: point numbers into `listed`, starts of their entries into
+    `first`, and numbers of the nodes and weights into `column` and `weight`. Returns the number of points."""
     functions, lattice, x = mapped.functions, mapped.lattice, mapped.points.position
     n = entries = 0
     for p in range(len(x)):
@@ -66,7 +66,7 @@ class SkinResponse:
         self._column, self._weight = np.empty(most, np.int64), np.empty(most)
 
     def begin(self, at: np.ndarray) -> None:
-        """Start the response at these grid nodes, shape (k,); called after their momentum was advanced."""
+        """Prepare the response at the grid nodes `at`, shape (k,), in contact; called after their momentum was advanced."""
         K = self._matrix(at)
         used, column = np.unique(K.indices, return_inverse=True)
         self._from_body = sparse.csr_array((K.data, column, K.indptr), shape=(len(at), len(used)))
@@ -87,7 +87,8 @@ class SkinResponse:
         return sparse.csr_array(sparse.csr_array(points.T) @ self._values[listed])
 
     def give(self) -> None:
-        """Set the velocities of the grid nodes in contact to the response of the body to the velocity increments so far."""
+        """Set the velocities of the grid nodes in contact from the response of the body to all velocity increments of this
+        step."""
         nodes, at = self._nodes, self._at
         of_body = self._mobility * (self._to_body @ nodes.velocity_increment[at])
         nodes.velocity[at] = self._trial + self._share * (self._from_body @ of_body)
