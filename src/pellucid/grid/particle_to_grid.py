@@ -28,7 +28,7 @@ from pellucid.jit.vector import row
 
 
 class Inertia(NamedTuple):
-    """Contribution m v [kg m/s] of a point, and its mass [kg] if `with_mass` is 1 instead of 0."""
+    """Contribution of a point to the nodes: its momentum m v [kg m/s], and its mass [kg] if `with_mass` is 1 instead of 0."""
 
     with_mass: float
 
@@ -49,7 +49,7 @@ class InertiaRead(NamedTuple):
 
 
 class InternalForce(NamedTuple):
-    """Contribution -V σ ∇N of a point [N]."""
+    """Contribution -V σ ∇N of a point to the nodal forces [N], with its volume V and stress σ."""
 
 
 class InternalForceInCells(NamedTuple):

@@ -30,7 +30,7 @@ class Kept(NamedTuple):
 
 
 class StressByViscosity(NamedTuple):
-    """Task of the pass that computes σ = 2μD + λ tr(D) I of the nodal velocity."""
+    """Task of the pass that computes the viscous stress σ = 2μD + λ tr(D) I from the nodal velocity."""
 
     mu: float
     lam: float

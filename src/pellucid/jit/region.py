@@ -52,7 +52,7 @@ WAITING = ir.LiteralStructType([INTP, INTP, INTP, INTP, ir.ArrayType(ir.ArrayTyp
 ODD_ROWS or 0), loops for each colour, their arguments."""
 OPEN, USED, COUNT, LEFT_OUT, LOOPS, ARGUMENTS = range(6)
 EVEN_ROWS, ODD_ROWS = 1, 2
-"""Values of LEFT_OUT. Chunks of loops that are not by colour count as even rows."""
+"""Values of LEFT_OUT, which selects the rows that loops skip. Chunks of loops that are not by colour count as even rows."""
 waiting = np.zeros(4 + COLOURS * MOST * len(LOOP.elements) + ROOM // 8, np.int64)
 """Memory of type WAITING."""
 

@@ -23,7 +23,7 @@ class Undamaged(NamedTuple):
 
 
 class Elastodamage(NamedTuple):
-    """Parameters of the damage law: S_L, c₀, c₁ and the failure strain."""
+    """Parameters of the damage law: elastic limit S_L, stiffness loss c₀, rate c₁ and the failure strain."""
 
     elastic_limit: float
     stiffness_loss: float

@@ -7,7 +7,7 @@ from pellucid.model import parameter
 
 
 class DiffusiveMaterial(BodyMaterial):
-    """Fick's law: the flux of the concentration c is -D ∇c."""
+    """Fick's law: the flux of the concentration c is -D ∇c, with the diffusion coefficient D."""
 
     kind: Literal["diffusive"] = "diffusive"
     density: float = parameter("kg/m^3", "density of the carrier; only masses in results depend on it", 1.0, gt=0)

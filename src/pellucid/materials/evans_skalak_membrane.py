@@ -12,7 +12,7 @@ from pellucid.model import parameter
 
 
 class EvansSkalakSurface(NamedTuple):
-    """Parameters of the law: K and G [N/m]."""
+    """Parameters of the law: area modulus K and shear modulus G [N/m]."""
 
     K: float
     G: float
@@ -20,7 +20,7 @@ class EvansSkalakSurface(NamedTuple):
 
 class EvansSkalakMembraneMaterial(SurfaceMembraneMaterial):
     """Evans and Skalak's law, W = K/2 (J - 1)² + G ((λ₁² + λ₂²)/2J - 1), J = λ₁λ₂: separate area and shear terms. Without a
-    shear modulus, a vesicle that resists only a change of its area."""
+    shear modulus it describes a vesicle that resists only a change of its area."""
 
     kind: Literal["evans-skalak-membrane"] = "evans-skalak-membrane"
     area_modulus: float = parameter("N/m", "surface area modulus K", gt=0)

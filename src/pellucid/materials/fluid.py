@@ -39,7 +39,8 @@ LEAST, MOST = 1e-3, 1e2  # densities of a liquid under pressures that it may com
 
 @rate_type
 class NewtonianFluid(NamedTuple):
-    """Parameters of the law. The types of `eos` and `energy_update`, both NamedTuples, select their functions."""
+    """Parameters of the law. The types of `eos` and `energy_update`, both NamedTuples, select the functions that compute
+    pressure and energy."""
 
     eos: Any
     energy_update: Any

@@ -78,7 +78,7 @@ class HolzapfelGasserOgdenMaterial(BulkMaterial):
 
 @pointwise
 def _along(F: Tensor, fibres: tuple[float, ...], family: int) -> tuple[Symmetric, float]:
-    """Return (F a)⊗(F a) for the direction a of a family, and a·a, which is 1 up to rounding."""
+    """Return (F a)⊗(F a) for the direction a of a family of fibres, and a·a, which is 1 up to rounding."""
     x, y, z = fibres[3 * family], fibres[3 * family + 1], fibres[3 * family + 2]
     u = F[0] * x + F[1] * y + F[2] * z
     v = F[3] * x + F[4] * y + F[5] * z
@@ -88,7 +88,7 @@ def _along(F: Tensor, fibres: tuple[float, ...], family: int) -> tuple[Symmetric
 
 @pointwise
 def _structure(law: HolzapfelGasserOgden, b: Symmetric, F: Tensor, J: float, family: int) -> tuple[Symmetric, float]:
-    """Return h = d b̄ + (1-3d) ā⊗ā of a family, and its strain E = tr h - 1, exactly 0 at rest."""
+    """Return the tensor h = d b̄ + (1-3d) ā⊗ā of a family of fibres, and its strain E = tr h - 1, exactly 0 at rest."""
     d, factor = law.dispersion, power(J, -2.0 / 3.0)
     fibre, one = _along(F, law.fibres, family)
     strain = d * (factor * trace(b) - 3.0) + (1.0 - 3.0 * d) * (factor * trace(fibre) - one)

@@ -30,7 +30,7 @@ from pellucid.tensors import IDENTITY, NO_STRESS, Symmetric, Tensor, add, deform
 
 @finite_strain
 class KelvinVoigt(NamedTuple):
-    """Parameters of the law: law of the hyperelastic solid, η [Pa s], initial density [kg/m³]."""
+    """Parameters of the law: law of the hyperelastic solid, viscosity η [Pa s], initial density [kg/m³]."""
 
     elastic: Law
     viscosity: float

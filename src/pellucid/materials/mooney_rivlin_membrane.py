@@ -15,7 +15,7 @@ from pellucid.model import parameter
 
 @incompressible
 class MooneyRivlinSurface(NamedTuple):
-    """Parameters of the law: G [N/m] and c."""
+    """Parameters of the law: shear modulus G at rest [N/m], and the ratio c = C₂/C₁ of the two terms."""
 
     G: float
     ratio: float

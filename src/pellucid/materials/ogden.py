@@ -143,6 +143,6 @@ def _isochoric_stiffness(law, F):
 
 @pointwise
 def _shear(x: Triple, y: Triple, slope: Triple, i: int, j: int) -> float:
-    """Return k_ij of the comment in `_isochoric_stiffness`; k_ji = λ_i²/λ_j² k_ij."""
+    """Return the shear stiffness k_ij defined by the comment in `_isochoric_stiffness`; k_ji = λ_i²/λ_j² k_ij."""
     d = x[i] / x[j] - 1.0
     return (y[i] - y[j]) / d if abs(d) > 1e-6 else 0.5 * slope[j]

@@ -28,7 +28,8 @@ C0, C1, C2, C3, C4 = 1.73206086, 0.332823444, -0.0918438663, 0.0350243772, -0.00
 
 
 class Spectrum(NamedTuple):
-    """Spectrum of a positive tensor a = m I + p B: the eigenvalues x₁, x₂ ≥ x₃. x₁ is separated from the others."""
+    """Spectrum of a positive tensor a = m I + p B: the eigenvalues x₁, x₂ ≥ x₃. x₁ is well separated from the others; see the
+    module."""
 
     values: Triple
     distance: float  # x₂ - x₃

@@ -58,7 +58,7 @@ class Prony(NamedTuple):
 
 
 class PronyBranch(Model):
-    """A term of a Prony series."""
+    """A branch of the material, i.e. a term of its Prony series: share and relaxation time."""
 
     share: float = parameter(
         "", "β: initial overstress after a sudden strain, relative to the isochoric equilibrium stress", gt=0

@@ -17,7 +17,7 @@ from pellucid.model import check, parameter
 
 
 class SkalakSurface(NamedTuple):
-    """Parameters of the law: G [N/m] and C."""
+    """Parameters of the law: shear modulus G [N/m], and the factor C of the resistance to a change of area."""
 
     G: float
     C: float

@@ -40,6 +40,6 @@ def _possible(strain: np.ndarray) -> bool:
 
 
 def _symmetric(strain: np.ndarray) -> Tensor:
-    """Return I plus the symmetric tensor (xx, yy, zz, yz, xz, xy), as a 9-tuple."""
+    """Return the sum of the unit tensor and a symmetric tensor (xx, yy, zz, yz, xz, xy), as a 9-tuple."""
     xx, yy, zz, yz, xz, xy = (float(value) for value in strain)
     return (1.0 + xx, xy, xz, xy, 1.0 + yy, yz, xz, yz, 1.0 + zz)

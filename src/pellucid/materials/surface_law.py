@@ -53,7 +53,7 @@ def surface_stiffness(law: Law, F: Shape) -> float:
 
 @pointwise
 def _principal(F: Shape) -> tuple[InPlane, float, float]:
-    """Return b = F Fᵀ and the principal stretches, the larger first."""
+    """Return the left Cauchy-Green tensor b = F Fᵀ, and the principal stretches, the larger first."""
     b = left_stretch_squared(F)
     major = sqrt(larger_principal(b))
     return b, major, (F[0] * F[3] - F[1] * F[2]) / major

@@ -13,7 +13,7 @@ from pellucid.model import parameter
 
 @invariant_based
 class SurfaceNeoHookean(NamedTuple):
-    """Parameter of the law: G [N/m]."""
+    """Parameter of the law: shear modulus G at rest [N/m]."""
 
     G: float
 

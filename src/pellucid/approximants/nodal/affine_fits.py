@@ -96,7 +96,7 @@ def _find_sums(chunk, fits, sums, sizes):
 
 
 def quadrature_sums(fits: Bundle) -> tuple[np.ndarray, np.ndarray]:
-    """Return Σ_q w_q ∇p_a(q) [m²] and Σ_q w_q |∇p_a(q)|, component by component, shape (n, 3) each."""
+    """Return, for each node a, Σ_q w_q ∇p_a(q) [m²] and Σ_q w_q |∇p_a(q)|, component by component, shape (n, 3) each."""
     sums, sizes = np.zeros_like(fits.position), np.zeros_like(fits.position)
     _find_sums(-(-len(sums) // NODES), fits, sums, sizes)
     return sums, sizes
@@ -224,5 +224,5 @@ def _correct(chunk, fits, eta):
 
 
 def apply_correction(fits: Bundle, eta: np.ndarray) -> None:
-    """Add c_a (η_a - fit of η) to the gradients, for η of shape (n, 3)."""
+    """Add the correction c_a (η_a - fit of η) to the gradients of the shape functions, for η of shape (n, 3)."""
     _correct(-(-(len(fits.cells.first) - 1) // CELLS), fits, eta)

@@ -18,7 +18,7 @@ def unit_normals(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def face_shares(evaluator: Evaluator, nodes: np.ndarray, faces: np.ndarray, cells: np.ndarray) -> FaceShares:
-    """Return means of the shape functions over triangles, ∫ p_a dA / A.
+    """Return the means ∫ p_a dA / A of the shape functions p_a over triangles of area A.
 
     nodes [m]; faces: corners of the triangles, shape (f, 3); cells: cells of the faces, shape (f,). The means reproduce
     constant and linear fields: on each face their sum is 1, and the sum of means times nodal positions is the centre.

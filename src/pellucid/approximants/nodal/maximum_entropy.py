@@ -44,7 +44,7 @@ def _weigh(n, offset, log_prior, l0, l1, l2, p):
 
 @pointwise
 def _moments(n, offset, p, flat):
-    """Return r = Σ p_a (x - x_a), and the inverse of J = Σ p_a (x - x_a) ⊗ (x - x_a) - r ⊗ r."""
+    """Return r = Σ p_a (x - x_a) for the shape functions p_a, and the inverse of J = Σ p_a (x - x_a) ⊗ (x - x_a) - r ⊗ r."""
     r0 = r1 = r2 = 0.0
     xx = yy = zz = yz = xz = xy = 0.0
     for a in range(n):

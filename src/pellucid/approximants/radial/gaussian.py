@@ -8,7 +8,7 @@ from pellucid.approximants.radial.contract import Profile, ShapedModel
 
 
 class GaussianModel(ShapedModel):
-    """φ = exp(-(εr)²) (Benet 2015, eq. 4.16)."""
+    """Radial function φ = exp(-(εr)²) of the distance r, with the shape parameter ε (Benet 2015, eq. 4.16)."""
 
     kind: Literal["gaussian"] = "gaussian"
 

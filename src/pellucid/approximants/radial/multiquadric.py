@@ -8,7 +8,7 @@ from pellucid.approximants.radial.contract import Profile, ShapedModel
 
 
 class MultiquadricModel(ShapedModel):
-    """φ = √(1 + (εr)²) (Hardy 1971)."""
+    """Radial function φ = √(1 + (εr)²) of the distance r, with the shape parameter ε (Hardy 1971)."""
 
     kind: Literal["multiquadric"] = "multiquadric"
 

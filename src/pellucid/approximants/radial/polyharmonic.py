@@ -9,7 +9,7 @@ from pellucid.model import parameter
 
 
 class PolyharmonicModel(RadialModel):
-    """φ = r³, r⁵ or r⁷ (Duchon 1977), without a length parameter."""
+    """Radial function φ = r³, r⁵ or r⁷ of the distance r (Duchon 1977), without a length parameter."""
 
     kind: Literal["polyharmonic"] = "polyharmonic"
     power: Literal[3, 5, 7] = parameter("", "power p of the distance", 5)

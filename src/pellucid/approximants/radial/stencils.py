@@ -24,7 +24,7 @@ UNISOLVENT = 1e-9  # smallest singular value of the polynomials at the nodes ove
 
 
 class StencilError(ValueError):
-    """A stencil has no interpolant."""
+    """Raised if a stencil has no interpolant."""
 
     def __init__(self, number: int, text: str) -> None:
         self.number = number

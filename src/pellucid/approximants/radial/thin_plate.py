@@ -9,13 +9,14 @@ from pellucid.model import parameter
 
 
 class ThinPlateModel(RadialModel):
-    """φ = r²ᵏ ln r (Duchon 1977); second derivatives of r² ln r, the thin plate itself, are infinite at the nodes."""
+    """Radial function φ = r²ᵏ ln r of the distance r (Duchon 1977); second derivatives of r² ln r, the thin plate itself, are
+    infinite at the nodes."""
 
     kind: Literal["thin-plate"] = "thin-plate"
     order: Literal[1, 2, 3] = parameter("", "half the power of the distance, k", 2)
 
     def profile(self, square: np.ndarray, shape: np.ndarray) -> Profile:
-        """Evaluate φ = ½ sᵏ ln s."""
+        """Evaluate φ = ½ sᵏ ln s, where s = r²."""
         k = self.order
         logarithm = np.log(np.where(square > 0.0, square, 1.0))  # at a node it is multiplied by zeros
         first = 0.5 * square ** (k - 1) * (k * logarithm + 1.0)

@@ -267,7 +267,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return 0.0, 0.0, 0.0
 
     def vector_areas(self) -> np.ndarray:
-        """Return ∫ N_I n dA around each node [m²], shape (n, 3), in the present storage order of the nodes."""
+        """Return ∫ N_I n dA around each node I [m²], shape (n, 3), in the present storage order of the nodes; N_I is its shape
+        function, n the normal."""
         return self._slice * in_space(self.forces.vector_areas(self._o), self.geometry.axes)[self.arrays["node"]]
 
     def pressed_areas(self) -> np.ndarray:

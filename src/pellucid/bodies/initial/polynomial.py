@@ -9,7 +9,7 @@ from pellucid.model import parameter
 
 
 class Polynomial(InitialField):
-    """A concentration a (x - x₁)(x - x₂)... along an axis, in metres."""
+    """A concentration a (x - x₁)(x - x₂)... of the position x along an axis, with zeros x₁, x₂, ... [m]."""
 
     quantity: ClassVar[str] = "concentration"
 

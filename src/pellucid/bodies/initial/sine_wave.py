@@ -9,7 +9,7 @@ from pellucid.model import Vector, parameter
 
 
 class SineWave(InitialField):
-    """An initial velocity a sin(k·x + φ)."""
+    """An initial velocity a sin(k·x + φ) at positions x, with an amplitude vector a, a wave vector k and a phase φ."""
 
     kind: Literal["sine-wave"] = "sine-wave"
     amplitude: Vector = parameter("m/s", "amplitude a")

@@ -11,7 +11,7 @@ NONE = (0.0, 0.0, 0.0)
 
 
 class VelocityGradient(InitialField):
-    """An initial velocity L (x - x₀)."""
+    """An initial velocity L (x - x₀) at positions x, with the velocity gradient L and the point x₀ at rest."""
 
     kind: Literal["velocity-gradient"] = "velocity-gradient"
     x: Vector = parameter("1/s", "gradient of the x velocity component, the first row of L", NONE)

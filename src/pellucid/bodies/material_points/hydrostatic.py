@@ -30,7 +30,7 @@ class Hydrostatic(Model):
 
 
 class NoRest(ValueError):
-    """A fluid has no state at rest somewhere in a body."""
+    """Raised if a fluid has no state at rest at some height within a body."""
 
 
 def states_by_height(

@@ -27,7 +27,7 @@ class Kept(NamedTuple):
     initial: float
 
     def force(self, value: float) -> float:
-        """Return k (Q - Q₀)/|Q₀|: a tension [N/m] for the area, a pressure [Pa] for the volume."""
+        """Return k (Q - Q₀)/|Q₀| for the present value Q: a tension [N/m] for the area, a pressure [Pa] for the volume."""
         return self.stiffness * (value - self.initial) / abs(self.initial)
 
     def energy(self, value: float) -> float:
@@ -35,7 +35,8 @@ class Kept(NamedTuple):
         return 0.5 * self.force(value) * (value - self.initial)
 
     def eigenvalue(self, slope: np.ndarray, mass: np.ndarray) -> float:
-        """Return ω² [1/s²] for the slopes ∂Q/∂x of the nodes, shape (n, 3), and their masses [kg], shape (n,)."""
+        """Return the squared eigenfrequency ω² [1/s²] of the spring for the slopes ∂Q/∂x of the nodes, shape (n, 3), and their
+        masses [kg], shape (n,)."""
         return self.stiffness / abs(self.initial) * float((np.einsum("ni,ni->n", slope, slope) / mass).sum())
 
 

@@ -36,7 +36,8 @@ def internal_forces(chunk, surface, x, forces):
 
 @parallel_loop()
 def pressure_forces(chunk, surface, x, forces, pressure):
-    """Compute ∫ p N_K n dA on the corners of each element [N], shape (m, 4, 3), exact for bilinear and linear surfaces."""
+    """Compute the forces ∫ p N_K n dA of a pressure p on the corners K of each element [N], shape (m, 4, 3), exact for
+    bilinear and linear surfaces."""
     first, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(first, middle):
         press_quadrilateral(surface, x, forces, e, pressure)
@@ -80,7 +81,7 @@ def cauchy_stresses(chunk, surface, x, stress):
 
 @parallel_loop()
 def area_slopes(chunk, surface, x, slopes):
-    """Compute ∂A/∂x at the corners of each triangle [m], shape (m, 4, 3)."""
+    """Compute the derivatives ∂A/∂x of the triangle areas with respect to the corners of each triangle [m], shape (m, 4, 3)."""
     _, middle, end = elements_of(chunk, surface.n_quads, len(surface.corners))
     for e in range(middle, end):
         chi, psi = geometry.edges(x, surface.corners, e)

@@ -236,7 +236,8 @@ def _along(frame, a):
 
 @kernel(inline=True)
 def press_quadrilateral(surface, x, forces, e, pressure):
-    """Write ∫ p N_K n dA at the corners of quadrilateral e [N] to forces[e], exact for the bilinear surface."""
+    """Write the forces ∫ p N_K n dA of a pressure p at the corners K of quadrilateral e [N] to forces[e], exact for the
+    bilinear surface."""
     corners = surface.corners
     chi, psi, eta = spans(x, corners, e)
     whole = cross(chi, psi)

@@ -157,7 +157,7 @@ def _places(along, left, right):
 
 @pointwise
 def _turned(length, n1, n2, s, t):
-    """Return |∂φ/∂x| at the four corners of a hinge; upper bounds at the ends of its edge."""
+    """Return |∂φ/∂x| of the fold angle φ for the four corners of a hinge; upper bounds for the ends of its edge."""
     one, two = length / sqrt(dot(n1, n1)), length / sqrt(dot(n2, n2))
     return abs(1.0 - s) * one + abs(1.0 - t) * two, abs(s) * one + abs(t) * two, one, two
 

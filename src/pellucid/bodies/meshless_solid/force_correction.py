@@ -128,7 +128,7 @@ def _dependent(condition: float) -> Refusal:
 
 
 def _condition(V: sparse.csc_array, factors: SuperLU) -> float:
-    """Estimate the condition number of the symmetric matrix V in the 1-norm."""
+    """Estimate the condition number of the symmetric matrix V (see the module) in the 1-norm."""
 
     def solve(right: np.ndarray) -> np.ndarray:
         return np.asarray(factors.solve(right))

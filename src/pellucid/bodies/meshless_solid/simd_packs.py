@@ -91,7 +91,7 @@ def _round_together(n, step, numbers):
 
 @kernel(inner=True, allocates=True)
 def _turn(n, lane, nodes, position, g, K):
-    """Compute K - I with K = (Σ x_a ⊗ g_a)⁻¹, so that Kᵀ g_a reproduce linear functions."""
+    """Compute K - I with K = (Σ x_a ⊗ g_a)⁻¹ at a point, so that the gradients Kᵀ g_a reproduce linear functions."""
     D = np.zeros((3, 3))
     for k in range(n):
         for i in range(3):
@@ -131,7 +131,7 @@ def pack_numbers(cells: Lists, packs: Lists, n_points: int, numbers: np.ndarray)
 def pack_gradients(
     cells: Lists, packs: Lists, n_points: int, rows: np.ndarray, position: np.ndarray, storage: Any
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pack gradients as g_a and K.
+    """Rearrange gradients of shape functions into packs, as rounded gradients g_a and a correction K with ∇p_a = Kᵀ g_a.
 
     Returns g_a, 3 × LANES numbers of type `storage` per entry of the node lists, and K - I, 9 × LANES numbers per pack.
     rows: gradients [1/m] in rows of shape functions; position: nodal positions [m], shape (n, 3). In single precision the

@@ -99,7 +99,7 @@ def make_tables(
 
 @kernel()
 def _add_row_sums(row, nodes, gradients, weights, sums):
-    """Add Σ_q w |∇p_a| Σ_b |∇p_b| to the sums of the nodes a."""
+    """Add Σ_q w |∇p_a| Σ_b |∇p_b| of the points q with weights w to the sums of the nodes a."""
     for k in range(len(row) - 1):
         start, n = row[k], row[k + 1] - row[k]
         at, total = 3 * start, 0.0

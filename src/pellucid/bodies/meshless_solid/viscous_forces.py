@@ -121,7 +121,7 @@ class ViscousForces(ElasticForces):
         converge(iteration, self._try, displacement, self._bound, RETOLD if self._diffuses else ITERATIONS)
 
     def find_and_iterate(self, displacement: np.ndarray, force: np.ndarray, dt: float, iteration: PowerIteration) -> None:
-        """Like the method of `ElasticForces`; forces at the trial displacement start from the states at the end of the step."""
+        """Like the method of `ElasticForces`; all forces of the iteration start from the states at the end of the step."""
         self.find(displacement, force, dt)
         here, there = np.empty_like(force), np.empty_like(force)
         told = iteration.frequency or self._bound

@@ -57,7 +57,7 @@ class VolumeInertia:
         self.renew()
 
     def renew(self) -> None:
-        """Compute B in the present state."""
+        """Compute B (see the module) in the present state."""
         self.displacement[:] = self._solid.displacement
         self._deformation, self._change = self._solid.deformation.copy(), 0.0
         self._rates = self._found.find()
@@ -99,7 +99,7 @@ class VolumeInertia:
 
 
 def stiffness_of_volume(solid: Solid) -> float:
-    """Return U'' at rest [Pa]."""
+    """Return the second derivative U'' of the volumetric energy at rest [Pa]."""
     higher, lower = (volumetric_stress(solid.law, 1.0 + strain) for strain in (STRAIN, -STRAIN))
     return float(higher - lower) / (2.0 * STRAIN)
 

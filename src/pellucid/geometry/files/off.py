@@ -93,7 +93,7 @@ def _divided(points: np.ndarray) -> np.ndarray:
 
 
 def _corners(line: _Line) -> list[int]:
-    """Return the vertices of a face, from 0. A colour may follow them."""
+    """Return the vertices of a face, numbered from 0. In the file a colour may follow them."""
     count = whole(line.words[0], line.number)
     corners = [whole(word, line.number) for word in line.words[1 : count + 1]] if count > 0 else []
     if count < 1 or len(corners) < count:

@@ -29,7 +29,7 @@ class Hollow(Centred):
 
 
 class Shell(Hollow):
-    """A hollow sphere; a ring if one axis is thin, two segments if two axes are."""
+    """A hollow sphere; on a grid with one thin axis a ring, with two thin axes two line segments."""
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         return self.centre() - self.outer_radius, self.centre() + self.outer_radius

@@ -47,7 +47,7 @@ class Centred(Geometry):
 
 
 class Sphere(Centred):
-    """A ball; a disc if one axis is thin, a segment if two axes are."""
+    """A ball; on a grid with one thin axis a disc, with two thin axes a line segment."""
 
     radius: float = parameter("m", "radius", gt=0)
 
@@ -70,7 +70,7 @@ class Sphere(Centred):
 
 
 class Cylinder(Centred):
-    """A circular cylinder along an axis; `centre` is the middle of its axis. It is a disc if that axis is thin."""
+    """A circular cylinder along an axis; `centre` is the middle of its axis. On a grid that is thin along this axis, a disc."""
 
     centre_: Vector = parameter("m", "middle of the axis", alias="centre")
     radius: float = parameter("m", "radius", gt=0)

@@ -14,7 +14,7 @@ REACH = 1e-9  # of the radius: tolerance by which a corner may lie outside the b
 
 
 class BetweenEnds(Meshed):
-    """A circular surface about the line between two points."""
+    """A circular surface around the line between two points."""
 
     start: Vector = parameter("m", "centre of one end")
     end: Vector = parameter("m", "centre of the other end")

@@ -38,7 +38,7 @@ class Nothing(NamedTuple):
 
 
 class ByValue(NamedTuple):
-    """Contribution of a row times N."""
+    """Contribution to each node of a row of values times the node's shape function N."""
 
     rule: Any
     read: Any  # point arrays that `given` reads

@@ -12,7 +12,7 @@ from pellucid.model import Model
 
 @generic
 def pressure_line(eos: Any, density: float) -> tuple[float, float]:
-    """Return A(ρ) [Pa] and B(ρ) [kg/m³] of P = A + B e."""
+    """Return A(ρ) [Pa] and B(ρ) [kg/m³] of the pressure P = A + B e as a function of the specific energy e."""
 
 
 @generic

@@ -34,5 +34,5 @@ def why_unbalanced(driven: np.ndarray, x: np.ndarray, axes: Sequence[int], loads
 
 
 def _size(forces: np.ndarray) -> float:
-    """Return ∫|b| dA, the sum of the magnitudes of nodal forces [N]."""
+    """Return the sum of the magnitudes of nodal forces [N], an approximation of ∫|b| dA for the load b per unit area."""
     return float(np.linalg.norm(forces, axis=1).sum())

@@ -67,7 +67,7 @@ class FilmForces:
         return self._sums.summed(np.einsum("eqd,eqmd->emd", on_area, o.value))
 
     def vector_areas(self, o: Operators) -> np.ndarray:
-        """Return ∫ N_I n dA around each node [m²], shape (n, d)."""
+        """Return ∫ N_I n dA around each node I [m²], shape (n, d), with its shape function N_I and the normal n."""
         return self._sums.summed(o.volume_rate().sum(axis=1))
 
 

@@ -20,7 +20,7 @@ class IncompatibleLoad(Exception):
 
 
 class Border(NamedTuple):
-    """A linear constraint: row · v = rate."""
+    """A linear constraint row · v = rate of the nodal velocities v."""
 
     row: np.ndarray  # (n, d)
     rate: float

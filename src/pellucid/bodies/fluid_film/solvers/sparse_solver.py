@@ -155,11 +155,11 @@ class Projection:
         self._inverse = np.linalg.inv(C @ Z.T)
 
     def reached(self, goals: np.ndarray) -> np.ndarray:
-        """Return a vector u with C u = goals."""
+        """Return a vector u that satisfies the constraints C u = goals."""
         return np.asarray(self._Z.T @ (self._inverse @ goals))
 
     def applied(self, u: np.ndarray) -> np.ndarray:
-        """Return P u."""
+        """Return the projection P u of a vector."""
         return u - self.reached(self._C @ u)
 
     def forces(self, residual: np.ndarray) -> np.ndarray:
@@ -167,7 +167,7 @@ class Projection:
         return np.asarray(self._inverse.T @ (self._Z @ residual))
 
     def transposed(self, residual: np.ndarray) -> np.ndarray:
-        """Return Pᵀ times a residual."""
+        """Return Pᵀ times a residual: the residual without the constraint forces."""
         return residual - self._C.T @ self.forces(residual)
 
 
