@@ -83,7 +83,7 @@ def affine_weights(fn: Any, offset: float, w: Any, g: Any) -> Any:
 
 @pointwise
 def spread3(offset, w, g):
-    """Return `affine_weights` of three nodes; on a wall, where the functions interpolate, the derivatives."""
+    """Return the `affine_weights` of three nodes; for a point on a wall, where the functions interpolate, their derivatives."""
     r0, r1, r2 = w[0] * offset, w[1] * (offset + 1.0), w[2] * (offset + 2.0)
     spread = r0 * offset + r1 * (offset + 1.0) + r2 * (offset + 2.0)
     if spread < LEAST_SPREAD:

@@ -136,7 +136,8 @@ def _is_hole(grid, i, j, k):
 
 @pointwise
 def _owner(grid, i, j, k):
-    """Return the face of a hole across which the neighbour with the largest volume of points lies; the first of equal ones."""
+    """Return the face of a hole beyond which the neighbour with the largest volume of points lies; if several are equal, the
+    first."""
     most, owner = 0.0, 0
     for face in range(6):
         a, b, c = _beside(grid, i, j, k, face)

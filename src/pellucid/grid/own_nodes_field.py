@@ -62,7 +62,7 @@ class OwnNodesField(VelocityField):
         self._reached.scatter_momentum(n, mapped)
 
     def await_impulses(self, nodes: Iterable[np.ndarray]) -> None:
-        """Record the nodes at which contact may apply impulses; the body counts their work itself."""
+        """Record the nodes at which contact may apply impulses; the body computes their work itself."""
         self.awaiting = np.unique(np.concatenate([self.awaiting[:0], *nodes]))
 
     def advance(self, dt: float, counted: bool = False) -> None:

@@ -41,7 +41,7 @@ class AffineInertia(NamedTuple):
 
 
 class InertiaRead(NamedTuple):
-    """Input of a point, or the arrays of all points."""
+    """Input of a point for its mass and momentum, or the arrays of all points."""
 
     velocity: np.ndarray  # (n, 3)
     mass: np.ndarray  # (n,)
@@ -60,7 +60,7 @@ class InternalForceInCells(NamedTuple):
 
 
 class InternalForceRead(NamedTuple):
-    """Input of a point, or the arrays of all points."""
+    """Input of a point for its internal force, or the arrays of all points."""
 
     volume: np.ndarray  # (n,)
     stress: np.ndarray  # (n, 6)

@@ -42,7 +42,10 @@ FAULTS = {
 
 
 def fault_at_held_face(face: str, outward: float) -> Fault:
-    """Return the fault of a point that passed a face held by a support with this velocity out of the grid [m/s]."""
+    """Return the fault of a point that left the grid through a face on which a support constrains the nodes.
+
+    outward: velocity of the support out of the grid [m/s].
+    """
     if outward > 0.0:
         text = f"it crossed the face {face}, whose support moves out of the grid at {outward:.3g} m/s"
         remedy = f"set the velocity of this support along {face[0]} to 0"

@@ -32,7 +32,7 @@ def project_node(nodes, supports, external, I):
 
 @kernel(inner=True)
 def _meet_chunk(chunk, field):
-    """Let opening walls constrain or release the nodes of a chunk that have not been advanced yet."""
+    """Constrain or release the nodes of a chunk at walls that open; their momentum has not been advanced yet."""
     nodes = field.nodes
     for I in range(field.edges[chunk], field.edges[chunk + 1]):
         if nodes.has_mass[I] == 0 and nodes.mass[I] >= MASS_EPS:

@@ -44,7 +44,7 @@ class Read(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Output of a point, or the arrays of all points."""
+    """Output of a point of straining, or the arrays of all points."""
 
     position: Any
     volume: Any

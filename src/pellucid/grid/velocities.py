@@ -56,7 +56,7 @@ class Worked(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Output of a point, or the arrays of all points."""
+    """Output of a point of the transfer, or the arrays of all points."""
 
     velocity: Any
     affine: Any
@@ -64,7 +64,7 @@ class Kept(NamedTuple):
 
 
 class Gathered(NamedTuple):
-    """Values gathered from the nodes."""
+    """Values that a point gathers from the nodes."""
 
     velocity: Any  # velocity of the point after the step [m/s]
     lumping: Any  # heat of lumping per unit mass [J/kg]
@@ -177,7 +177,7 @@ def _rate_of_volume(task, p, g):
 
 
 class HeatArrays(NamedTuple):
-    """Arrays of a body that keeps heat."""
+    """Arrays of a body that keeps heat: internal energies of its points, and heat of the transfer."""
 
     energy: np.ndarray  # (points,) specific internal energy [J/kg]
     heat: np.ndarray  # (points,) energy lost by the transfer at each point in a step [J/kg]

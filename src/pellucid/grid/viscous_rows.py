@@ -8,7 +8,7 @@ from pellucid.grid.nodal_fields import FOUND, RUN, SUM, rows
 
 
 class ViscousRows(NamedTuple):
-    """Nodal rows of the viscous solve."""
+    """Nodal vectors of the conjugate gradient method, stored in rows of four numbers."""
 
     inertia: Annotated[np.ndarray, rows(FOUND, RUN, "kg", "mass that a force along each axis moves; 0 where it is led")]
     target: Annotated[np.ndarray, rows(FOUND, RUN, "m/s", "velocity that it would have without viscosity")]

@@ -152,7 +152,7 @@ def names_in(code: CodeType) -> set[str]:
 
 
 def from_versioned(module: str | None) -> bool:
-    """Return True for a module whose version determines its content."""
+    """Return True for a module of Python or of a package in VERSIONED, whose version determines its content."""
     return (module or "builtins").split(".")[0] in VERSIONED
 
 

@@ -37,7 +37,8 @@ def artificial_pressure(av: ArtificialViscosity, density: float, a: float, trD: 
 
 @pointwise
 def artificial_speed(av: ArtificialViscosity, a: float, trD: float, length: float) -> float:
-    """Return Q = c₁ a + c₀ l |tr D| [m/s]; the signal speed becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual)."""
+    """Return the contribution Q = c₁ a + c₀ l |tr D| of artificial viscosity to the signal speed [m/s]; the signal speed
+    becomes Q + sqrt(Q² + a²) (Hallquist, LS-DYNA theory manual)."""
     if trD >= 0.0:
         return 0.0
     return av.linear * a - av.quadratic * length * trD

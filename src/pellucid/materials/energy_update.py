@@ -119,7 +119,7 @@ def _closed(mode, eos, energy, density, trD, old_work, other_work, dt):
 @point_function(energy_of_pressure, ConservativeEnergy)
 def _ahead(mode, eos, energy, density, trD, old_work, other_work, dt):
     """Advance the energy by half a step. The conservative energy includes work up to the middle of the step, since it uses
-    mean nodal velocities, while the density is at the end of the step. Without this correction sound would grow."""
+    mean nodal velocities, whereas the density is at the end of the step. Without this correction sound would grow."""
     return _backward_euler(eos, energy, density, trD, 0.5 * other_work, 0.5 * dt)
 
 

@@ -21,7 +21,8 @@ from pellucid.tensors import PlaneTensor, Symmetric, Tensor
 
 ZERO_GRADIENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 SQUEEZED = (-1e-300, 0.0, 0.0, 0.0, -1e-300, 0.0, 0.0, 0.0, -1e-300)
-"""Velocity gradients [1/s]: zero, and an infinitesimal compression of which only the sign matters."""
+"""Velocity gradients [1/s]: zero, and an infinitesimally slow compression, which only selects the laws' branch for
+compression."""
 
 
 class Law(Protocol):

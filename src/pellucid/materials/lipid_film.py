@@ -15,8 +15,8 @@ POINTS, WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
 class LipidFilm(BodyMaterial):
-    """Lipid film with the surface pressure p = a sgn(ρ - ρ₀) |ρ - ρ₀|^c. Source: Benet 2015, eq. 3.45, which holds only for
-    ρ > ρ₀ or odd c."""
+    """Lipid film with the surface pressure p = a sgn(ρ - ρ₀) |ρ - ρ₀|^c at the surface density ρ. Source: Benet 2015, eq.
+    3.45, which holds only for ρ > ρ₀ or odd c."""
 
     density: float = parameter("kg/m^2", "surface density ρ₀ at zero surface pressure", gt=0)
     viscosity: float = parameter("N*s/m", "shear viscosity μ of the surface", gt=0)

@@ -122,8 +122,8 @@ def least_squares(m, flat, drops, length, scratch, values, gradients):
 
 @pointwise
 def _add_up_to_one(values, gradients):
-    """Normalise by the sum, which differs from one by the rounding of the moments; the difference would add momentum to a
-    body."""
+    """Divide the shape functions by their sum, which differs from one by the rounding of the moments; the difference would add
+    momentum to a body."""
     total = 0.0
     for i in range(len(values)):
         total += values[i]

@@ -26,7 +26,7 @@ class ThinPlateModel(RadialModel):
 
     @property
     def least_degree(self) -> int:
-        """k, as the function is conditionally definite of order k + 1."""
+        """Smallest degree of the polynomials: k, as the function is conditionally definite of order k + 1."""
         return self.order
 
     @property

@@ -154,8 +154,8 @@ class FilmOnGrid(PointsOnGrid, Membrane, TakesTractions, HasContactSurface, Boun
         return surface
 
     def _limit_shares(self) -> sparse.csr_array | None:
-        """Return the weights of the nodes in the limit positions of the surface, shape (n, n), by point number; None if the
-        surface passes through its nodes."""
+        """Return the matrix that maps nodal positions to the limit positions of a Loop surface, shape (n, n), in the order of
+        the point numbers; None if the surface passes through its nodes."""
         if not isinstance(self.geometry, LoopSurface):
             return None
         of_geometry = limit_matrix(self.geometry.rings).tocoo()

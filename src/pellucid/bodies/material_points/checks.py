@@ -23,7 +23,7 @@ NEAR_END = 1e-4  # of the extent of a body: its points lie at least so far from 
 
 
 def grid_problems(body: SeededBody, path: Path, grid: GridCase) -> Iterator[Finding]:
-    """Report numbers of points per cell and shapes that are impossible on the grid."""
+    """Report numbers of points per cell, and shapes of the body, that are impossible on the grid."""
     try:
         points_along_axes(body.points_per_cell, grid.thin())
     except ValueError as error:

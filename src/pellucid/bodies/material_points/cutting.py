@@ -68,7 +68,7 @@ class FilledRegion:
         """Return the length [m], area [m²] or volume [m³] of the region, once all points are known; `total` is the number of
         cells that the points represent.
 
-        Raises ValueError if more volume than can be corrected is too far from every point.
+        Raises ValueError if the points represent clearly less than the region, since thin parts of it contain no points.
         """
         exact = self._shape.measure(self._active) + self._twice / len(self._offsets) * self._cell
         for other, samples in zip(self._left_out, self._taken, strict=True):

@@ -176,7 +176,7 @@ class GridSurface(ContactSurface):
             self.area[on & (np.abs(self.area[:, axis]) > 0.5 * self.sizes())] = 0.0
 
     def weights(self) -> np.ndarray:
-        """Return the areas at the start [m²]."""
+        """Return the areas of the surface points at the start [m²]."""
         return self._weights
 
     def find_directions(self, normal: np.ndarray, size: np.ndarray) -> None:
@@ -239,10 +239,10 @@ class GridSurface(ContactSurface):
 
 
 def find_flat_sides(place: np.ndarray, normal: np.ndarray, about: float) -> np.ndarray:
-    """Return a mask of the surface points on a flat side, i.e.
+    """Return a mask of the surface points on a flat side.
 
-    all neighbours have the same normal, except those beyond a sharp edge. place [m], normal: shape (m, 3), zero normals
-    count as flat; about: search distance for neighbours [m].
+    All neighbours of such a point have the same normal, except those beyond a sharp edge. place [m], normal: shape (m, 3),
+    zero normals count as flat; about: search distance for neighbours [m].
     """
     pairs = cKDTree(place).query_pairs(about, output_type="ndarray")
     cosine = np.einsum("ij,ij->i", normal[pairs[:, 0]], normal[pairs[:, 1]])

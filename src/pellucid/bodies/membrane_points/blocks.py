@@ -120,7 +120,7 @@ def keep_shapes(surface, start, n, c):
 
 @pointwise
 def fetch_stresses(surface, start, n, c):
-    """Copy the values of the points before the stress update to columns."""
+    """Copy the input of the stress update of a block's points to columns."""
     index, points, state = surface.index, surface.points, surface.state
     fetch(index, (0.0, 0.0), (points.mass, state.strain_energy), start, n, c, MASS * WIDTH)
     fetch(index, (0.0, ZERO_VECTOR), (points.volume, state.plane_stress), start, n, c, VOLUME * WIDTH)

@@ -14,13 +14,13 @@ from pellucid.tensors import IDENTITY, ZERO_VECTOR
 
 
 class Read(NamedTuple):
-    """Input of a point, or the arrays of all points."""
+    """Input of a point for its velocity gradient, or the arrays of all points."""
 
     position: Any  # [m]
 
 
 class Kept(NamedTuple):
-    """Output of a point, or the arrays of all points."""
+    """Output of a point (velocity gradient, new position), or the arrays of all points."""
 
     position: Any
     gradient: Any  # [1/s]

@@ -59,7 +59,7 @@ def find_normals(chunk, position, fans):
 
 @pointwise
 def _sum_up(c, start, n, surface, s, sums):
-    """Add the sums of a block, and record the first fault of slab s."""
+    """Add the sums over a block of points to those of slab s, and record the first fault in the slab."""
     slabs = surface.slabs
     add_columns(c, BAD, n, sums, 0, SUMS)
     largest_of_column(c, FASTEST, n, sums, SUMS)

@@ -59,7 +59,8 @@ def make_bending(
 
 
 def support_bending(bending: Resistance | None, rows: np.ndarray, on_plane: np.ndarray) -> bool:
-    """Apply clamps at constrained nodes to the bending of an open membrane. Returns True if this changes the bending.
+    """Apply clamps at constrained nodes to the bending of an open membrane. Returns True if the clamps differ from those
+    before.
 
     rows: (n, 3) the number of the constraint of a node along each axis, 0 if it is free; on_plane: (n, 3) True if it lies
     in a plane of symmetry normal to each axis; both in the order of the mesh.

@@ -34,7 +34,7 @@ class Viscous(NamedTuple):
 
 
 class History(NamedTuple):
-    """The states of the points of a solid; the law of the solid itself is the hyperelastic one."""
+    """The law with history variables and the states of its points; the solid itself stores only the hyperelastic law."""
 
     law: Any
     states: Any  # of the points, in arrays; those of the lanes without a point stand at their end
@@ -90,7 +90,7 @@ def _energies(block, history, stored, lost):
 
 
 class ViscousForces(ElasticForces):
-    """Internal forces of a law with history variables, which are stored here."""
+    """Internal forces of a law with history variables; this class stores these variables."""
 
     def __init__(
         self, viscous: Viscous, solid: Solid, density: float, wave_number: float, initial_stress: np.ndarray | None = None

@@ -95,7 +95,7 @@ def _free(forces, p, d, drag, gained):
 
 @pointwise
 def _rubbed(forces, p, drag, dt, chunk):
-    """Return the velocity change by the friction of walls; see `friction_of_walls`."""
+    """Return the velocity change of node p by the friction of walls [m/s]; see `friction_of_walls`."""
     x, y, z = _gained(forces, p, 0, dt)[0], _gained(forces, p, 1, dt)[0], _gained(forces, p, 2, dt)[0]
     free = _free(forces, p, 0, drag, x), _free(forces, p, 1, drag, y), _free(forces, p, 2, drag, z)
     return friction_of_walls(forces, p, free, drag.gain, dt, chunk)

@@ -132,7 +132,7 @@ class NodalMotion:
         return np.asarray(np.take_along_axis(first, self._arrays["prescribed"], axis=0))
 
     def _constrain(self) -> None:
-        """Number the constraints of the nodes: supports, prescribed motions, and finally the thin axes."""
+        """Assign the number of a constraint to each node and axis: of a support, a prescribed motion, or a thin axis."""
         a = self._arrays
         position, prescribed = a["position"], a["prescribed"]
         n_supports, n_rows = len(self.supports), len(self.supports) + len(self.motions) + 1

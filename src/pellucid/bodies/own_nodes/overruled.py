@@ -40,7 +40,7 @@ def overruled(supports: Sequence[NodalSupport], numbers: np.ndarray, axes: np.nd
 
 
 def warning(pair: Overruled, motion: str, body: str, velocity: np.ndarray) -> str | None:
-    """Return a warning if the velocities of a pair of support and motion differ; None otherwise."""
+    """Return a warning if a support and a motion prescribe different velocities for the same nodes; None otherwise."""
     axes = pair.differ(velocity)
     if not axes:
         return None

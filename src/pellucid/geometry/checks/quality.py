@@ -18,14 +18,14 @@ def dihedral_angles(nodes: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def triangle_qualities(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the area over the mean squared side, scaled to 1 for equilateral and 0 for flat triangles, shape (m,)."""
+    """Return the area of each triangle divided by its mean squared side, scaled to 1 if equilateral (0 if flat), shape (m,)."""
     x = vertices[triangles]
     area = 0.5 * np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
     return np.asarray(4.0 / np.sqrt(3.0) * area / _mean_square(x, ((0, 1), (1, 2), (2, 0))))
 
 
 def quad_qualities(vertices: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """Return twice the smallest triangle area at a corner over the mean squared side, 1 for squares, shape (m,)."""
+    """Return twice the smallest triangle area at a corner divided by the mean squared side: 1 for squares, shape (m,)."""
     x = vertices[quads]
     sides = np.roll(x, -1, axis=1) - x
     corners = np.linalg.norm(np.cross(np.roll(sides, 1, axis=1), sides), axis=2).min(axis=1, initial=np.inf)

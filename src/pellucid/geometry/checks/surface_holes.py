@@ -81,7 +81,9 @@ def rims(mesh: Mesh) -> list[list[int]]:
 
 
 def _ring(start: int, after: dict[int, list[int]], shared: dict[int, dict[int, int]]) -> list[int]:
-    """Return the ring that starts at a vertex, and remove its edges from `after`.
+    """Return the ring of boundary edges that starts at a vertex, and remove these edges from `after`.
+
+    after: for each vertex, the vertices that follow it along boundary edges.
 
     The result is empty if the path does not return to its start, as for inconsistently oriented elements. If holes touch at a
     vertex, a ring connects different fans of elements.

@@ -22,7 +22,7 @@ _NONE = np.zeros(0, np.int64)
 
 
 class _Nodes(NamedTuple):
-    """Nodes of one *NODE keyword: labels, shape (n,), coordinates, shape (n, 3), and the keyword with its data lines."""
+    """Nodes that one *NODE keyword defines: labels, shape (n,), coordinates, shape (n, 3), and the keyword itself."""
 
     labels: np.ndarray
     places: np.ndarray
@@ -321,7 +321,7 @@ def _rows(keyword: Keyword, width: int) -> np.ndarray:
 
 
 def _defined_twice(scope: _Scope, labels: np.ndarray, row: int) -> Damaged:
-    """Return the error about a node, given by its row among all nodes of the scope, that an earlier line defines elsewhere."""
+    """Return the error for a node that an earlier line defines at another position; row: row of the node in its scope."""
     lines = [(some.keyword, k) for some in scope.nodes for k in range(len(some.labels))]
     before, again = (keyword.line_of(k) for keyword, k in (lines[int(np.argmax(labels == labels[row]))], lines[row]))
     text = f"{again} defines node {labels[row]} again, at a different position than {before}"
@@ -329,7 +329,7 @@ def _defined_twice(scope: _Scope, labels: np.ndarray, row: int) -> Damaged:
 
 
 def _numbers(scope: _Scope, table: np.ndarray, kind: str) -> np.ndarray:
-    """Return the node numbers of elements. Raises Damaged. rows: the label of each element, followed by the labels of its
+    """Return the node numbers of elements. Raises Damaged. table: the label of each element, followed by the labels of its
     nodes."""
     known, labels = scope.node_labels, table[:, 1:]
     place = np.searchsorted(known, labels).clip(max=max(len(known) - 1, 0))

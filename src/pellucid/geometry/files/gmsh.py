@@ -31,7 +31,7 @@ def read_gmsh(data: bytes) -> Contents:
 
 
 class _Reader:
-    """Nodes, elements and groups, read section by section."""
+    """Reader of the nodes, elements and groups of a file, section by section."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data

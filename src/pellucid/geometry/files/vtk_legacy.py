@@ -19,7 +19,7 @@ LISTS = (POLYGONS, STRIPS, "LINES", "VERTICES", CELLS)
 DATASETS = ((b"DATASET", b"POLYDATA"), (b"DATASET", b"UNSTRUCTURED_GRID"))
 DATA = ("POINT_DATA", "CELL_DATA")
 WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1}
-"""Numbers per row of an array by its keyword; the name and type of the array follow the keyword."""
+"""Number of values in a row of an array, by the keyword of the array; the name and type of the array follow the keyword."""
 UNREAD = "some of its arrays were not read, so sets that they mark are missing"
 
 
@@ -174,7 +174,7 @@ class _Source:
 
     @property
     def ended(self) -> bool:
-        """True if nothing is left."""
+        """True if no data are left."""
         return self._at >= len(self._data)
 
     def line(self) -> list[str]:

@@ -63,7 +63,7 @@ class Turn(NamedTuple):
 
 
 def _product(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Return the product of each vector and a matrix.
+    """Multiply each of n vectors by a matrix.
 
     The sum is explicit, as libraries may sum in an order that depends on the number of threads.
     """

@@ -21,12 +21,12 @@ def lowest_pressure(eos: Any) -> float:
 
 
 def any_tension(eos):
-    """Return `lowest_pressure` for a fluid that carries any tension."""
+    """Return the value of `lowest_pressure` for a fluid that carries any tension: -inf."""
     return -inf
 
 
 def limited_tension(eos):
-    """Return `lowest_pressure` for a law with the parameter `p_min`."""
+    """Return the value of `lowest_pressure` for a law with the parameter `p_min`: this parameter."""
     return eos.p_min
 
 

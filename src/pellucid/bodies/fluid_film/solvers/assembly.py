@@ -178,7 +178,7 @@ class Assembly(NodalSums):
         return self._indptr, self._indices
 
     def links(self) -> csr_array:
-        """Return the adjacency of nodes that share an element, shape (n, n)."""
+        """Return the adjacency matrix of nodes that share an element, shape (n, n)."""
         column, first = self._pattern.column, self._pattern.first
         return csr_array((np.ones(len(column), np.int8), column, first), shape=(self.n, self.n))
 

@@ -18,8 +18,8 @@ spacings that vary smoothly by a half."""
 
 
 class CurveSolver:
-    """Solves symmetric systems of elements with nodes (e, m), n nodes in total, in d dimensions; components that are `held`
-    are 0."""
+    """Solves symmetric linear systems for the nodal velocities, assembled from elements with nodes (e, m); n nodes in d
+    dimensions. Components in the mask `held` are 0."""
 
     def __init__(self, nodes: np.ndarray, held: np.ndarray) -> None:
         n, d = held.shape

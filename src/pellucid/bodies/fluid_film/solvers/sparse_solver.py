@@ -33,8 +33,8 @@ FIXED = 1e-8  # of a motion's largest component at known ones: less is a motion 
 
 
 class SparseSolver:
-    """Solves systems of elements with nodes (e, m), n nodes in total, initially at `places` (n, 3); `held` components are
-    0."""
+    """Solves linear systems for the nodal velocities, assembled from elements with nodes (e, m); n nodes, initially at
+    `places` (n, 3). Components in the mask `held` are 0."""
 
     def __init__(self, nodes: np.ndarray, held: np.ndarray, places: np.ndarray) -> None:
         n, d = held.shape

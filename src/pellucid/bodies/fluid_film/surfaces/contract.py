@@ -35,7 +35,7 @@ class FilmGeometry(Protocol):
     shares: Shares
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Return the rows of the operators for nodes at x [m], shape (n, d)."""
+        """Return the operators, which map nodal velocities to rates of the film, for nodes at x [m], shape (n, d)."""
 
     def places(self, x: np.ndarray) -> np.ndarray:
         """Return the values on the film at its nodes, shape (n, k), of a field with nodal values x, shape (n, k)."""

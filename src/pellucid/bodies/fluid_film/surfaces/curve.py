@@ -70,7 +70,7 @@ class Curve:
         self._samples = segment_functions(radial, places)
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Return the rows of the operators for nodes at x [m], shape (n, 2)."""
+        """Return the operators of the curve for nodes at x [m], shape (n, 2)."""
         table, corner = self._tables, self._about(x)
         place, along, bend = (np.einsum("qm,emi->eqi", functions, corner) for functions in table)
         square = np.einsum("eqi,eqi->eq", along, along)

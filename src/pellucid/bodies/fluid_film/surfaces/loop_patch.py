@@ -71,7 +71,7 @@ def limit_share(valence):
 
 @kernel(inner=True)
 def _cut(corner, ring, count, moved, middle):
-    """Compute the corners after a subdivision step (`moved`) and the midpoints of the edges to their rings (`middle`)."""
+    """Compute the corners after a subdivision step (`moved`), and the new nodes on the edges to their rings (`middle`)."""
     k = corner.shape[1]
     for c in range(3):
         n = count[c]

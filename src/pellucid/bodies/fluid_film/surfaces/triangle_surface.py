@@ -61,7 +61,7 @@ class TriangleSurface(ABC):
         [m]."""
 
     def operators(self, x: np.ndarray) -> Operators:
-        """Return the rows of the operators for nodes at x [m], shape (n, 3)."""
+        """Return the operators of the surface for nodes at x [m], shape (n, 3)."""
         return surface_operators(x, self.nodes, self.tables)
 
     def normals(self, x: np.ndarray) -> np.ndarray:

@@ -92,8 +92,8 @@ def _lattice(n: int) -> tuple[list[tuple[np.ndarray, float]], np.ndarray]:
 
 
 def _least_depth(values: sparse.csr_array, share: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Return the mass per area of each point [kg/m²]: the smallest value of m_a / Σ_k S_ka A_k among the nodes a that move
-    it."""
+    """Return the effective mass per area of each point [kg/m²]: the smallest value of m_a / Σ_k S_ka A_k among the nodes a
+    that move it, with the nodal masses m_a, the weights S_ka of the nodes in points k, and the point areas A_k."""
     of_node = values.T @ share
     depth = np.where(of_node > 0.0, mass / np.where(of_node > 0.0, of_node, 1.0), np.inf)
     return np.minimum.reduceat(depth[values.indices], values.indptr[:-1])
