@@ -72,8 +72,8 @@ class PointFields(GridBody):
         return self.arrays[name][: self.n_there]
 
     def frame(self) -> dict[str, np.ndarray]:
-        """Return the fields of all points by number. Points that left have zeros, and the position at which they left the
-        grid."""
+        """Return the fields of all points by number. For points that left, the fields are zero, except the position at which
+        they left the grid."""
         fields, left = super().frame(), self.arrays["id"][self.n_there :]
         if not len(left) or (domain.is_cut and self.shared.is_spread):  # those behind are with other processes
             return fields

@@ -17,7 +17,7 @@ from pellucid.jit import generic, point_function, pointwise
 
 
 class Walled(NamedTuple):
-    """Grid without periodic axes."""
+    """Option for a grid without periodic axes."""
 
 
 class Folded(NamedTuple):

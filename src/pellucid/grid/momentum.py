@@ -80,8 +80,8 @@ def apply_prescribed_velocity(external, I, d, m, v):
 
 @pointwise
 def apply_absorption(external, I, d, dt, old, new):
-    """Return the new velocity of node I along d with absorption [m/s]. The absorption uses the mean velocity over the step:
-    stable for any step."""
+    """Return the new velocity of node I along axis d with absorption [m/s]. Absorption acts on the mean velocity over the
+    step, which is stable for any time step."""
     half = 0.5 * dt * external.absorption[I, d]
     return (new - half * old) / (1.0 + half)
 

@@ -127,8 +127,8 @@ VOLUMES, PRESSURES, RATES = range(3)
 """Columns of `FullCells.sums`: volume [m³], pressure times volume [J], growth rate of the volume along the mean velocity
 [m³/s]."""
 PRESSURE, GROWTH, SHIFT = range(3)
-"""Columns of `FullCells.found`: mean pressure [Pa], relative volume growth rate of the cell [1/s], and the part of it
-missing in the growth of its points [1/s]."""
+"""Columns of `FullCells.found`: mean pressure [Pa], relative volume growth rate of the cell [1/s], and this rate minus the
+relative growth rate of its points [1/s]."""
 
 FIELD_ENERGY = 9
 """Column of `affine` with the kinetic energy of the affine field per unit mass after the last transfer [J/kg]."""

@@ -145,7 +145,7 @@ def slabs_of(lattice: Lattice, functions: GridFunctions) -> Slabs:
 
 
 def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
-    """Return the rows of slabs, which are the same for all bodies."""
+    """Return the division of the grid into rows of slabs, which is the same for all bodies."""
     lattice = grid.lattice
     layers, across, _ = _layers_of(lattice, functions)
     edges = np.append(layers[::across, 0], layers[-1, 1])
@@ -154,7 +154,8 @@ def rows_of(grid: Grid, functions: GridFunctions) -> Rows:
 
 
 def points_here(lattice: Lattice, functions: GridFunctions, position: np.ndarray) -> np.ndarray:
-    """Return the indices of the positions, shape (n, 3), in the rows of slabs of this process, ascending."""
+    """Return, in ascending order, the indices of those positions, shape (n, 3), that lie in the rows of slabs of this
+    process."""
     if not domain.is_cut:
         return np.arange(len(position))
     layer = np.empty(len(position), np.int64)

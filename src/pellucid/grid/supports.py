@@ -37,7 +37,7 @@ class YieldingWalls(NamedTuple):
 
 
 def no_walls() -> YieldingWalls:
-    """Return an instance without yielding walls."""
+    """Return the data of a field without walls that have friction or open."""
     none, marks, vectors = np.zeros(0), np.zeros((0, 3), np.int16), np.zeros((0, 3))
     return YieldingWalls(none, np.zeros(0, np.uint8), none, marks, marks, vectors, vectors)
 

@@ -153,7 +153,7 @@ class VelocityField:
         return given
 
     def strain_as_moved(self, node: np.ndarray) -> None:
-        """Use the velocity that moved the points also for straining them in this step, at these nodes."""
+        """At these nodes, use the velocity that moved the points in this step also for straining them."""
         self._moved.append(node)
 
     def works(self, dt: float) -> StepWork | None:

@@ -12,7 +12,7 @@ from pellucid.jit import generic, point_function
 
 
 class Flip(NamedTuple):
-    """FLIP: points add the increment of the grid velocity to their own velocity."""
+    """FLIP: points add the velocity increment of the grid over a step to their own velocity."""
 
     flip: float = 1.0
 

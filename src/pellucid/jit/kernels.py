@@ -86,7 +86,7 @@ def _keep_from_python(compiled: Any) -> None:
 
 
 def check_threads(threads: object) -> None:
-    """Raise UsageError unless `threads` is a sensible number of threads for this machine."""
+    """Raise UsageError unless `threads` is a number of threads that this machine can use."""
     most_useful = MOST_PER_CORE * (os.cpu_count() or 1)
     if not (isinstance(threads, int) and 1 <= threads <= most_useful):
         text = f"threads = {threads!r} must be a whole number from 1 to {most_useful}"
@@ -96,7 +96,7 @@ def check_threads(threads: object) -> None:
 def set_threads(threads: int | None) -> int:
     """Set the number of threads, or the number of cores if None; return the number in use. Results do not depend on it.
 
-    Raises UsageError for a number that is not sensible on this machine.
+    Raises UsageError for a number that this machine cannot use.
     """
     if threads is not None:
         check_threads(threads)

@@ -92,8 +92,8 @@ def driving_strain(law: Law, elastic: Law, shape: Shape) -> float:
 
 @generic
 def weaken(law: Law, record: DamageRecord, p: int, strain: float) -> tuple[float, float]:
-    """Update the damage of point p for the strain that drives damage. Return the remaining fraction of the initial
-    stiffness, and the fraction of the previous stiffness."""
+    """Update the damage of point p for the strain that drives damage. Return the stiffness divided by the initial stiffness,
+    and divided by the stiffness before the step."""
 
 
 @generic

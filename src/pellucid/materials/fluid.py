@@ -158,7 +158,7 @@ class FluidMaterial(PointMaterial):
         }
 
     def law(self) -> NewtonianFluid:
-        """Return the law for kernels, without the implicit viscosity."""
+        """Return the law for kernels. It does not contain a viscosity that is solved for implicitly on the nodes."""
         mu, lam = (0.0, 0.0) if self.implicit_viscosity else self.viscosities()
         return NewtonianFluid(
             self.eos.law(self.density, self.pressure),

@@ -26,7 +26,7 @@ compression."""
 
 
 class Law(Protocol):
-    """A law for kernels: a NamedTuple of its parameters."""
+    """A material law in the form for kernels: a NamedTuple of its parameters."""
 
     @property
     def _fields(self) -> tuple[str, ...]: ...

@@ -106,8 +106,8 @@ def _of_waves_alone(law, rate, spread):
 
 @generic
 def with_viscosity(law: Law, stress: InPlane, D: InPlane, ratio: float) -> InPlane:
-    """Return the stress in the frame [Pa] including the viscous stress; D: rate of deformation [1/s]; ratio: thickness
-    ratio."""
+    """Return the stress in the frame [Pa] including the viscous stress; D: rate of deformation [1/s]; ratio: ratio of the
+    thickness to its value at rest."""
 
 
 @default_function(with_viscosity)

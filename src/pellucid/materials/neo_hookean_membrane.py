@@ -51,7 +51,8 @@ def _free_stretch_squared(law, held, share):
 
 @pointwise
 def _thickness_squared(law, area):
-    """Return the squared thickness stretch of a membrane at an area ratio."""
+    """Return the squared ratio of the thickness of a membrane to its thickness at rest, for a ratio of present to initial
+    area."""
     return _free_stretch_squared(law, area, 0.5)
 
 

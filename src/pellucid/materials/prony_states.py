@@ -80,7 +80,7 @@ def branch_energy(state):
 
 
 def _state(n: int) -> Any:
-    """Declare and return the state of a point with n branches."""
+    """Declare and return the class for the states of points with n branches."""
     numbers = range(1, n + 1)
     name = f"PronyState{n}"
     own = {f"overstress_energy_{k}": ("J/kg", f"energy that branch {k} of the Prony series stores") for k in numbers}

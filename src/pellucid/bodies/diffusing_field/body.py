@@ -120,7 +120,7 @@ class DiffusingField(NodalBody):
 
 
 def _weak_form(case: "DiffusingFieldCase") -> WeakForm:
-    """Return the matrices of the weak form of a case. Raises CaseError if a node has no stencil."""
+    """Return the matrices of the weak form for the domain of a case. Raises CaseError if a node has no stencil."""
     try:
         if case.domain.line is not None:
             return on_line(case.domain.line, case.radial, case.window)

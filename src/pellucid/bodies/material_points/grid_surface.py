@@ -46,8 +46,8 @@ class MovedSurface(NamedTuple):
 
 @parallel_loop()
 def _follow(chunk, surface, step, dt):
-    """Update velocities and vector areas over a step dt [s], and offsets over `step` [s], with the hosts at fixed
-    positions."""
+    """Update velocities and vector areas of surface points over a step dt [s], and their offsets from the host points over
+    `step` [s]; positions of the hosts are not changed."""
     functions, lattice, o, a = surface.functions, surface.lattice, surface.offset, surface.area
     for p in range(CHUNK * chunk, min(CHUNK * (chunk + 1), len(o))):
         about = stencil(functions, lattice, surface.host, uintp(p))

@@ -19,7 +19,8 @@ REMEDY = (
 
 
 class Hydrostatic(Model):
-    """A fluid at rest under gravity: the pressure below a level balances the weight above; adiabatic compression."""
+    """A fluid at rest under gravity: the pressure below a given level balances the weight of the fluid above; compression is
+    adiabatic."""
 
     level: float | None = parameter(
         "m",

@@ -149,7 +149,7 @@ class SeededBody(DampedModel):
         return self.boundary(grid, hard)[0]
 
     def boundary_spacing(self, grid: GridCase, hard: bool) -> float:
-        """Return the spacing of the surface points [m]."""
+        """Return the spacing of the surface points of the body on this grid [m]."""
         return grid.cell / max(HARD if hard else SOFT, self._points_per_edge(grid))
 
     def _points_per_edge(self, grid: GridCase) -> int:

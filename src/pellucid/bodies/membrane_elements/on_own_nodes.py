@@ -41,7 +41,7 @@ class MembraneElements(ElementMembrane, ExplicitNodes, TakesPressure, HasContact
     # conditions
 
     def complete(self) -> None:
-        """Clamp the bending of constrained nodes."""
+        """Apply clamps to the bending at constrained nodes."""
         if self._support_bending():
             self.renew_totals()
         super().complete()

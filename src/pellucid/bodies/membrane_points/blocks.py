@@ -112,7 +112,7 @@ def turn_and_stretch(surface, dt, start, n, c, stress_too):
 
 @pointwise
 def keep_shapes(surface, start, n, c):
-    """Copy the frames and shapes back."""
+    """Copy the new frames and shapes of a block from columns back to the points."""
     index, state, whole = surface.index, surface.state, all_bear(c, n)
     keep_where(BEARS, whole, index, IDENTITY, state.frame, start, n, c, FRAME * WIDTH)
     keep_where(BEARS, whole, index, NO_SHAPE, state.in_plane, start, n, c, SHAPE * WIDTH)
@@ -199,7 +199,7 @@ def fault_in(c, q):
 
 @pointwise
 def keep_stresses(surface, dt, start, n, c):
-    """Copy volumes, stresses and energies back."""
+    """Copy the new volumes, stresses and energies of a block from columns back to the points."""
     index, damage, record, points, state = surface.index, surface.damage, surface.record, surface.points, surface.state
     law = surface.law
     of_plane, whole = (points.volume, state.plane_stress), all_bear(c, n)

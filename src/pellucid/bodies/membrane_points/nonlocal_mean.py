@@ -61,5 +61,5 @@ class NonlocalMean:
         self._neighbours = Bundle(Neighbours(start, neighbour, weight, self.local, self.mean))
 
     def update(self) -> None:
-        """Compute the means of the present field."""
+        """Compute the weighted means of the present field `local` into `mean`."""
         _mean((len(self.mean) + CHUNK - 1) // CHUNK, self._neighbours)

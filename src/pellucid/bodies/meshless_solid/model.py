@@ -74,7 +74,7 @@ class MeshlessSolidCase(DampedModel):
     initial: tuple[Initial, ...] = parameter("", INITIAL_MEANING, ())
 
     def mesh_in_order(self) -> SimplexMesh:
-        """Return the mesh with tetrahedra in spatial order."""
+        """Return the mesh of the solid with its tetrahedra in spatial order."""
         mesh = self.mesh.mesh()
         return SimplexMesh(mesh.nodes, mesh.cells[self._order_of_cells()], mesh.sets)
 
@@ -84,7 +84,7 @@ class MeshlessSolidCase(DampedModel):
 
     @property
     def averages_volume(self) -> bool:
-        """True if the volume ratio is averaged."""
+        """True if the volume ratio is averaged around the corners of cells, by default for nearly incompressible solids."""
         if self.volume_averaging is not None:
             return self.volume_averaging
         return float(getattr(self._at_rest, "poisson_ratio", 0.5)) >= NEARLY_INCOMPRESSIBLE

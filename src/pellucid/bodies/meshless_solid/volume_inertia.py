@@ -52,7 +52,8 @@ class VolumeInertia:
         self.displacement = np.zeros_like(free, float)
         """Nodal displacements at which B (see the module) was computed [m], shape (n, 3)."""
         self._alone, self.rate = 0.5 * frequency, 0.0
-        """After a release of nodes, the rate at which B becomes inaccurate [1/s]; it limits the step then."""
+        """After a release of nodes, the rate at which B becomes inaccurate [1/s], which limits the step until it is small;
+        otherwise 0."""
         self._tolerated = WORN * (shear / self._bulk) ** 0.5
         self.renew()
 

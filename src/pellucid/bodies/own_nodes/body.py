@@ -205,7 +205,7 @@ class ExplicitNodes(
 
     @property
     def touches_on_nodes(self) -> bool:
-        """True if the body may touch others on the nodes of the grid."""
+        """True if the body has its own velocity field and may touch other bodies on the nodes of the grid."""
         return isinstance(self.velocity_field, OwnNodesField) and self.velocity_field.touches_on_nodes
 
     def bound_by_contact(self, touching: Sequence[ContactSurface]) -> None:

@@ -180,7 +180,7 @@ class NodalMotion:
         self.loads[column - FIRST_LOAD] += force
 
     def share_gravity(self, share: float) -> None:
-        """Apply a fraction of gravity."""
+        """Set the fraction of gravity that is applied, 0 to 1."""
         self.gravity_share, self.gravity[:] = share, share * self._full_gravity
 
     def scale_inertia(self, inertia: np.ndarray) -> None:
@@ -249,7 +249,7 @@ class NodalMotion:
         kernels.add_velocities(self.chunks, self._forces, change, dt)
 
     def advance_positions(self, dt: float) -> None:
-        """Update the positions."""
+        """Update the nodal positions with the velocities over a step dt [s]."""
         kernels.advance_positions(self.chunks, self._arrays["position"], self._arrays["velocity"], dt, self._fault)
 
     def sum_momentum(self, totals: Totals) -> None:

@@ -20,8 +20,8 @@ class Overruled(NamedTuple):
     axes: tuple[int, ...]
 
     def differ(self, velocity: np.ndarray) -> list[str]:
-        """Return the axes along which the velocity of the motion differs from that prescribed by the support. velocity:
-        velocities of all motions [m/s], shape (motions, 3)."""
+        """Return the axes along which motion and support prescribe different velocities. velocity: velocities of all motions
+        [m/s], shape (motions, 3)."""
         pairs = ((axis, self.support.velocity[axis], float(velocity[self.motion, axis])) for axis in self.axes)
         return ["xyz"[axis] for axis, one, other in pairs if abs(one - other) > ALIKE * max(abs(one), abs(other))]
 

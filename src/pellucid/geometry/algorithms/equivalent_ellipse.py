@@ -20,7 +20,7 @@ class Ellipsoid(NamedTuple):
 
     @property
     def inclination(self) -> float:
-        """Angle between the longest axis and x in the plane of x and y [°], from -90 to 90."""
+        """Angle between the longest axis and the x axis, in the plane of x and y [°], from -90 to 90."""
         x, y = self.directions[:2, -1]
         return float((np.degrees(np.arctan2(y, x)) + 90.0) % 180.0 - 90.0)
 

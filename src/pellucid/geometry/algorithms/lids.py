@@ -39,7 +39,8 @@ class Lids:
     """
 
     def __init__(self, places: np.ndarray, triangles: np.ndarray) -> None:
-        """Choose the lids. places [m], shape (n, 3); triangles, shape (m, 3)."""
+        """Choose the lids of a surface. places: initial positions of its vertices [m], shape (n, 3); triangles: shape (m,
+        3)."""
         self.rims = rims_of(triangles)
         number = self.rims.number
         bends = np.array([_bend(places[self.rims.edges[number == rim]]) for rim in range(number.max(initial=-1) + 1)])
@@ -48,7 +49,7 @@ class Lids:
         by_planes = (bends > FLAT) & in_planes
         counts = [self._number_of_planes(places, across, by_planes[number], axis) for axis in range(3)]
         self._axis = int(np.argmin(counts))
-        """Axis of the volume integral."""
+        """Axis a of the volume integral V (see the class)."""
         if min(counts) > 1:
             by_planes[:] = False
         self.bend = float(bends[~by_planes].max(initial=0.0))

@@ -126,7 +126,7 @@ def _empty(elements: _Elements) -> Iterator[Fault]:
 
 
 def empty_elements(mesh: Mesh, flattest: float = FLATTEST) -> np.ndarray:
-    """Return a mask of the degenerate elements, quadrilaterals first, shape (q + t,).
+    """Return a mask of the degenerate elements, shape (q + t,): q quadrilaterals, then t triangles.
 
     An element is degenerate if its area is at most `flattest` times the square of its longest side.
     """

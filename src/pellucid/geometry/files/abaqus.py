@@ -279,7 +279,7 @@ class _Model:
 
 
 def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
-    """Return labels and coordinates; angles of cylindrical (C) and spherical (S) coordinates are in degrees."""
+    """Return the labels and coordinates of nodes; angles of cylindrical (C) and spherical (S) coordinates are in degrees."""
     words = [[*row[:4], "", "", ""][:4] for row in keyword.words()]
     where = f"the nodes after {keyword.where}"
     labels = integers([row[0] for row in words], where)
@@ -304,7 +304,8 @@ def _nodes(keyword: Keyword) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _rows(keyword: Keyword, width: int) -> np.ndarray:
-    """Return the labels of elements and of their nodes, shape (m, width); data lines that end with a comma are continued."""
+    """Return the labels of elements, each followed by the labels of its nodes, shape (m, width); a data line that ends with a
+    comma continues on the next line."""
     where = f"the elements after {keyword.where}"
     rows: list[list[str]] = []
     row: list[str] = []

@@ -17,7 +17,8 @@ NUMBER = re.compile(rb"(?<![\w.])[-+]?(\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.]
 
 
 def precision_notes(path: str, contents: Contents) -> tuple[str, ...]:
-    """Warn if the coordinates of a file are too coarse for its edges, e.g. single precision far from the origin."""
+    """Return notes that warn of coordinates too coarse for the edges of a mesh, e.g. in single precision far from the
+    origin."""
     points = contents.points
     edges = [
         np.linalg.norm(points[nodes[:, k]] - points[nodes[:, k - 1]], axis=1)
@@ -60,8 +61,8 @@ def _spacing(path: str, points: np.ndarray, is_single: bool) -> tuple[float, str
 
 
 def _digits(path: str, largest: float) -> int:
-    """Return the largest number of digits of a coordinate near the largest one in a text file, including trailing zeros; 0
-    if binary."""
+    """Return the largest number of digits, including trailing zeros, of coordinates in a text file that are about as large as
+    the largest; 0 for a binary file."""
     data = as_utf8(file_bytes(path)[:MOST_BYTES])
     if b"\0" in data:
         return 0

@@ -88,7 +88,7 @@ class _Reader:
             pass
 
     def _read_arrays(self, words: list[str]) -> tuple[str, ...]:
-        """Read arrays up to one that cannot be read, and return a note about it."""
+        """Read arrays until one cannot be read, and return a note about that one."""
         arrays, n = self._arrays[DATA[0]], 0
         try:
             while True:

@@ -13,7 +13,7 @@ class Triangulation(NamedTuple):
 
 
 def bounding_box(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper corner of positions, shape (n, d): shape (d,) each."""
+    """Return the lower and upper corner, shape (d,) each, of the bounding box of positions, shape (n, d)."""
     return places.min(axis=0), places.max(axis=0)
 
 
@@ -24,7 +24,8 @@ def directed_edges(elements: np.ndarray) -> np.ndarray:
 
 
 def pair_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the edges shared by two of t triangles, and the same edges in the other triangle, shape (h,) each.
+    """Return the numbers of the h edges shared by two of t triangles: as edges of one triangle, and of the other, shape (h,)
+    each.
 
     Edges are numbered as in `directed_edges`: t k + number of the triangle for its edge k. triangles: shape (t, 3),
     consistently oriented.

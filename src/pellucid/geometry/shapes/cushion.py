@@ -18,7 +18,7 @@ def _each_once(axes: tuple[str, ...]) -> tuple[str, ...]:
 
 
 Halves = Annotated[tuple[Literal["x", "y", "z"], ...], AfterValidator(_each_once)]
-"""Axes along which only the upper half is kept."""
+"""Axes along which only the upper half of a cushion is kept, as in a model with planes of symmetry."""
 
 
 class CushionDimensions(Model):
